@@ -1,0 +1,1 @@
+"""Configs: frozen models of everything a scenario holds, and the loader."""

@@ -1,0 +1,179 @@
+"""From pydantic's validation errors to errors that name field, value, range and unit."""
+
+from __future__ import annotations
+
+import types
+import typing
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
+
+from motionlab.config.shipped import did_you_mean
+from motionlab.errors import FieldError
+
+_MESSAGES = {
+    "missing": "is missing",
+    "float_type": "must be a number",
+    "int_type": "must be a whole number",
+    "int_from_float": "must be a whole number",
+    "bool_type": "must be true or false",
+    "string_type": "must be text",
+    "finite_number": "must be a finite number",
+    "greater_than": "is out of range",
+    "greater_than_equal": "is out of range",
+    "less_than": "is out of range",
+    "less_than_equal": "is out of range",
+    "literal_error": "is not one of the choices",
+    "model_type": "must be a table",
+    "model_attributes_type": "must be a table",
+    "dict_type": "must be a table",
+    "tuple_type": "must be a list",
+    "union_tag_not_found": "has no 'kind'",
+    "union_tag_invalid": "has an unknown 'kind'",
+}
+_LONGEST_VALUE = 80
+
+
+def field_errors(error: ValidationError, model: type[BaseModel]) -> list[FieldError]:
+    """Return every complaint of a validation in the project's terms.
+
+    Parameters
+    ----------
+    error : ValidationError
+        What pydantic found.
+    model : type
+        The model that was validated.
+
+    Returns
+    -------
+    list of FieldError
+        In pydantic's order.
+    """
+    return [_field_error(dict(item), model) for item in error.errors(include_url=False)]
+
+
+def _field_error(item: dict[str, Any], model: type[BaseModel]) -> FieldError:
+    path, info, siblings = _walk(item["loc"], model)
+    kind = item["type"]
+    allowed = _allowed(info)
+    if kind == "extra_forbidden":
+        message = f"unknown key{did_you_mean(path[-1], siblings)}"
+        return FieldError(
+            loc=".".join(path),
+            message=message,
+            value=_shown(item["input"]),
+            range="one of " + ", ".join(siblings),
+        )
+    message = _MESSAGES.get(kind) or str(item["msg"]).removeprefix("Value error, ")
+    if kind == "union_tag_invalid":
+        allowed = f"one of {item['ctx']['expected_tags']}"
+    if kind == "union_tag_not_found":
+        path = [*path, "kind"]
+    value = None if kind == "missing" else _shown(item["input"])
+    unit = _unit(info)
+    return FieldError(loc=".".join(path), message=message, value=value, range=allowed, unit=unit)
+
+
+def _shown(value: Any) -> Any:
+    """Return a value short enough to print."""
+    if isinstance(value, int | float | bool):
+        return value
+    text = value if isinstance(value, str) else repr(value)
+    return text if len(text) <= _LONGEST_VALUE else text[: _LONGEST_VALUE - 3] + "..."
+
+
+def _walk(
+    loc: tuple[int | str, ...], model: type[BaseModel]
+) -> tuple[list[str], FieldInfo | None, list[str]]:
+    """Follow an error's location through the models.
+
+    Returns the location without the tags that pydantic adds for unions, the field it ends at, and
+    the field names known beside it.
+    """
+    path: list[str] = []
+    info: FieldInfo | None = None
+    siblings: list[str] = []
+    at: Any = model
+    for step in loc:
+        at = _strip(at)
+        members = _members(at)
+        if len(members) > 1:
+            tagged = [m for m in members if _tag(m) == step]
+            if tagged:
+                at = tagged[0]
+                continue
+            models = [m for m in members if isinstance(m, type) and issubclass(m, BaseModel)]
+            at = models[0] if models else members[0]
+        path.append(str(step))
+        if isinstance(at, type) and issubclass(at, BaseModel):
+            siblings = list(at.model_fields)
+            info = at.model_fields.get(str(step))
+            at = info.annotation if info is not None else Any
+        else:
+            arguments = typing.get_args(at)
+            at = (
+                arguments[-1]
+                if arguments and arguments[-1] is not ...
+                else (arguments or (Any,))[0]
+            )
+            siblings = []
+    return path, info, siblings
+
+
+def _strip(annotation: Any) -> Any:
+    while typing.get_origin(annotation) is typing.Annotated:
+        annotation = typing.get_args(annotation)[0]
+    return annotation
+
+
+def _members(annotation: Any) -> list[Any]:
+    """Return the members of a union, nested ones included and None left out."""
+    annotation = _strip(annotation)
+    if typing.get_origin(annotation) in {typing.Union, types.UnionType}:
+        return [
+            member
+            for argument in typing.get_args(annotation)
+            for member in _members(argument)
+            if member is not types.NoneType
+        ]
+    return [annotation]
+
+
+def _tag(model: Any) -> Any:
+    fields = getattr(model, "model_fields", {})
+    return fields["kind"].default if "kind" in fields else None
+
+
+def _unit(info: FieldInfo | None) -> str:
+    extra = info.json_schema_extra if info is not None else None
+    return str(extra.get("unit", "")) if isinstance(extra, dict) else ""
+
+
+def _allowed(info: FieldInfo | None) -> str:
+    """Return a field's range in words."""
+    if info is None:
+        return ""
+    bounds: dict[str, Any] = {}
+    for entry in info.metadata:
+        for name in ("ge", "gt", "le", "lt"):
+            if getattr(entry, name, None) is not None:
+                bounds[name] = getattr(entry, name)
+    annotation = _strip(info.annotation)
+    if typing.get_origin(annotation) is typing.Literal:
+        return "one of " + ", ".join(str(choice) for choice in typing.get_args(annotation))
+    low = (
+        f">= {bounds['ge']:g}"
+        if "ge" in bounds
+        else f"> {bounds['gt']:g}"
+        if "gt" in bounds
+        else ""
+    )
+    high = (
+        f"<= {bounds['le']:g}"
+        if "le" in bounds
+        else f"< {bounds['lt']:g}"
+        if "lt" in bounds
+        else ""
+    )
+    return " and ".join(part for part in (low, high) if part)

@@ -1,0 +1,127 @@
+"""A controller and what it believes of the motor: gains, compensation, model, limits."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from motionlab.config.plant import OURS, PAPER, ForceMapConfig, FrictionConfig
+from motionlab.config.quantity import Config, quantity
+
+Law = Literal["off", "lugre-observer", "published-k", "residual-k", "canudas-de-wit"]
+
+
+class GainsConfig(Config):
+    """PD gains of one axis; the paper prints them in N/mm and N s/mm."""
+
+    k_p: float = quantity("Proportional gain", unit="N/m", source=f"{PAPER}, Table 1", ge=0, le=1e9)
+    k_d: float = quantity("Derivative gain", unit="N s/m", source=f"{PAPER}, Table 1", ge=0, le=1e7)
+
+
+class AxisModelConfig(Config):
+    """What the controller believes of one axis."""
+
+    mass: float = quantity("Moving mass", unit="kg", source=f"{PAPER}, section IV-A", gt=0, le=1000)
+    friction: FrictionConfig
+    force_map: ForceMapConfig
+
+
+class ModelConfig(Config):
+    """The controller's model of the motor; by name it is read off a shipped motor."""
+
+    x: AxisModelConfig
+    y: AxisModelConfig
+
+
+class CompensationConfig(Config):
+    """Friction compensation; the laws are described in motionlab.control.compensation."""
+
+    law: Law = Field(default="off", description="How the friction estimate is corrected")
+    enabled: bool = Field(
+        default=True,
+        description="Add the estimate to the command; off, the observer runs all the same",
+    )
+    velocity: Literal["measured", "reference"] = Field(
+        default="measured", description="Velocity that drives the observer"
+    )
+    gain: float | None = quantity(
+        "Gain of K; left out: 100/s for residual-k, 300/s for canudas-de-wit",
+        unit="1/s",
+        source=OURS,
+        default=None,
+        ge=0,
+        le=1e5,
+    )
+    residual_bandwidth: float = quantity(
+        "Bandwidth of the residual's filter (residual-k)",
+        unit="Hz",
+        source=OURS,
+        default=30.0,
+        gt=0,
+        le=1000,
+    )
+    regularisation: float = quantity(
+        "What keeps e_z finite where D crosses zero, in units of sigma_0 (residual-k)",
+        unit="1",
+        source=OURS,
+        default=0.3,
+        gt=0,
+        le=10,
+    )
+    bristle_limit: float | None = quantity(
+        "Largest bristle estimate, in units of F_s/sigma_0; left out: 1.2 for residual-k or none",
+        unit="1",
+        source=OURS,
+        default=None,
+        gt=0,
+        le=1000,
+    )
+
+
+class DisturbanceObserverConfig(Config):
+    """Disturbance observer on the force balance, friction estimate excepted."""
+
+    enabled: bool = Field(default=False, description="Add its estimate to the command")
+    bandwidth: float = quantity(
+        "Bandwidth of its filter", unit="Hz", source=OURS, default=30.0, gt=0, le=500
+    )
+
+
+class ControllerConfig(Config):
+    """A position controller for both axes."""
+
+    name: str = Field(
+        default="custom", description="Name of the shipped controller it started from"
+    )
+    description: str = Field(default="", description="What this controller is for")
+    x: GainsConfig
+    y: GainsConfig
+    compensation: CompensationConfig = CompensationConfig()
+    feedforward: bool = Field(default=False, description="Add mass times reference acceleration")
+    disturbance_observer: DisturbanceObserverConfig = DisturbanceObserverConfig()
+    delay: int = quantity(
+        "Control periods between a measurement and the command made from it",
+        unit="1",
+        source=f"{OURS}: 0, because one sample of delay makes the 0.5 um gains limit-cycle",
+        default=0,
+        ge=0,
+        le=1,
+    )
+    force_limit: float = quantity(
+        "Largest force command",
+        unit="N",
+        source=f"{PAPER}, section IV-A",
+        default=40.0,
+        gt=0,
+        le=1000,
+    )
+    current_limit: float = quantity(
+        "Largest current command",
+        unit="A",
+        source=f"{PAPER}, section IV-A",
+        default=10.0,
+        gt=0,
+        le=100,
+    )
+    model: ModelConfig

@@ -1,0 +1,217 @@
+"""Moves from place to place, and standing still in between.
+
+Lengths are in m from mid-stroke, times in s. Every duration is rounded to whole control periods
+when the motion is sampled, phase by phase, so that time never drifts.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from motionlab.config.planar import (
+    PlanarAcceleration,
+    PlanarLength,
+    PlanarVelocity,
+    Point,
+    refuse_repeats,
+)
+from motionlab.config.quantity import Config, quantity
+
+OURS = "this project's choice; the paper prints none"
+REQUIRED = "chosen by the scenario; range chosen by this project"
+
+_HOUR = 3600.0
+
+
+def _start() -> PlanarLength:
+    return quantity("Where the motion starts", unit="m", source=OURS, default=PlanarLength())
+
+
+def _dwell(description: str, *, gt: float | None = None) -> float:
+    ge = 0.0 if gt is None else None
+    return quantity(description, unit="s", source=OURS, default=1.0, ge=ge, gt=gt, le=_HOUR)
+
+
+def _v_max(*, default: float | None = None) -> float:
+    return quantity(
+        "Largest speed along the path",
+        unit="m/s",
+        source=f"{REQUIRED}; the paper's y motions stay below 0.15 m/s",
+        default=default,
+        ge=1e-6,
+        le=10.0,
+    )
+
+
+def _a_max(*, default: float | None = None) -> float:
+    return quantity(
+        "Largest acceleration along the path",
+        unit="m/s^2",
+        source=f"{REQUIRED}; the thrust map reaches 28.1 N / 13.9 kg = 2.0 m/s^2 less friction "
+        "on y",
+        default=default,
+        ge=1e-6,
+        le=100.0,
+    )
+
+
+class PointTarget(Config):
+    """Stand still at one place."""
+
+    kind: Literal["point"] = "point"
+    position: PlanarLength = quantity(
+        "Where to stand", unit="m", source=OURS, default=PlanarLength()
+    )
+    duration: float = quantity("How long", unit="s", source=OURS, default=1.0, gt=0.0, le=_HOUR)
+
+
+class Dwell(Config):
+    """Stand still where the previous part of a sequence ended; alone, at mid-stroke."""
+
+    kind: Literal["dwell"] = "dwell"
+    duration: float = quantity("How long", unit="s", source=OURS, default=1.0, gt=0.0, le=_HOUR)
+
+
+class Step(Config):
+    """Jump from one control period to the next; at most 10 um, or the motion is infeasible."""
+
+    kind: Literal["step"] = "step"
+    start: PlanarLength = _start()
+    height: PlanarLength = quantity("Height of the step", unit="m", source=REQUIRED)
+    delay: float = quantity(
+        "Time at the start before the step", unit="s", source=OURS, default=0.1, gt=0.0, le=_HOUR
+    )
+    dwell: float = _dwell("Time after the step", gt=0.0)
+
+
+class Ramp(Config):
+    """Move at constant velocity, eq (40)."""
+
+    kind: Literal["ramp"] = "ramp"
+    start: PlanarLength = _start()
+    velocity: PlanarVelocity = quantity("Velocity per axis", unit="m/s", source=REQUIRED)
+    lead_in: float = quantity(
+        "Time in which the velocity is eased from rest, part of the duration; 0 jumps to it, which "
+        "is feasible for slow ramps only",
+        unit="s",
+        source=OURS,
+        default=0.1,
+        ge=0.0,
+        le=60.0,
+    )
+    duration: float = quantity("How long", unit="s", source=OURS, default=1.0, gt=0.0, le=_HOUR)
+
+
+class Parabola(Config):
+    """Move from rest at constant acceleration, p = start + R t^2, eq (40)."""
+
+    kind: Literal["parabola"] = "parabola"
+    start: PlanarLength = _start()
+    coefficient: PlanarAcceleration = quantity(
+        "R per axis, half the acceleration", unit="m/s^2", source=REQUIRED
+    )
+    duration: float = quantity("How long", unit="s", source=OURS, default=0.5, gt=0.0, le=_HOUR)
+
+
+class Trapezoid(Config):
+    """Move along a line with trapezoidal velocity, dwelling at both ends."""
+
+    kind: Literal["trapezoid"] = "trapezoid"
+    start: PlanarLength = _start()
+    end: PlanarLength = quantity("Where the line ends", unit="m", source=REQUIRED)
+    v_max: float = _v_max(default=0.15)
+    a_max: float = _a_max(default=1.6)
+    dwell: float = _dwell("Time at each end, before the first move too")
+    there_and_back: bool = quantity("Return to the start", unit="", source=OURS, default=True)
+    cycles: int = quantity("Repetitions", unit="1", source=OURS, default=1, ge=1, le=1000)
+
+    @model_validator(mode="after")
+    def _goes_somewhere(self) -> Self:
+        if self.start == self.end:
+            raise ValueError("start and end must differ")
+        if self.cycles > 1 and not self.there_and_back:
+            raise ValueError("more than one cycle needs there_and_back")
+        return self
+
+
+class Staircase(Config):
+    """Climb `count` equal steps and, if wanted, come down again, dwelling on every level.
+
+    True steps (at most 10 um) when neither `v_max` nor `a_max` is given, moves with trapezoidal
+    velocity when both are.
+    """
+
+    kind: Literal["staircase"] = "staircase"
+    start: PlanarLength = _start()
+    step: PlanarLength = quantity(
+        "Displacement of one step",
+        unit="m",
+        source="Huang et al. 2019, Table 1, has 0.5 um and 50 mm; otherwise the scenario's",
+    )
+    count: int = quantity("Steps up", unit="1", source=OURS, default=5, ge=1, le=1000)
+    there_and_back: bool = quantity("Come down again", unit="", source=OURS, default=True)
+    dwell: float = _dwell("Time on each level, the first included", gt=0.0)
+    v_max: float | None = _v_max()
+    a_max: float | None = _a_max()
+
+    @model_validator(mode="after")
+    def _climbs(self) -> Self:
+        if self.step == PlanarLength():
+            raise ValueError("step must not be zero on both axes")
+        if (self.v_max is None) != (self.a_max is None):
+            raise ValueError("give v_max and a_max together, or neither for true steps")
+        return self
+
+
+class _Edges(Config):
+    """Timing shared by the motions made of single minimum-jerk edges."""
+
+    dwell: float = _dwell("Time at each point, the first and the last included")
+    v_max: float | None = _v_max()
+    a_max: float | None = _a_max()
+    edge_time: float | None = quantity(
+        "Time of every edge, instead of v_max and a_max",
+        unit="s",
+        source=REQUIRED,
+        default=None,
+        gt=0.0,
+        le=_HOUR,
+    )
+
+    @model_validator(mode="after")
+    def _is_timed_once(self) -> Self:
+        by_limits = self.v_max is not None and self.a_max is not None
+        half_given = (self.v_max is None) != (self.a_max is None)
+        if half_given or by_limits == (self.edge_time is not None):
+            raise ValueError("give either edge_time, or both v_max and a_max")
+        return self
+
+
+class Line(_Edges):
+    """Move once along a line with minimum jerk."""
+
+    kind: Literal["line"] = "line"
+    start: PlanarLength = _start()
+    end: PlanarLength = quantity("Where the line ends", unit="m", source=REQUIRED)
+
+    @model_validator(mode="after")
+    def _goes_somewhere(self) -> Self:
+        if self.start == self.end:
+            raise ValueError("start and end must differ")
+        return self
+
+
+class Waypoints(_Edges):
+    """Visit a list of points with one minimum-jerk edge between neighbours, stopping at each."""
+
+    kind: Literal["waypoints"] = "waypoints"
+    points: Annotated[tuple[Point, ...], Field(strict=False, min_length=2, max_length=10_000)] = (
+        quantity("Points (x, y) in the order of the visit", unit="m", source=REQUIRED)
+    )
+
+    @model_validator(mode="after")
+    def _goes_somewhere(self) -> Self:
+        refuse_repeats(self.points)
+        return self

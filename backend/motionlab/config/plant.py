@@ -1,0 +1,254 @@
+"""The motor and its imperfections: the truth, not what a controller believes."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from motionlab.config.quantity import Config, quantity
+
+PAPER = "Huang et al., IEEE Access 2019"
+OURS = "this project's choice"
+
+ThreePhases = Annotated[tuple[float, float, float], Field(strict=False)]
+"""One number for each of the phases a, b, c."""
+
+
+class FrictionConfig(Config):
+    """LuGre friction, eqs (20) to (22); the paper identifies its values in eqs (43) to (48)."""
+
+    enabled: bool = Field(
+        default=True, description="Friction acts at all; off is a frictionless axis"
+    )
+    sigma_0: float = quantity(
+        "Bristle stiffness", unit="N/m", source=f"{PAPER}, eqs (43), (46)", gt=0, le=1e8
+    )
+    sigma_1: float = quantity(
+        "Bristle damping", unit="N s/m", source=f"{PAPER}, eqs (43), (46)", ge=0, le=1e6
+    )
+    sigma_2: float = quantity(
+        "Viscous friction", unit="N s/m", source=f"{PAPER}, eqs (43), (46)", ge=0, le=1e4
+    )
+    F_c: float = quantity(
+        "Coulomb friction", unit="N", source=f"{PAPER}, eqs (45), (48)", gt=0, le=100
+    )
+    F_s: float = quantity("Stiction", unit="N", source=f"{PAPER}, eqs (45), (48)", gt=0, le=100)
+    v_s: float = quantity(
+        "Stribeck velocity", unit="m/s", source=f"{PAPER}, eqs (45), (48)", gt=1e-5, le=10
+    )
+
+    @model_validator(mode="after")
+    def _stiction_is_the_larger(self) -> Self:
+        if self.F_s < self.F_c:
+            raise ValueError(f"F_s = {self.F_s:g} N is below F_c = {self.F_c:g} N")
+        return self
+
+
+class ForceMapConfig(Config):
+    """Analytic thrust F(i) S(theta) of each phase; see docs/symbols.md."""
+
+    tau: float = quantity("Pole pitch", unit="m", source=f"{PAPER}, eq. (2)", gt=1e-4, le=0.1)
+    offset: float = quantity(
+        "Commutation offset: by how much the map is shifted against the encoder",
+        unit="m",
+        source=OURS,
+        default=0.0,
+        ge=-0.1,
+        le=0.1,
+    )
+    F_pk: float = quantity(
+        "Thrust of one phase at the peak current",
+        unit="N",
+        source=f"{PAPER}: finite elements 34.1 N, measured 38.4 N",
+        gt=0,
+        le=1000,
+    )
+    N_pk: float = quantity(
+        "Normal force of one phase at the peak current, aligned",
+        unit="N",
+        source=f"{PAPER}: finite elements 380.1 N, measured 427.4 N",
+        ge=0,
+        le=1e5,
+    )
+    I_pk: float = quantity("Peak current", unit="A", source=f"{PAPER}, section II", gt=0, le=100)
+    I_knee: float = quantity(
+        "Current at which saturation sets in",
+        unit="A",
+        source=f"{OURS}, from a finite-element model of the paper's geometry",
+        gt=0,
+        le=1000,
+    )
+    h_2: float = quantity(
+        "Second harmonic of thrust over position",
+        unit="1",
+        source=OURS,
+        default=0.0,
+        ge=-0.3,
+        le=0.3,
+    )
+    h_3: float = quantity(
+        "Third harmonic of thrust over position",
+        unit="1",
+        source="0.039 follows from the paper's 43.1 N over 38.4 N = (1 + 2 h_3)/(1 - h_3)",
+        default=0.0,
+        ge=-0.3,
+        le=0.3,
+    )
+
+
+class AmplifierConfig(Config):
+    """Three current amplifiers: ``di/dt = omega (gain command + offset + ripple + noise - i)``."""
+
+    bandwidth: float | None = quantity(
+        "Bandwidth of the current loops; left out: currents follow at once",
+        unit="Hz",
+        source=f"{OURS}; the paper prints none",
+        default=None,
+        gt=0,
+        le=100_000,
+    )
+    gain: ThreePhases = quantity(
+        "Current per commanded current, phases a, b, c",
+        unit="1",
+        source=OURS,
+        default=(1.0, 1.0, 1.0),
+    )
+    offset: ThreePhases = quantity(
+        "Current at zero command, phases a, b, c", unit="A", source=OURS, default=(0.0, 0.0, 0.0)
+    )
+    ripple_amplitude: float = quantity(
+        "Amplitude of a sinusoidal ripple; the phases are a third of its period apart",
+        unit="A",
+        source=OURS,
+        default=0.0,
+        ge=0,
+        le=10,
+    )
+    ripple_frequency: float = quantity(
+        "Frequency of the ripple, held over each control period",
+        unit="Hz",
+        source=f"{OURS}: six pulses of a 50 Hz supply",
+        default=300.0,
+        gt=0,
+        le=1000,
+    )
+    noise: float = quantity(
+        "White noise of each current, held over each control period, rms",
+        unit="A",
+        source=OURS,
+        default=0.0,
+        ge=0,
+        le=10,
+    )
+    limit: float = quantity(
+        "Largest current either way",
+        unit="A",
+        source=f"{PAPER}, section IV-A",
+        default=10.0,
+        gt=0,
+        le=100,
+    )
+
+    @model_validator(mode="after")
+    def _phases_are_sane(self) -> Self:
+        for name, unit, low, high in (("gain", "1", 0.0, 2.0), ("offset", "A", -10.0, 10.0)):
+            for phase, value in zip("abc", getattr(self, name), strict=True):
+                if not low <= value <= high:
+                    raise ValueError(
+                        f"{name} of phase {phase} is {value:g}; allowed {low:g} to {high:g} {unit}"
+                    )
+        return self
+
+
+class EncoderConfig(Config):
+    """Linear encoder."""
+
+    resolution: float = quantity(
+        "Size of one count; 0 is an exact encoder",
+        unit="m",
+        source=f"{PAPER}, section IV-A",
+        default=50e-9,
+        ge=0,
+        le=1e-3,
+    )
+    sde_amplitude: float = quantity(
+        "Amplitude of the sub-divisional error", unit="m", source=OURS, default=0.0, ge=0, le=1e-5
+    )
+    sde_period: float = quantity(
+        "Period of the subdivided scale",
+        unit="m",
+        source="20 um scales are usual for optical encoders of this class",
+        default=20e-6,
+        gt=1e-7,
+        le=1e-2,
+    )
+    noise: float = quantity(
+        "White noise of the reading, rms", unit="m", source=OURS, default=0.0, ge=0, le=1e-4
+    )
+    interface_rate: float = quantity(
+        "Largest frequency the interface counts; a note warns above 4 rate resolution",
+        unit="Hz",
+        source=f"{PAPER}, section IV-A",
+        default=1.25e6,
+        gt=0,
+        le=1e9,
+    )
+
+
+class AxisConfig(Config):
+    """One axis of the motor."""
+
+    mass: float = quantity("Moving mass", unit="kg", source=f"{PAPER}, section IV-A", gt=0, le=1000)
+    stroke: float = quantity(
+        "Largest distance from mid-stroke, inclusive",
+        unit="m",
+        source=f"{PAPER}: 170 mm by 290 mm",
+        gt=0,
+        le=1,
+    )
+    velocity_max: float = quantity(
+        "Largest velocity of a trajectory",
+        unit="m/s",
+        source=f"{PAPER}, section II: specified 1 m/s",
+        gt=0,
+        le=10,
+    )
+    acceleration_max: float = quantity(
+        "Largest acceleration of a trajectory",
+        unit="m/s^2",
+        source=f"{PAPER}, section IV-A: 43.1 N over the mass",
+        gt=0,
+        le=100,
+    )
+    stop_distance: float = quantity(
+        "Distance of the end stops beyond the stroke",
+        unit="m",
+        source=OURS,
+        default=1e-3,
+        gt=0,
+        le=0.1,
+    )
+    stop_stiffness: float = quantity(
+        "Stiffness of the end stops", unit="N/m", source=OURS, default=1e7, gt=0, le=1e7
+    )
+    stop_damping: float = quantity(
+        "Damping of the end stops", unit="N s/m", source=OURS, default=1e4, ge=0, le=1e4
+    )
+    friction: FrictionConfig
+    force_map: ForceMapConfig
+    amplifiers: AmplifierConfig = AmplifierConfig()
+    encoder: EncoderConfig = EncoderConfig()
+
+
+class PlantConfig(Config):
+    """The planar motor: two decoupled axes."""
+
+    name: str = Field(default="custom", description="Name of the shipped motor it started from")
+    description: str = Field(default="", description="What this motor stands for")
+    force: Literal["phases", "ideal"] = Field(
+        default="phases",
+        description="phases: three phases with currents; ideal: any force commanded acts at once",
+    )
+    x: AxisConfig
+    y: AxisConfig

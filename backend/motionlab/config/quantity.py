@@ -1,0 +1,55 @@
+"""Building blocks of every config model: strict, frozen, with unit, range and source."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field
+
+
+class Config(BaseModel):
+    """Base of all config models: frozen, unknown keys refused, no silent conversion."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+
+
+def quantity(  # noqa: PLR0913 - one keyword for each fact about a field
+    description: str,
+    *,
+    unit: str,
+    source: str,
+    default: Any = ...,
+    ge: float | None = None,
+    gt: float | None = None,
+    le: float | None = None,
+    lt: float | None = None,
+) -> Any:
+    """Declare a number with its unit, range and source.
+
+    Parameters
+    ----------
+    description : str
+        What the number is.
+    unit : str
+        SI unit; ``1`` for a pure number.
+    source : str
+        Where the number or its range comes from.
+    default : Any
+        Value when the field is left out; required when not given.
+    ge, gt, le, lt : float, optional
+        Bounds of the allowed range, in `unit`.
+
+    Returns
+    -------
+    Any
+        A pydantic field whose JSON schema holds ``unit`` and ``source``.
+    """
+    return Field(
+        default,
+        description=description,
+        ge=ge,
+        gt=gt,
+        le=le,
+        lt=lt,
+        json_schema_extra={"unit": unit, "source": source},
+    )

@@ -1,0 +1,97 @@
+"""The configs that ship with the project, found by kind and name."""
+
+from __future__ import annotations
+
+import difflib
+import os
+import re
+import tomllib
+from pathlib import Path
+from typing import Any, Literal
+
+from motionlab.errors import ConfigError, FieldError
+
+Kind = Literal["motors", "controllers", "trajectories", "scenarios"]
+
+_NAME = re.compile("[a-z0-9-]{1,64}")
+
+
+def config_root() -> Path:
+    """Return the folder of shipped configs: MOTIONLAB_CONFIGS, the package's, the checkout's."""
+    override = os.environ.get("MOTIONLAB_CONFIGS")
+    if override:
+        return Path(override)
+    package = Path(__file__).resolve().parent.parent
+    installed = package / "configs"
+    return installed if installed.is_dir() else package.parent.parent / "configs"
+
+
+def is_name(text: str) -> bool:
+    """Return whether `text` can be the name of a config; a name is never a path."""
+    return _NAME.fullmatch(text) is not None
+
+
+def names(kind: Kind) -> list[str]:
+    """Return the names that ship for one kind, sorted."""
+    return sorted(path.stem for path in (config_root() / kind).glob("*.toml"))
+
+
+def read(kind: Kind, name: str, *, loc: str) -> dict[str, Any]:
+    """Return a shipped config as it stands in its file.
+
+    Parameters
+    ----------
+    kind : str
+        Which folder.
+    name : str
+        File name without ``.toml``.
+    loc : str
+        Field that asked for it, for the error.
+
+    Returns
+    -------
+    dict
+        The file's tables, unresolved.
+
+    Raises
+    ------
+    ConfigError
+        If nothing of that name ships.
+    """
+    known = names(kind)
+    if not is_name(name) or name not in known:
+        raise ConfigError(
+            FieldError(
+                loc=loc,
+                message=f"no shipped {kind[:-1] if kind != 'trajectories' else 'trajectory'} "
+                f"of that name{did_you_mean(name, known)}",
+                value=name,
+                range="one of " + ", ".join(known),
+            )
+        )
+    return parse(config_root() / kind / f"{name}.toml")
+
+
+def parse(path: Path) -> dict[str, Any]:
+    """Return the tables of a TOML file.
+
+    Raises
+    ------
+    ConfigError
+        If the file cannot be read or is not TOML.
+    """
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        message = f"cannot be read: {error.strerror or error}"
+    except UnicodeDecodeError as error:
+        message = f"is not UTF-8 text: {error.reason} at byte {error.start}"
+    except tomllib.TOMLDecodeError as error:
+        message = f"is not TOML: {error}"
+    raise ConfigError(FieldError(loc=str(path), message=message))
+
+
+def did_you_mean(word: str, known: list[str]) -> str:
+    """Return a hint at the closest known word, or nothing."""
+    close = difflib.get_close_matches(word, known, n=1)
+    return f", did you mean {close[0]!r}?" if close else ""

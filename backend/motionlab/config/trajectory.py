@@ -1,0 +1,53 @@
+"""What the mover is asked to do: one model for each kind of motion, told apart by ``kind``."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from motionlab.config.figures import Circle, Polygon, Sine, Star
+from motionlab.config.moves import (
+    REQUIRED,
+    Dwell,
+    Line,
+    Parabola,
+    PointTarget,
+    Ramp,
+    Staircase,
+    Step,
+    Trapezoid,
+    Waypoints,
+)
+from motionlab.config.quantity import Config, quantity
+
+Part = Annotated[
+    PointTarget
+    | Dwell
+    | Step
+    | Ramp
+    | Parabola
+    | Sine
+    | Circle
+    | Line
+    | Trapezoid
+    | Staircase
+    | Polygon
+    | Star
+    | Waypoints,
+    Field(discriminator="kind"),
+]
+"""Any motion but a sequence."""
+
+
+class Sequence(Config):
+    """Do several motions one after another; each is moved to start where the one before ended."""
+
+    kind: Literal["sequence"] = "sequence"
+    parts: Annotated[tuple[Part, ...], Field(strict=False, min_length=1, max_length=100)] = (
+        quantity("The motions in their order", unit="", source=REQUIRED)
+    )
+
+
+TrajectoryConfig = Annotated[Part | Sequence, Field(discriminator="kind")]
+"""Any motion."""

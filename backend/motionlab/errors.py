@@ -1,0 +1,107 @@
+"""Failures a user can act on; each carries what is needed to mend it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+class MotionLabError(Exception):
+    """Base of every failure that is reported to the user without a traceback."""
+
+
+@dataclass(frozen=True)
+class FieldError:
+    """One input field that cannot be used.
+
+    Attributes
+    ----------
+    loc : str
+        Dotted path of the field, such as ``variants.B.controller.x.k_p``.
+    message : str
+        What is wrong, in words.
+    value : object
+        What was given.
+    range : str
+        What is allowed, such as ``0 <= k_p <= 1e8``; empty where nothing can be said.
+    unit : str
+        Unit of the field; empty for names and switches.
+    """
+
+    loc: str
+    message: str
+    value: object = None
+    range: str = ""
+    unit: str = ""
+
+    def __str__(self) -> str:
+        """Return one line that names field, value, range and unit."""
+        text = f"{self.loc}: {self.message}"
+        if self.value is not None:
+            text += f"; got {self.value!r}"
+        if self.range:
+            text += f"; allowed {self.range}"
+        if self.unit:
+            text += f" {self.unit}" if self.range else f" (unit {self.unit})"
+        return text
+
+
+class ConfigError(MotionLabError):
+    """Input that does not describe a scenario.
+
+    Parameters
+    ----------
+    errors : FieldError
+        Every field that was refused.
+    """
+
+    def __init__(self, *errors: FieldError) -> None:
+        self.errors = errors
+        super().__init__("\n".join(str(error) for error in errors))
+
+
+class Infeasible(MotionLabError):
+    """A motion that the motor cannot follow, with the first time and place where it fails.
+
+    Parameters
+    ----------
+    quantity : str
+        ``position``, ``velocity``, ``acceleration``, ``thrust`` or ``step``.
+    axis : str
+        ``x`` or ``y``.
+    time : float
+        First time at which the limit is exceeded, s.
+    place : tuple of float
+        Reference position (x, y) at that time, m.
+    value, limit : float
+        What the motion asks for and what is allowed, in `unit`.
+    unit : str
+        Unit of `value` and `limit`.
+    """
+
+    def __init__(  # noqa: PLR0913 - one keyword for each fact the user needs
+        self,
+        *,
+        quantity: str,
+        axis: str,
+        time: float,
+        place: tuple[float, float],
+        value: float,
+        limit: tuple[float, float],
+        unit: str,
+    ) -> None:
+        self.quantity = quantity
+        self.axis = axis
+        self.time = time
+        self.place = place
+        self.value = value
+        self.limit = limit
+        self.unit = unit
+        super().__init__(
+            f"trajectory: {quantity} on {axis} is {value:.6g} {unit} at t = {time:.4f} s, "
+            f"x = {place[0] * 1e3:.4f} mm, y = {place[1] * 1e3:.4f} mm; "
+            f"allowed {limit[0]:.6g} to {limit[1]:.6g} {unit}"
+        )
+
+
+class StoreError(MotionLabError):
+    """A record that cannot be written or read."""
