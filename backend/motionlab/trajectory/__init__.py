@@ -1,0 +1,1 @@
+"""References: geometry, time laws, sampling and feasibility."""

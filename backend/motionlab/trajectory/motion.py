@@ -1,0 +1,132 @@
+"""A motion as pieces: each a path run through by a time law in whole control periods."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from motionlab.config.timing import CONTROL_PERIOD, to_ticks
+from motionlab.trajectory.path import Array, Path, Vector, line, ray
+from motionlab.trajectory.profile import (
+    Law,
+    minimum_jerk,
+    minimum_jerk_ticks,
+    smooth_start,
+    trapezoidal,
+    trapezoidal_ticks,
+)
+
+EdgeRule = Callable[[Vector, Vector], "Piece"]
+"""How to get from one point to the next."""
+
+
+@dataclass(frozen=True)
+class Piece:
+    """One stretch of a motion, `ticks` control periods long.
+
+    Attributes
+    ----------
+    path : Path
+        Path parameter to position and its derivatives.
+    law : callable
+        Ticks since the piece began to the path parameter and its derivatives per tick.
+    ticks : int
+        Duration, >= 1.
+    still : bool
+        Whether the reference stands.
+    """
+
+    path: Path
+    law: Callable[[Array], Law]
+    ticks: int
+    still: bool = False
+
+    def at(self, ticks: Array) -> tuple[Array, Array, Array]:
+        """Return position, velocity and acceleration, each (n, 2), by the chain rule."""
+        q, rate, second = self.law(ticks)
+        place, slope, bend = self.path(q)
+        rate, second = rate[:, None] / CONTROL_PERIOD, second[:, None] / CONTROL_PERIOD**2
+        return place, slope * rate, bend * rate**2 + slope * second
+
+    def place_at(self, tick: int) -> Array:
+        """Return the position (2,) at one tick of the piece."""
+        return self.at(np.array([float(tick)]))[0][0]
+
+
+def whole_ticks(seconds: float) -> int:
+    """Round a duration to whole control periods, at least one unless it is zero."""
+    return max(1, to_ticks(seconds)) if seconds > 0 else 0
+
+
+def hold(position: Vector, seconds: float) -> list[Piece]:
+    """Stand at `position`; no piece at all for a time of zero."""
+    ticks = whole_ticks(seconds)
+    if ticks == 0:
+        return []
+    return [Piece(ray(position, (0.0, 0.0)), partial(smooth_start, lead_in=0), ticks, still=True)]
+
+
+def run(path: Path, *, rate: float, lead_in: int, ticks: int) -> Piece:
+    """Run along a path whose parameter grows by `rate` per tick once the lead-in has passed."""
+
+    def law(u: Array) -> Law:
+        clock, speed, gain = smooth_start(u, lead_in)
+        return rate * clock, rate * speed, rate * gain
+
+    return Piece(path, law, ticks)
+
+
+def minimum_jerk_edge(start: Vector, end: Vector, *, ticks: int) -> Piece:
+    """Go from rest to rest in a given number of ticks."""
+    return Piece(line(start, end), partial(minimum_jerk, duration=ticks), ticks)
+
+
+def fast_minimum_jerk_edge(start: Vector, end: Vector, *, v_max: float, a_max: float) -> Piece:
+    """Go from rest to rest with minimum jerk as fast as both limits allow."""
+    ticks = minimum_jerk_ticks(math.dist(start, end), v_max=v_max, a_max=a_max)
+    return minimum_jerk_edge(start, end, ticks=ticks)
+
+
+def trapezoidal_edge(start: Vector, end: Vector, *, v_max: float, a_max: float) -> Piece:
+    """Go from rest to rest with trapezoidal velocity as fast as both limits allow."""
+    ramp, cruise = trapezoidal_ticks(math.dist(start, end), v_max=v_max, a_max=a_max)
+    law = partial(trapezoidal, ramp=ramp, cruise=cruise)
+    return Piece(line(start, end), law, 2 * ramp + cruise)
+
+
+def visit(points: Sequence[Vector], *, dwell: float, edge: EdgeRule | None) -> list[Piece]:
+    """Stand at each point in turn, joined by edges, or by jumps when there is no edge rule."""
+    pieces = hold(points[0], dwell)
+    for start, end in itertools.pairwise(points):
+        if edge is not None:
+            pieces.append(edge(start, end))
+        pieces += hold(end, dwell)
+    return pieces
+
+
+def chain(parts: Iterable[Sequence[Piece]]) -> list[Piece]:
+    """Put motions end to end, each moved so that it starts where the one before ended."""
+    chained: list[Piece] = []
+    for pieces in parts:
+        if chained:
+            end = chained[-1].place_at(chained[-1].ticks)
+            offset = end - pieces[0].place_at(0)
+            pieces = [  # noqa: PLW2901 - the part, in its new place
+                Piece(_moved(piece.path, offset), piece.law, piece.ticks, piece.still)
+                for piece in pieces
+            ]
+        chained += pieces
+    return chained
+
+
+def _moved(path: Path, offset: Array) -> Path:
+    def at(q: Array) -> tuple[Array, Array, Array]:
+        place, slope, bend = path(q)
+        return place + offset, slope, bend
+
+    return at
