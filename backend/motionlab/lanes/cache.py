@@ -1,0 +1,55 @@
+"""Where compiled code is kept between runs.
+
+numba's cache notices a change in the file of a compiled function but not in the files of the
+functions it calls. So the cache lies in a folder named after a hash of every source that goes into
+the kernel: a change anywhere in the model compiles anew, and the same hash names the model in
+records of runs.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import os
+import tempfile
+from pathlib import Path
+
+from numba.core import config
+
+_PACKAGE = Path(__file__).resolve().parent.parent
+_SOURCES = (
+    "config/timing.py",
+    "control/*.py",
+    "lanes/*.py",
+    "plant/*.py",
+    "simulation/kernel.py",
+    "telemetry/channels.py",
+)
+
+
+@functools.cache
+def model_hash() -> str:
+    """Return a hash of the sources of the model, 16 hexadecimal digits."""
+    digest = hashlib.sha256()
+    for pattern in _SOURCES:
+        for path in sorted(_PACKAGE.glob(pattern)):
+            digest.update(path.relative_to(_PACKAGE).as_posix().encode())
+            digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def use_cache() -> None:
+    """Tell numba to keep compiled code under NUMBA_CACHE_DIR, the package, or the user's cache."""
+    chosen = os.environ.get("NUMBA_CACHE_DIR")
+    user = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
+    roots = [Path(chosen)] if chosen else []
+    roots += [_PACKAGE / "__pycache__", Path(user) / "motionlab", Path(tempfile.gettempdir())]
+    for root in roots:
+        folder = root / f"kernel-{model_hash()}"
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError:
+            continue
+        if os.access(folder, os.W_OK):
+            config.CACHE_DIR = str(folder)  # pyright: ignore[reportAttributeAccessIssue]
+            return

@@ -1,0 +1,366 @@
+"""The SIMD lane type: eight doubles that compiled code treats as one number.
+
+A *lane* is one axis of one controller of one run. The model is written once, as if for a single
+lane, with ``+ - * /``, comparisons, and the few functions below; where it branches it selects.
+Compiled by numba a value is one LLVM vector ``<8 x double>``, so that the vector unit is used by
+construction and a lane's bits cannot depend on what its neighbours do. With
+``NUMBA_DISABLE_JIT=1`` the same code runs on numpy arrays of shape (8,), which is how the tests
+check one against the other.
+
+The floating-point liberties taken are fused multiply-add, reciprocals of shared divisors, and the
+sign of zero. numba's ``fastmath=True`` would fold ``isfinite`` to True and let NaN pass unseen.
+"""
+
+from __future__ import annotations
+
+import operator
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba.core import cgutils, types
+from numba.core.imputils import lower_builtin
+from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+from numba.extending import models, register_model, type_callable
+
+WIDTH = 8
+"""Lanes in one vector."""
+
+_FLAGS = ("contract", "arcp", "nsz")
+_VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
+_SINGLE = ir.VectorType(ir.FloatType(), WIDTH)
+_PAIR = ir.VectorType(ir.DoubleType(), 2)
+_BITS = ir.VectorType(ir.IntType(64), WIDTH)
+_MASK = ir.VectorType(ir.IntType(1), WIDTH)
+_ALIGN = 8  # numpy promises no more than the alignment of one double
+
+
+class LanesType(types.Type):
+    """numba's type of a vector of WIDTH doubles."""
+
+    def __init__(self) -> None:
+        super().__init__(name=f"Lanes{WIDTH}")
+
+
+class MaskType(types.Type):
+    """numba's type of a vector of WIDTH truth values."""
+
+    def __init__(self) -> None:
+        super().__init__(name=f"Mask{WIDTH}")
+
+
+lanes_type = LanesType()
+mask_type = MaskType()
+
+
+@register_model(LanesType)
+class _LanesModel(models.PrimitiveModel):
+    def __init__(self, manager: Any, fe_type: Any) -> None:
+        super().__init__(manager, fe_type, _VECTOR)
+
+
+@register_model(MaskType)
+class _MaskModel(models.PrimitiveModel):
+    def __init__(self, manager: Any, fe_type: Any) -> None:
+        super().__init__(manager, fe_type, _MASK)
+
+
+def _is_number(ty: Any) -> bool:
+    return isinstance(ty, types.Float | types.Integer | types.IntegerLiteral)
+
+
+def _is_lanes_or_number(ty: Any) -> bool:
+    return ty is lanes_type or _is_number(ty)
+
+
+def _vector(context: Any, builder: Any, value: Any, ty: Any) -> Any:
+    """Return `value` as a vector, repeating a scalar in every lane."""
+    if ty is lanes_type:
+        return value
+    scalar = context.cast(builder, value, ty, types.float64)
+    return _repeat(builder, scalar, _VECTOR)
+
+
+def _repeat(builder: Any, scalar: Any, vector_type: Any) -> Any:
+    one = builder.insert_element(ir.Constant(vector_type, ir.Undefined), scalar, _i32(0))
+    order = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
+    return builder.shuffle_vector(one, ir.Constant(vector_type, ir.Undefined), order)
+
+
+def _i32(value: int) -> Any:
+    return ir.Constant(ir.IntType(32), value)
+
+
+# -- operators ------------------------------------------------------------------------------------
+
+
+def _register_operator(op: Any, emit: Any, *, result: Any, arity: int = 2) -> None:
+    """Teach numba that `op` works lane by lane, with scalars repeated."""
+
+    @infer_global(op)  # pyright: ignore[reportOptionalCall]
+    class _Operator(AbstractTemplate):
+        def generic(self, args: Any, kws: Any) -> Any:
+            fits = len(args) == arity and all(map(_is_lanes_or_number, args))
+            if fits and lanes_type in args:
+                return signature(result, *args)
+            return None
+
+    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return emit(
+            builder, *(_vector(context, builder, a, t) for a, t in zip(args, sig.args, strict=True))
+        )
+
+    scalars = (types.Float, types.Integer, types.IntegerLiteral)
+    lower_builtin(op, *[LanesType] * arity)(lower)
+    if arity == 2:
+        for scalar in scalars:
+            lower_builtin(op, LanesType, scalar)(lower)
+            lower_builtin(op, scalar, LanesType)(lower)
+
+
+def _intrinsic(name: str) -> Any:
+    def emit(builder: Any, *args: Any) -> Any:
+        kind = ir.FunctionType(_VECTOR, [_VECTOR] * len(args))
+        full_name = f"{name}.v{WIDTH}f64"
+        return builder.call(cgutils.get_or_insert_function(builder.module, kind, full_name), args)
+
+    return emit
+
+
+def _comparison(condition: str) -> Any:
+    return lambda builder, a, b: builder.fcmp_ordered(condition, a, b)
+
+
+for _op, _emit in (
+    (operator.add, lambda builder, a, b: builder.fadd(a, b, flags=_FLAGS)),
+    (operator.sub, lambda builder, a, b: builder.fsub(a, b, flags=_FLAGS)),
+    (operator.mul, lambda builder, a, b: builder.fmul(a, b, flags=_FLAGS)),
+    (operator.truediv, lambda builder, a, b: builder.fdiv(a, b, flags=_FLAGS)),
+):
+    _register_operator(_op, _emit, result=lanes_type)
+for _op, _condition in (
+    (operator.lt, "<"),
+    (operator.le, "<="),
+    (operator.gt, ">"),
+    (operator.ge, ">="),
+    (operator.eq, "=="),
+):
+    _register_operator(_op, _comparison(_condition), result=mask_type)
+_register_operator(operator.neg, lambda builder, a: builder.fneg(a), result=lanes_type, arity=1)
+_register_operator(abs, _intrinsic("llvm.fabs"), result=lanes_type, arity=1)
+
+
+def _register_mask_operator(op: Any, emit: Any, arity: int) -> None:
+    @infer_global(op)  # pyright: ignore[reportOptionalCall]
+    class _MaskOperator(AbstractTemplate):
+        def generic(self, args: Any, kws: Any) -> Any:
+            if len(args) == arity and all(a is mask_type for a in args):
+                return signature(mask_type, *args)
+            return None
+
+    lower_builtin(op, *[MaskType] * arity)(lambda context, builder, sig, args: emit(builder, *args))
+
+
+_register_mask_operator(operator.and_, lambda builder, a, b: builder.and_(a, b), 2)
+_register_mask_operator(operator.or_, lambda builder, a, b: builder.or_(a, b), 2)
+_register_mask_operator(operator.invert, lambda builder, a: builder.not_(a), 1)
+
+
+# -- functions ------------------------------------------------------------------------------------
+# Each is a plain Python function on arrays, and a typed, lowered one for compiled code.
+
+
+def select(mask: Any, yes: Any, no: Any) -> Any:
+    """Return `yes` where `mask` holds and `no` elsewhere."""
+    return np.where(mask, yes, no)
+
+
+@type_callable(select)
+def _type_select(context: Any) -> Any:
+    def typer(mask: Any, yes: Any, no: Any) -> Any:
+        if mask is mask_type and _is_lanes_or_number(yes) and _is_lanes_or_number(no):
+            return lanes_type
+        return None
+
+    return typer
+
+
+@lower_builtin(select, MaskType, types.Any, types.Any)
+def _lower_select(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    yes = _vector(context, builder, args[1], sig.args[1])
+    no = _vector(context, builder, args[2], sig.args[2])
+    return builder.select(args[0], yes, no)
+
+
+def _register_unary(function: Any, emit: Any) -> None:
+    @type_callable(function)
+    def _type(context: Any) -> Any:
+        return lambda x: lanes_type if x is lanes_type else None
+
+    lower_builtin(function, LanesType)(lambda context, builder, sig, args: emit(builder, args[0]))
+
+
+def square_root(x: Any) -> Any:
+    """Return the square root of `x`."""
+    return np.sqrt(x)
+
+
+def round_down(x: Any) -> Any:
+    """Return the greatest whole number not above `x`."""
+    return np.floor(x)
+
+
+def round_nearest(x: Any) -> Any:
+    """Return the whole number nearest to `x`, halves to even."""
+    return np.rint(x)
+
+
+def power_of_two(n: Any) -> Any:
+    """Return 2**n for whole `n` with -1022 <= n <= 1023."""
+    return np.ldexp(1.0, n.astype(np.int64))
+
+
+def _emit_power_of_two(builder: Any, n: Any) -> Any:
+    # Adding 1.5 * 2**52 leaves n + bias in the low bits of the mantissa; shifted by 52 they are
+    # the exponent. AVX2 has no conversion from double to 64-bit integer, this needs none.
+    shifted = builder.fadd(n, ir.Constant(_VECTOR, [1.5 * 2.0**52 + 1023.0] * WIDTH))
+    bits = builder.shl(builder.bitcast(shifted, _BITS), ir.Constant(_BITS, [52] * WIDTH))
+    return builder.bitcast(bits, _VECTOR)
+
+
+_register_unary(square_root, _intrinsic("llvm.sqrt"))
+_register_unary(round_down, _intrinsic("llvm.floor"))
+_register_unary(round_nearest, _intrinsic("llvm.rint"))
+_register_unary(power_of_two, _emit_power_of_two)
+
+
+# -- memory ---------------------------------------------------------------------------------------
+
+
+def _row_pointer(context: Any, builder: Any, array_type: Any, array: Any, row: Any) -> Any:
+    """Return the address of ``array.flat[row * WIDTH]`` of a C-contiguous array."""
+    data = context.make_array(array_type)(context, builder, array).data
+    return builder.gep(data, [builder.mul(row, ir.Constant(ir.IntType(64), WIDTH))])
+
+
+def _load_row(context: Any, builder: Any, array_type: Any, array: Any, row: Any) -> Any:
+    pointer = _row_pointer(context, builder, array_type, array, row)
+    return builder.load(builder.bitcast(pointer, _VECTOR.as_pointer()), align=_ALIGN)
+
+
+def _i64(value: int) -> Any:
+    return ir.Constant(ir.IntType(64), value)
+
+
+def unpack(record: Any, array: Any, first: int = 0) -> Any:
+    """Return rows `first`, ... of `array`, shape (rows, WIDTH), as a named tuple of lanes."""
+    return record(*array[first : first + len(record._fields)])
+
+
+@type_callable(unpack)
+def _type_unpack(context: Any) -> Any:
+    def typer(record: Any, array: Any, first: Any) -> Any:
+        cls = record.instance_class
+        return types.NamedUniTuple(lanes_type, len(cls._fields), cls)
+
+    return typer
+
+
+@lower_builtin(unpack, types.NamedTupleClass, types.Array, types.Integer)
+def _lower_unpack(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    first = context.cast(builder, args[2], sig.args[2], types.int64)
+    rows = [
+        _load_row(context, builder, sig.args[1], args[1], builder.add(first, _i64(i)))
+        for i in range(sig.return_type.count)
+    ]
+    return context.make_tuple(builder, sig.return_type, rows)
+
+
+def axes_at(record: Any, array: Any, tick: Any) -> Any:
+    """Return ``array[tick]``, shape (fields, 2), as a named tuple: x in even lanes, y in odd."""
+    return record(*np.tile(array[tick], WIDTH // 2))
+
+
+@type_callable(axes_at)
+def _type_axes_at(context: Any) -> Any:
+    def typer(record: Any, array: Any, tick: Any) -> Any:
+        cls = record.instance_class
+        return types.NamedUniTuple(lanes_type, len(cls._fields), cls)
+
+    return typer
+
+
+@lower_builtin(axes_at, types.NamedTupleClass, types.Array, types.Integer)
+def _lower_axes_at(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    count = sig.return_type.count
+    tick = context.cast(builder, args[2], sig.args[2], types.int64)
+    data = context.make_array(sig.args[1])(context, builder, args[1]).data
+    data = builder.gep(data, [builder.mul(tick, _i64(2 * count))])
+    order = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0, 1] * (WIDTH // 2))
+    fields = []
+    for i in range(count):
+        address = builder.bitcast(builder.gep(data, [_i64(2 * i)]), _PAIR.as_pointer())
+        pair = builder.load(address, align=_ALIGN)
+        fields.append(builder.shuffle_vector(pair, ir.Constant(_PAIR, ir.Undefined), order))
+    return context.make_tuple(builder, sig.return_type, fields)
+
+
+def pack(values: Any, array: Any) -> None:
+    """Write a named tuple of lanes into the rows of `array`, shape (fields, WIDTH)."""
+    for row, value in zip(array, values, strict=True):
+        row[:] = value
+
+
+def record(values: Any, array: Any, tick: Any) -> None:
+    """Write a named tuple of lanes into ``array[tick]``, in the array's own precision."""
+    pack(values, array[tick])
+
+
+@type_callable(pack)
+def _type_pack(context: Any) -> Any:
+    return lambda values, array: types.none
+
+
+@type_callable(record)
+def _type_record(context: Any) -> Any:
+    return lambda values, array, tick: types.none
+
+
+def _store_rows(context: Any, builder: Any, sig: Any, args: Any, first: Any) -> Any:
+    single = sig.args[1].dtype == types.float32
+    target = _SINGLE if single else _VECTOR
+    for i in range(sig.args[0].count):
+        value = builder.extract_value(args[0], i)
+        if single:
+            value = builder.fptrunc(value, _SINGLE)
+        row = builder.add(first, _i64(i))
+        pointer = _row_pointer(context, builder, sig.args[1], args[1], row)
+        builder.store(value, builder.bitcast(pointer, target.as_pointer()), align=_ALIGN // 2)
+    return context.get_dummy_value()
+
+
+@lower_builtin(pack, types.NamedUniTuple, types.Array)
+def _lower_pack(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    return _store_rows(context, builder, sig, args, _i64(0))
+
+
+@lower_builtin(record, types.NamedUniTuple, types.Array, types.Integer)
+def _lower_record(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    tick = context.cast(builder, args[2], sig.args[2], types.int64)
+    return _store_rows(context, builder, sig, args, builder.mul(tick, _i64(sig.args[0].count)))
+
+
+__all__ = [
+    "WIDTH",
+    "axes_at",
+    "lanes_type",
+    "mask_type",
+    "pack",
+    "power_of_two",
+    "record",
+    "round_down",
+    "round_nearest",
+    "select",
+    "square_root",
+    "unpack",
+]
