@@ -1,0 +1,1 @@
+"""The motor: friction, force map, current loops, encoder, mechanics."""

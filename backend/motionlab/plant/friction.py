@@ -1,0 +1,42 @@
+"""LuGre friction, eqs (20) to (22) of Huang et al. 2019; used for the truth and for the model."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from motionlab.lanes import Lanes, compiled
+from motionlab.lanes.functions import exponential
+
+
+class LuGre(NamedTuple):
+    """Friction parameters of each lane."""
+
+    sigma_0: Lanes  # bristle stiffness, N/m
+    sigma_1: Lanes  # bristle damping, N s/m
+    sigma_2: Lanes  # viscous friction, N s/m
+    F_c: Lanes  # Coulomb friction, N
+    F_s: Lanes  # stiction, N
+    v_s: Lanes  # Stribeck velocity, m/s
+
+
+@compiled
+def stribeck(friction: LuGre, v: Lanes) -> Lanes:
+    """Return the steady sliding force ``sigma_0 g(v)`` of eq. (22), N, without viscous friction."""
+    w = 1.0 / (friction.v_s * friction.v_s)
+    return friction.F_c + (friction.F_s - friction.F_c) * exponential(-(v * v * w))
+
+
+@compiled
+def bristle_decay(friction: LuGre, v: Lanes) -> Lanes:
+    """Return the decay rate ``abs(v)/g(v)`` of the bristle state in eq. (21), 1/s."""
+    return friction.sigma_0 * abs(v) / stribeck(friction, v)
+
+
+@compiled
+def friction_force(friction: LuGre, v: Lanes, z: Lanes) -> Lanes:
+    """Return the friction force, N, at velocity `v`, m/s, and bristle state `z`, m: eqs (20), (21).
+
+    ``f_f = sigma_0 z + sigma_1 (v - abs(v)/g(v) z) + sigma_2 v``
+    """
+    z_rate = v - bristle_decay(friction, v) * z
+    return friction.sigma_0 * z + friction.sigma_1 * z_rate + friction.sigma_2 * v
