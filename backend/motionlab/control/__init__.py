@@ -1,0 +1,1 @@
+"""What the controller computes in one period: position control, friction compensation, sharing."""

@@ -1,0 +1,115 @@
+"""Friction estimation: the LuGre observer of eqs (23) and (24), and the laws for its term K.
+
+Five laws share one observer, ``dz*/dt = v - abs(v)/g(v) z* + K``, stepped by its exact exponential
+(an explicit step at 0.5 ms diverges above 46 mm/s):
+
+* ``OFF`` and ``OBSERVER``: K = 0; with OFF the estimate runs but is never added.
+* ``PUBLISHED``: eq. (25) as printed. It does not work in discrete time: it needs an acceleration
+  that K itself causes, its denominator crosses zero, and V of eq. (37) is only semidefinite.
+* ``RESIDUAL``: the same idea in explicit-residual form. The filtered force balance gives the
+  estimate's error, e_z = D r/(D^2 + (c sigma_0)^2), D = sigma_1 abs(v)/g - sigma_0; K = gain e_z
+  while D < 0.
+* ``CANUDAS_DE_WIT``: K = gain e, after Canudas de Wit et al., IEEE Trans. Autom. Control 40(3),
+  1995.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from motionlab.control.position import Motion
+from motionlab.lanes import Lanes, compiled, select
+from motionlab.lanes.functions import clip, decay
+from motionlab.plant.friction import LuGre, bristle_decay
+
+OFF, OBSERVER, PUBLISHED, RESIDUAL, CANUDAS_DE_WIT = 0.0, 1.0, 2.0, 3.0, 4.0
+"""Values of Compensation.law."""
+
+_SMALLEST_DENOMINATOR = 1e-12  # the paper's rho: (25) is 0/0 at rest on the reference
+
+
+class Compensation(NamedTuple):
+    """Parameters of each lane."""
+
+    law: Lanes  # OFF, OBSERVER, PUBLISHED, RESIDUAL or CANUDAS_DE_WIT
+    enabled: Lanes  # 1: add the estimate to the command; 0: only run it
+    from_reference: Lanes  # 1: the observer uses the reference's velocity; 0: the measured one
+    gain: Lanes  # of K, 1/s
+    residual_alpha: Lanes  # 1 - exp(-2 pi f T_s) of the residual's filter
+    regularisation: Lanes  # c in e_z, 1
+    z_limit: Lanes  # largest bristle estimate, m; inf for none
+
+
+class Estimate(NamedTuple):
+    """The friction estimate of one tick."""
+
+    force: Lanes  # f_f*, N
+    z: Lanes  # bristle estimate at the end of the tick, m
+    K: Lanes  # m/s
+    residual: Lanes  # filtered force balance, N
+
+
+@compiled
+def residual_force(  # noqa: PLR0913, PLR0917 - the terms of the balance
+    law: Compensation,
+    model: LuGre,
+    residual: Lanes,
+    inertia: Lanes,
+    known_force: Lanes,
+    K_last: Lanes,
+) -> Lanes:
+    """Return the filtered balance ``r += alpha (M a - (f - f_f*) - sigma_1 K - r)``, N."""
+    balance = inertia - known_force - model.sigma_1 * K_last
+    return residual + law.residual_alpha * (balance - residual)
+
+
+@compiled
+def adaptation(  # noqa: PLR0913, PLR0917 - everything the four laws use
+    law: Compensation,
+    model: LuGre,
+    motion: Motion,
+    v: Lanes,
+    u: Lanes,
+    k_d: Lanes,
+    inertia: Lanes,
+    residual: Lanes,
+) -> Lanes:
+    """Return K, m/s, by the law of each lane."""
+    D = model.sigma_1 * bristle_decay(model, v) - model.sigma_0
+
+    denominator = model.sigma_1 * u + motion.error * k_d * D
+    tiny = abs(denominator) < _SMALLEST_DENOMINATOR
+    published = u * (inertia - u) / select(tiny, _SMALLEST_DENOMINATOR, denominator)
+
+    floor = law.regularisation * model.sigma_0
+    e_z = D * residual / (D * D + floor * floor)
+    explicit = select(D < 0.0, law.gain * e_z, 0.0)
+
+    K = select(law.law == PUBLISHED, published, 0.0)
+    K = select(law.law == RESIDUAL, explicit, K)
+    return select(law.law == CANUDAS_DE_WIT, law.gain * motion.error, K)
+
+
+@compiled
+def estimate_friction(  # noqa: PLR0913, PLR0917 - the observer's state and inputs
+    law: Compensation,
+    model: LuGre,
+    z: Lanes,
+    v: Lanes,
+    K: Lanes,
+    residual: Lanes,
+    T_s: float,
+) -> Estimate:
+    """Step the observer over one period and return the friction it expects, eq. (23).
+
+    With ``l = abs(v)/g(v)``::
+
+        z_n = z* e^-lT + T (v + K) phi1(lT)
+        f_f* = sigma_0 z_n + sigma_1 (z_n - z*)/T + sigma_2 v
+    """
+    x = bristle_decay(model, v) * T_s
+    e, phi_1, _ = decay(x, 1.0 / x)
+    z_new = clip(z * e + T_s * (v + K) * phi_1, -law.z_limit, law.z_limit)
+    z_rate = (z_new - z) * (1.0 / T_s)
+    force = model.sigma_0 * z_new + model.sigma_1 * z_rate + model.sigma_2 * v
+    return Estimate(force, z_new, K, residual)

@@ -1,0 +1,88 @@
+"""Sharing a force command among three phases, and the force that the currents then give."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.lanes import Lanes, Mask, compiled, select
+from motionlab.lanes.functions import clip
+from motionlab.plant.magnetics import ForceMap, Phases, current_for, force_fraction, thrust_shape
+
+
+class Share(NamedTuple):
+    """What force sharing asks of the amplifiers."""
+
+    current: Phases  # current commands, A
+    force: Lanes  # force that these currents give on the controller's map, N
+    limited: Mask  # some phase is at its current limit
+
+
+@compiled
+def share_force(force_map: ForceMap, current_limit: Lanes, position: Lanes, force: Lanes) -> Share:
+    """Share `force`, N, at the measured `position`, m, among the phases that can pull its way.
+
+    With ``x_k = max(0, sgn(f) S(theta_k))`` each phase gives ``F_k = abs(f) x_k / sum x_j**2``, so
+    that ``sum F_k S_k = f`` exactly until a phase reaches its current limit; there is no
+    singular position. The current comes from the closed inverse of F(i).
+    """
+    shape = thrust_shape(force_map, position)
+    forward = force > 0.0
+    x_a = _pull(shape.a, forward)
+    x_b = _pull(shape.b, forward)
+    x_c = _pull(shape.c, forward)
+    squares = x_a * x_a + x_b * x_b + x_c * x_c
+    scale = abs(force) / (force_map.F_pk * squares)
+    most = force_fraction(force_map, current_limit)
+    y_a = clip(scale * x_a, 0.0, most)
+    y_b = clip(scale * x_b, 0.0, most)
+    y_c = clip(scale * x_c, 0.0, most)
+    current = Phases(
+        current_for(force_map, y_a), current_for(force_map, y_b), current_for(force_map, y_c)
+    )
+    given = force_map.F_pk * (y_a * x_a + y_b * x_b + y_c * x_c)
+    limited = (scale * x_a > most) | (scale * x_b > most) | (scale * x_c > most)
+    return Share(current, select(forward, given, -given), limited)
+
+
+@compiled
+def _pull(shape: Lanes, forward: Mask) -> Lanes:
+    along = select(forward, shape, -shape)
+    return select(along > 0.0, along, 0.0)
+
+
+def reachable_force(
+    force_map: ForceMap,
+    current_limit: float,
+    position: NDArray[np.float64],
+    force: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return what share_force gives of a commanded `force`, on arrays, as a magnitude.
+
+    Parameters
+    ----------
+    force_map : ForceMap
+        The controller's map, plain numbers.
+    current_limit : float
+        Largest current command, A.
+    position : ndarray, shape (n,)
+        Measured positions, m.
+    force : ndarray, shape (n,)
+        Commanded forces, N.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Magnitude of the force that the limited currents give on the map, N.
+    """
+    m = force_map
+    theta = 2.0 * np.pi * ((position + m.offset) / m.tau - np.arange(3.0)[:, None] / 3.0)
+    shape = np.sin(theta) + m.h_2 * np.sin(2.0 * theta) + m.h_3 * np.sin(3.0 * theta)
+    x = np.maximum(0.0, np.where(force > 0.0, 1.0, -1.0) * shape / (1.0 - m.h_3))
+    b = (m.I_pk / m.I_knee) ** 2
+    q = (current_limit / m.I_pk) ** 2
+    most = (1.0 + b) * q / (1.0 + b * q)
+    y = np.minimum(np.abs(force) / (m.F_pk * (x * x).sum(axis=0)) * x, most)
+    return m.F_pk * (y * x).sum(axis=0)
