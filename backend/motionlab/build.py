@@ -1,0 +1,225 @@
+"""From a scenario to what the kernel takes: lane parameters, initial state, motion limits."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.config.controller import CompensationConfig, ControllerConfig, Law
+from motionlab.config.plant import AmplifierConfig, AxisConfig, ForceMapConfig, FrictionConfig
+from motionlab.config.scenario import Scenario
+from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.control.compensation import (
+    CANUDAS_DE_WIT,
+    OBSERVER,
+    OFF,
+    PUBLISHED,
+    RESIDUAL,
+    Compensation,
+)
+from motionlab.control.force_sharing import reachable_force
+from motionlab.control.position import PositionController
+from motionlab.lanes import WIDTH
+from motionlab.plant.current import Amplifiers
+from motionlab.plant.encoder import Encoder
+from motionlab.plant.friction import LuGre
+from motionlab.plant.magnetics import ForceMap
+from motionlab.plant.mechanics import Mechanics
+from motionlab.simulation.kernel import (
+    PARAMETER_ROWS,
+    STATE_ROWS,
+    SUBSTEPS,
+    Limits,
+    Parameters,
+    State,
+)
+from motionlab.trajectory.feasibility import Limits as MotionLimits
+
+AXES = ("x", "y")
+LANES_PER_VARIANT = len(AXES)
+VARIANTS_PER_BLOCK = WIDTH // LANES_PER_VARIANT
+
+_RESIDUAL_GAIN = 100.0  # 1/s
+_CANUDAS_DE_WIT_GAIN = 300.0  # 1/s
+_RESIDUAL_BRISTLE_LIMIT = 1.2  # of F_s/sigma_0
+
+
+def lane_parameters(scenario: Scenario) -> NDArray[np.float64]:
+    """Return the parameters of every lane of a scenario.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Resolved scenario.
+
+    Returns
+    -------
+    ndarray, shape (blocks, PARAMETER_ROWS, WIDTH)
+        Lane ``2 i + a`` holds axis a of variant i; lanes left over repeat the first variant.
+    """
+    columns = [
+        [value for group in _lane(scenario, variant.controller, axis) for value in group]
+        for variant in scenario.variants.values()
+        for axis in AXES
+    ]
+    blocks = -(-len(columns) // WIDTH)
+    while len(columns) < blocks * WIDTH:
+        columns.append(columns[len(columns) % LANES_PER_VARIANT])
+    lanes = np.array(columns, dtype=np.float64).reshape(blocks, WIDTH, PARAMETER_ROWS)
+    return np.ascontiguousarray(lanes.transpose(0, 2, 1))
+
+
+def initial_state(blocks: int, start: tuple[float, float]) -> NDArray[np.float64]:
+    """Return the state of movers at rest at `start`, m; shape (blocks, STATE_ROWS, WIDTH)."""
+    state = np.zeros((blocks, STATE_ROWS, WIDTH))
+    state[:, State._fields.index("p")] = np.tile(start, VARIANTS_PER_BLOCK)
+    state[:, State._fields.index("failed")] = -1.0
+    return state
+
+
+def motion_limits(scenario: Scenario, controller: ControllerConfig) -> MotionLimits:
+    """Return what the motor of a scenario can do under one of its controllers.
+
+    The thrust that can be had is what the controller's map gives at its force limit, which
+    depends on the position in the pole pitch.
+    """
+    plant = scenario.plant
+    axes = (plant.x, plant.y)
+
+    def friction(axis: int, v: NDArray[np.float64]) -> NDArray[np.float64]:
+        return _steady_friction(axes[axis].friction, v)
+
+    def available(
+        axis: int, position: NDArray[np.float64], sign: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        if plant.force == "ideal":
+            return np.full_like(position, controller.force_limit)
+        model = controller.model.x if axis == 0 else controller.model.y
+        force_map = _force_map(model.force_map)
+        return reachable_force(
+            force_map, controller.current_limit, position, sign * controller.force_limit
+        )
+
+    return MotionLimits(
+        stroke=(plant.x.stroke, plant.y.stroke),
+        v_max=(plant.x.velocity_max, plant.y.velocity_max),
+        a_max=(plant.x.acceleration_max, plant.y.acceleration_max),
+        mass=(plant.x.mass, plant.y.mass),
+        friction=friction,
+        available_thrust=available,
+    )
+
+
+def _lane(scenario: Scenario, controller: ControllerConfig, axis: str) -> Parameters:
+    """Return the parameter groups of one axis of one variant, as plain numbers."""
+    plant: AxisConfig = getattr(scenario.plant, axis)
+    model = getattr(controller.model, axis)
+    return Parameters(
+        friction=_friction(plant.friction),
+        force_map=_force_map(plant.force_map),
+        amplifiers=_amplifiers(plant.amplifiers),
+        encoder=Encoder(
+            resolution=plant.encoder.resolution,
+            sde_amplitude=plant.encoder.sde_amplitude,
+            sde_period=plant.encoder.sde_period,
+        ),
+        mechanics=Mechanics(
+            M=plant.mass,
+            stop=plant.stroke + plant.stop_distance,
+            stop_stiffness=plant.stop_stiffness,
+            stop_damping=plant.stop_damping,
+        ),
+        controller=_position_controller(scenario, controller, axis),
+        compensation=_compensation(controller.compensation, model.friction),
+        model_friction=_friction(model.friction),
+        model_force_map=_force_map(model.force_map),
+        limits=Limits(current=controller.current_limit, error=scenario.divergence_error),
+    )
+
+
+def _position_controller(
+    scenario: Scenario, controller: ControllerConfig, axis: str
+) -> PositionController:
+    gains = getattr(controller, axis)
+    observer = controller.disturbance_observer
+    return PositionController(
+        k_p=gains.k_p,
+        k_d=gains.k_d,
+        M=getattr(controller.model, axis).mass,
+        force_limit=controller.force_limit,
+        feedforward=float(controller.feedforward),
+        observer=float(observer.enabled),
+        observer_alpha=_alpha(observer.bandwidth),
+        delay=float(controller.delay),
+        ideal_force=float(scenario.plant.force == "ideal"),
+    )
+
+
+def _compensation(config: CompensationConfig, model: FrictionConfig) -> Compensation:
+    gain = config.gain
+    if gain is None:
+        gain = _CANUDAS_DE_WIT_GAIN if config.law == "canudas-de-wit" else _RESIDUAL_GAIN
+    limit = config.bristle_limit
+    if limit is None:
+        limit = _RESIDUAL_BRISTLE_LIMIT if config.law == "residual-k" else math.inf
+    return Compensation(
+        law=_law(config.law),
+        enabled=float(config.enabled and config.law != "off" and model.enabled),
+        from_reference=float(config.velocity == "reference"),
+        gain=gain,
+        residual_alpha=_alpha(config.residual_bandwidth),
+        regularisation=config.regularisation,
+        z_limit=limit * model.F_s / model.sigma_0,
+    )
+
+
+def _law(law: Law) -> float:
+    match law:
+        case "off":
+            return OFF
+        case "lugre-observer":
+            return OBSERVER
+        case "published-k":
+            return PUBLISHED
+        case "residual-k":
+            return RESIDUAL
+        case "canudas-de-wit":
+            return CANUDAS_DE_WIT
+
+
+def _friction(config: FrictionConfig) -> LuGre:
+    """Return the LuGre parameters; without friction the bristle is there but carries no force."""
+    on = float(config.enabled)
+    return LuGre(
+        sigma_0=on * config.sigma_0,
+        sigma_1=on * config.sigma_1,
+        sigma_2=on * config.sigma_2,
+        F_c=config.F_c,
+        F_s=config.F_s,
+        v_s=config.v_s,
+    )
+
+
+def _force_map(config: ForceMapConfig) -> ForceMap:
+    return ForceMap(**config.model_dump())
+
+
+def _amplifiers(config: AmplifierConfig) -> Amplifiers:
+    half = 0.5 * CONTROL_PERIOD / SUBSTEPS
+    rest = 0.0 if config.bandwidth is None else math.exp(-2.0 * math.pi * config.bandwidth * half)
+    return Amplifiers(rest, *config.gain, *config.offset, config.limit)
+
+
+def _alpha(bandwidth: float) -> float:
+    """Return the coefficient of a first-order low-pass filter of `bandwidth`, Hz."""
+    return 1.0 - math.exp(-2.0 * math.pi * bandwidth * CONTROL_PERIOD)
+
+
+def _steady_friction(config: FrictionConfig, v: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the friction at constant velocity, N: eqs (20) to (22) with dz/dt = 0."""
+    if not config.enabled:
+        return np.zeros_like(v)
+    level = config.F_c + (config.F_s - config.F_c) * np.exp(-((v / config.v_s) ** 2))
+    return np.sign(v) * level + config.sigma_2 * v

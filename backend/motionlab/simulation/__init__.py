@@ -1,0 +1,1 @@
+"""Running a scenario: the kernel, its inputs, and what comes of it."""

@@ -1,0 +1,89 @@
+"""What acts on all variants alike: reference, load, and the draws of every noise source.
+
+Time is cut into pages of PAGE ticks. Each noise source of each axis draws every page from a
+generator of its own, keyed by (seed, source, axis, page): draws never depend on what a controller
+does, on another source being switched on, or on how a run is cut into pieces.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.config.plant import AmplifierConfig
+from motionlab.config.scenario import LoadConfig, Scenario
+from motionlab.config.timing import CONTROL_PERIOD, to_ticks
+from motionlab.simulation.kernel import INPUT_ROWS, Inputs
+from motionlab.trajectory.reference import Reference
+
+PAGE = 1024
+"""Ticks in one page."""
+
+_ROW = {name: row for row, name in enumerate(Inputs._fields)}
+_ENCODER, _LOAD, _CURRENT = 0, 1, 2  # noise sources; phase k of the currents is _CURRENT + k
+_PHASES = ("current_a", "current_b", "current_c")
+
+
+def load_force(load: LoadConfig, ticks: int) -> NDArray[np.float64]:
+    """Return the external load force without its noise, N, shape (ticks, 2)."""
+    force = np.tile((load.x, load.y), (ticks, 1)).astype(np.float64)
+    for step in load.steps:
+        force[to_ticks(step.time) :] += (step.x, step.y)
+    return force
+
+
+def page_inputs(
+    scenario: Scenario, reference: Reference, load: NDArray[np.float64], page: int
+) -> NDArray[np.float64]:
+    """Return the kernel's inputs over one page.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Parameters that hold over the page.
+    reference : Reference
+        The sampled trajectory.
+    load : ndarray, shape (ticks, 2)
+        From `load_force`; its noise is added here.
+    page : int
+        Which page; the last one of a run may be shorter than PAGE.
+
+    Returns
+    -------
+    ndarray, shape (ticks in the page, INPUT_ROWS, 2)
+        Fields of `Inputs` for x and y.
+    """
+    start = page * PAGE
+    here = slice(start, min(start + PAGE, reference.ticks))
+    count = here.stop - here.start
+    inputs = np.zeros((count, INPUT_ROWS, 2))
+    inputs[:, _ROW["p_ref"]] = reference.position[here]
+    inputs[:, _ROW["v_ref"]] = reference.velocity[here]
+    inputs[:, _ROW["a_ref"]] = reference.acceleration[here]
+    inputs[:, _ROW["load"]] = load[here]
+    for axis, config in enumerate((scenario.plant.x, scenario.plant.y)):
+
+        def draw(source: int, rms: float, axis: int = axis) -> NDArray[np.float64] | float:
+            if rms == 0.0:
+                return 0.0
+            key = (source, axis, page)
+            generator = np.random.Generator(
+                np.random.Philox(np.random.SeedSequence(scenario.seed, spawn_key=key))
+            )
+            return rms * generator.standard_normal(PAGE)[:count]
+
+        inputs[:, _ROW["load"], axis] += draw(_LOAD, scenario.load.noise)
+        inputs[:, _ROW["encoder_noise"], axis] = draw(_ENCODER, config.encoder.noise)
+        for phase, name in enumerate(_PHASES):
+            ripple = _ripple(config.amplifiers, start, phase)
+            noise = draw(_CURRENT + phase, config.amplifiers.noise)
+            inputs[:, _ROW[name], axis] = ripple[:count] + noise
+    return inputs
+
+
+def _ripple(config: AmplifierConfig, start: int, phase: int) -> NDArray[np.float64]:
+    """Return one page of ripple current of one phase, A; always a whole page, for equal bits."""
+    if config.ripple_amplitude == 0.0:
+        return np.zeros(PAGE)
+    turns = config.ripple_frequency * (start + np.arange(PAGE)) * CONTROL_PERIOD - phase / 3.0
+    return config.ripple_amplitude * np.sin(2.0 * np.pi * turns)

@@ -1,0 +1,79 @@
+"""What a run leaves behind: every channel of every variant, tick by tick."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.telemetry.channels import CHANNELS
+
+AXES = ("x", "y")
+_INDEX = {channel.name: i for i, channel in enumerate(CHANNELS)}
+
+
+@dataclass(frozen=True)
+class Divergence:
+    """Where and how a variant ended before its time.
+
+    Attributes
+    ----------
+    tick : int
+        First tick whose sample is not to be trusted.
+    channel : str
+        Axis and channel that failed, such as ``x.following_error``.
+    last_states : tuple of dict
+        Samples of the last ticks up to and including `tick`: channel name to value.
+    """
+
+    tick: int
+    channel: str
+    last_states: tuple[dict[str, float], ...]
+
+    @property
+    def time(self) -> float:
+        """Time of `tick`, s."""
+        return self.tick * CONTROL_PERIOD
+
+
+@dataclass(frozen=True)
+class VariantRecord:
+    """Samples of one variant.
+
+    Attributes
+    ----------
+    samples : ndarray of float32, shape (channels, axes, ticks)
+        In the order of CHANNELS and AXES; NaN from the tick of divergence on.
+    diverged : Divergence or None
+        None for a variant that reached the end.
+    """
+
+    samples: NDArray[np.float32]
+    diverged: Divergence | None = None
+
+    def channel(self, name: str, axis: str) -> NDArray[np.float32]:
+        """Return one channel of one axis, shape (ticks,)."""
+        return self.samples[_INDEX[name], AXES.index(axis)]
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Every channel of a run.
+
+    Attributes
+    ----------
+    references : ndarray, shape (4, axes, ticks)
+        Position, velocity and acceleration reference and load force: REFERENCES, in float64.
+    variants : dict of str to VariantRecord
+        In the order of the scenario.
+    """
+
+    references: NDArray[np.float64]
+    variants: dict[str, VariantRecord]
+
+    @property
+    def ticks(self) -> int:
+        """Number of recorded ticks."""
+        return self.references.shape[2]
