@@ -1,0 +1,172 @@
+"""The result document of a run: metrics of every variant, B against A, window by window."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from motionlab import __version__
+from motionlab.analysis.compare import compare
+from motionlab.analysis.metrics import variant_metrics
+from motionlab.config.load import resolve
+from motionlab.config.plant import PlantConfig
+from motionlab.config.scenario import VariantConfig
+from motionlab.config.shipped import names
+from motionlab.config.timing import CONTROL_PERIOD, to_ticks
+from motionlab.lanes import model_hash
+from motionlab.simulation.run import Prepared
+from motionlab.telemetry.recording import Divergence, Recording
+from motionlab.trajectory.feasibility import count_rate_warning
+
+Window = tuple[int, int]
+
+_PUBLISHED_K = (
+    "K as published, eq. (25), does not work in discrete time: it needs an acceleration that K "
+    "itself causes, its denominator crosses zero, and V of eq. (37) is only semidefinite"
+)
+
+
+def document(prepared: Prepared, recording: Recording) -> dict[str, Any]:
+    """Return the result document; it holds nothing that JSON does not know.
+
+    Parameters
+    ----------
+    prepared : Prepared
+        What was run.
+    recording : Recording
+        What came of it.
+
+    Returns
+    -------
+    dict
+        Metrics in SI units; see docs/results.md.
+    """
+    scenario = prepared.scenario
+    window = _main_window(prepared)
+    measured = _measure(prepared, recording, window)
+    return {
+        "scenario": scenario.name,
+        "seed": scenario.seed,
+        "plant": _plant_name(scenario.plant),
+        "plant_description": scenario.plant.description,
+        "version": __version__,
+        "model": model_hash(),
+        **measured,
+        "segments": [
+            measured if segment == window else _measure(prepared, recording, segment)
+            for segment in _segments(prepared, window)
+        ],
+    }
+
+
+def metadata(prepared: Prepared) -> dict[str, str]:
+    """Return what a recording needs to be reproduced: scenario, seed, versions."""
+    return {
+        "scenario": json.dumps(prepared.scenario.model_dump(mode="json"), allow_nan=False),
+        "seed": str(prepared.scenario.seed),
+        "version": __version__,
+        "model": model_hash(),
+    }
+
+
+def _measure(prepared: Prepared, recording: Recording, window: Window) -> dict[str, Any]:
+    """Return the metrics of all variants over one window."""
+    scenario, reference = prepared.scenario, prepared.reference
+    variants: dict[str, Any] = {}
+    for name, variant in scenario.variants.items():
+        diverged = recording.variants[name].diverged
+        metrics = variant_metrics(
+            recording, name, reference, window, settling_band=scenario.settling_band
+        )
+        variants[name] = {
+            "label": variant.label,
+            "law": variant.controller.compensation.law,
+            "diverged": None if diverged is None else _divergence(diverged),
+            "notes": _notes(prepared, variant),
+            **metrics,
+        }
+    first, *others = variants
+    comparison = compare(variants[first], variants[others[0]]) if others else {}
+    _note_published_k(variants, first)
+    return {
+        "window": {"start": window[0] * CONTROL_PERIOD, "end": window[1] * CONTROL_PERIOD},
+        "variants": variants,
+        "comparison": comparison,
+    }
+
+
+def _main_window(prepared: Prepared) -> Window:
+    window = prepared.scenario.window
+    if window is None:
+        return prepared.reference.window
+    return to_ticks(window.start), to_ticks(window.end)
+
+
+def _segments(prepared: Prepared, window: Window) -> list[Window]:
+    """Return a window for each interval between scheduled switches.
+
+    Without a schedule that is the main window. Of a motion that repeats, each is the last two
+    periods of its interval, after at least one where there is room; otherwise the whole interval.
+    """
+    starts = [tick for tick, _ in prepared.phases]
+    if len(starts) == 1:
+        return [window]
+    ends = [*starts[1:], prepared.reference.ticks]
+    period = prepared.reference.period
+    segments = []
+    for start, end in zip(starts, ends, strict=True):
+        settled = min(start + period, end - 1)
+        segments.append((max(settled, end - 2 * period) if period else start, end))
+    return segments
+
+
+def _divergence(diverged: Divergence) -> dict[str, Any]:
+    return {
+        "time": diverged.time,
+        "channel": diverged.channel,
+        "last_states": [
+            {name: _finite(value) for name, value in state.items()}
+            for state in diverged.last_states
+        ],
+    }
+
+
+def _finite(value: float) -> float | str:
+    """Return a number as it is, or the name of one that JSON does not know."""
+    return value if abs(value) < float("inf") else str(value)
+
+
+def _notes(prepared: Prepared, variant: VariantConfig) -> list[str]:
+    notes = []
+    if variant.controller.compensation.law == "published-k":
+        notes.append(_PUBLISHED_K)
+    encoder = prepared.scenario.plant.x.encoder
+    if encoder.resolution > 0.0:
+        warning = count_rate_warning(
+            prepared.reference, resolution=encoder.resolution, rate=encoder.interface_rate
+        )
+        notes += [] if warning is None else [warning]
+    return notes
+
+
+def _note_published_k(variants: dict[str, Any], first: str) -> None:
+    """Add to a published-K variant how much worse than the first one it is."""
+    for name, variant in variants.items():
+        if variant["law"] != "published-k" or name == first:
+            continue
+        ratios = compare(variants[first], variant)
+        worse = [
+            f"{ratio:.3g} times on {axis}"
+            for axis, metrics in ratios.items()
+            if (ratio := metrics.get("max_abs_following_error_ratio")) is not None
+        ]
+        if worse:
+            variant["notes"].append(f"largest following error against {first}: " + ", ".join(worse))
+
+
+def _plant_name(plant: PlantConfig) -> str:
+    """Return the plant's name, marked when it is no longer the shipped one of that name."""
+    if plant.name not in names("motors"):
+        return plant.name
+    shipped = resolve({"plant": plant.name})["plant"]
+    return plant.name if PlantConfig.model_validate(shipped) == plant else f"{plant.name} (changed)"

@@ -1,0 +1,205 @@
+"""Recordings as files: Parquet or CSV, float32 columns, units in the schema."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.errors import ConfigError, FieldError, StoreError
+from motionlab.telemetry.channels import CHANNELS, REFERENCES, Channel
+from motionlab.telemetry.recording import AXES, Recording
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+SUFFIXES = (".parquet", ".csv")
+_ROWS = 65_536  # ticks in a row group: bounds the memory of long recordings
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column read back from a file."""
+
+    unit: str
+    values: NDArray[Any]
+
+
+def check_target(path: str) -> None:
+    """Refuse a file that could not be written, before a run begins.
+
+    Raises
+    ------
+    ConfigError
+        If the suffix is neither ``.parquet`` nor ``.csv``, or the folder is missing or read-only.
+    """
+    target = Path(path)
+    if target.suffix not in SUFFIXES:
+        raise ConfigError(
+            FieldError("--out", "unknown kind of file", path, "names ending in .parquet or .csv")
+        )
+    folder = target.absolute().parent
+    if not folder.is_dir():
+        raise ConfigError(FieldError("--out", "its folder does not exist", path))
+    if target.is_dir() or not os.access(folder, os.W_OK):
+        raise ConfigError(FieldError("--out", "cannot be written", path))
+
+
+def columns(recording: Recording) -> Iterator[tuple[str, Channel, NDArray[np.float32]]]:
+    """Yield name, channel and float32 values of every column but ``tick`` and ``time``.
+
+    References come first, as ``x.position_reference``; then every channel of every variant, as
+    ``A.x.following_error``.
+    """
+    for axis, axis_name in enumerate(AXES):
+        for row, channel in enumerate(REFERENCES):
+            values = recording.references[row, axis].astype(np.float32)
+            yield f"{axis_name}.{channel.name}", channel, values
+    for name, record in recording.variants.items():
+        for axis in AXES:
+            for channel in CHANNELS:
+                yield f"{name}.{axis}.{channel.name}", channel, record.channel(channel.name, axis)
+
+
+def write(recording: Recording, path: str, *, metadata: dict[str, str]) -> None:
+    """Write a recording; the same recording gives the same bytes.
+
+    The file appears under its name only when it is complete. Samples after a divergence are null.
+
+    Parameters
+    ----------
+    recording : Recording
+        What to write.
+    path : str
+        File to write; its suffix, ``.parquet`` or ``.csv``, decides the format.
+    metadata : dict of str to str
+        Kept in the Parquet file's schema; CSV has no place for it.
+
+    Raises
+    ------
+    ConfigError
+        If the suffix is unknown.
+    StoreError
+        If the file cannot be written.
+    """
+    check_target(path)
+    target = Path(path)
+    try:
+        handle, name = tempfile.mkstemp(dir=target.absolute().parent, prefix=f".{target.name}.")
+        os.close(handle)
+        partial = Path(name)
+        try:
+            _write(recording, partial, target.suffix, metadata)
+            partial.chmod(0o644)
+            partial.replace(target)
+        finally:
+            partial.unlink(missing_ok=True)
+    except OSError as error:
+        raise StoreError(f"{path}: cannot be written: {error.strerror or error}") from error
+
+
+def read(path: str) -> dict[str, Column]:
+    """Read a recording back, from Parquet or CSV.
+
+    Parameters
+    ----------
+    path : str
+        File that `write` wrote.
+
+    Returns
+    -------
+    dict of str to Column
+        By name, in the file's order; nulls are NaN.
+
+    Raises
+    ------
+    StoreError
+        If the file cannot be read.
+    """
+    import pyarrow as pa
+    from pyarrow import csv, parquet
+
+    try:
+        if path.endswith(".csv"):
+            table = csv.read_csv(path)
+            named = [_split_header(name) for name in table.column_names]
+        else:
+            table = parquet.read_table(path)
+            named = [(f.name, (f.metadata or {}).get(b"unit", b"").decode()) for f in table.schema]
+    except (OSError, pa.ArrowInvalid) as error:
+        raise StoreError(f"{path}: cannot be read: {error}") from error
+    result = {}
+    for (name, unit), column in zip(named, table.columns, strict=True):
+        whole = name in {"tick", "time"}
+        values = column.to_numpy() if whole else column.cast(pa.float32()).to_numpy()
+        result[name] = Column(unit, values)
+    return result
+
+
+def _split_header(header: str) -> tuple[str, str]:
+    name, _, unit = header.partition(" [")
+    return name, unit.removesuffix("]")
+
+
+def _write(recording: Recording, path: Path, suffix: str, metadata: dict[str, str]) -> None:
+    from pyarrow import csv, parquet
+
+    arrays = list(columns(recording))
+    schema = _schema(arrays, metadata)
+    if suffix == ".parquet":
+        floats = [field.name for field in schema][1:]
+        writer = parquet.ParquetWriter(
+            path,
+            schema,
+            compression="zstd",
+            compression_level=3,
+            use_dictionary=False,
+            column_encoding=dict.fromkeys(floats, "BYTE_STREAM_SPLIT") | {"tick": "PLAIN"},
+        )
+    else:
+        headers = [f"{f.name} [{f.metadata[b'unit'].decode()}]" for f in schema]
+        schema = _renamed(schema, headers)
+        writer = csv.CSVWriter(path, schema)
+    with writer:
+        for start in range(0, recording.ticks, _ROWS):
+            writer.write(_batch(arrays, schema, start, min(start + _ROWS, recording.ticks)))
+
+
+def _schema(
+    arrays: list[tuple[str, Channel, NDArray[np.float32]]], metadata: dict[str, str]
+) -> pa.Schema:
+    import pyarrow as pa
+
+    fields = [
+        pa.field("tick", pa.int64(), metadata={"unit": "1", "meaning": "control period"}),
+        pa.field("time", pa.float64(), metadata={"unit": "s", "meaning": "tick times 0.5 ms"}),
+    ]
+    fields += [
+        pa.field(name, pa.float32(), metadata={"unit": channel.unit, "meaning": channel.meaning})
+        for name, channel, _ in arrays
+    ]
+    return pa.schema(fields, metadata=metadata)
+
+
+def _renamed(schema: pa.Schema, names: list[str]) -> pa.Schema:
+    import pyarrow as pa
+
+    return pa.schema([f.with_name(name) for f, name in zip(schema, names, strict=True)])
+
+
+def _batch(
+    arrays: list[tuple[str, Channel, NDArray[np.float32]]], schema: pa.Schema, start: int, stop: int
+) -> pa.RecordBatch:
+    import pyarrow as pa
+
+    ticks = np.arange(start, stop)
+    data = [pa.array(ticks), pa.array(ticks * CONTROL_PERIOD)]
+    data += [pa.array(values[start:stop], from_pandas=True) for _, _, values in arrays]
+    return pa.RecordBatch.from_arrays(data, schema=schema)
