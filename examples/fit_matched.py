@@ -1,6 +1,6 @@
 """Fit the matched motor: two friction factors per axis to the two errors of the paper's Fig. 5.
 
-Run with ``.venv/bin/python examples/fit_matched.py``; its output stands in configs/motors/matched.toml.
+Run with ``.venv/bin/python examples/fit_matched.py``; configs/motors/matched.toml holds its output.
 Needs scipy, which ``make setup`` installs. Two parameters fitted to two numbers: this shows that
 model error of a plausible size explains the paper's figures, and proves nothing.
 """

@@ -40,7 +40,7 @@ class FieldError:
             text += f"; got {self.value!r}"
         if self.range:
             text += f"; allowed {self.range}"
-        if self.unit:
+        if self.unit not in {"", "1"}:
             text += f" {self.unit}" if self.range else f" (unit {self.unit})"
         return text
 

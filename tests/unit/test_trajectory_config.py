@@ -3,8 +3,9 @@
 import tomllib
 
 import pytest
-from motionlab.config.trajectory import TrajectoryConfig
 from pydantic import TypeAdapter, ValidationError
+
+from motionlab.config.trajectory import TrajectoryConfig
 
 ADAPTER = TypeAdapter(TrajectoryConfig)
 

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pydantic import TypeAdapter
+
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.errors import Infeasible
 from motionlab.trajectory.feasibility import Limits, check, count_rate_warning
 from motionlab.trajectory.reference import sample
-from pydantic import TypeAdapter
 
 ADAPTER = TypeAdapter(TrajectoryConfig)
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.trajectory.profile import (
     minimum_jerk,

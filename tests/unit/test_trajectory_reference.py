@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pydantic import TypeAdapter
+
 from motionlab.config.timing import CONTROL_PERIOD as T_s
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.errors import ConfigError
 from motionlab.trajectory.reference import sample
-from pydantic import TypeAdapter
 
 ADAPTER = TypeAdapter(TrajectoryConfig)
 RHOMBUS = [[0.03, 0.0], [0.0, 0.03], [-0.03, 0.0], [0.0, -0.03]]

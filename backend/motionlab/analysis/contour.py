@@ -11,9 +11,9 @@ Array = NDArray[np.float64]
 def contour_error(path: Array, following_error: Array, window: tuple[int, int]) -> Array:
     """Return the distance from the measured position to the nearest point of the reference path.
 
-    The path is the polyline through the reference samples. The search starts at the present sample and
-    walks along the path while the distance falls, so it never jumps to another branch of a path that
-    crosses itself.
+    The path is the polyline through the reference samples. The search starts at the present sample
+    and walks along the path while the distance falls, so it never jumps to another branch of a path
+    that crosses itself.
 
     Parameters
     ----------

@@ -29,9 +29,12 @@ _MESSAGES = {
     "model_attributes_type": "must be a table",
     "dict_type": "must be a table",
     "tuple_type": "must be a list",
-    "union_tag_not_found": "has no 'kind'",
-    "union_tag_invalid": "has an unknown 'kind'",
+    "too_short": "has too few items",
+    "too_long": "has too many items",
+    "union_tag_not_found": "is missing",
+    "union_tag_invalid": "is not one of the choices",
 }
+_SIGNS = {"ge": ">=", "gt": ">", "le": "<=", "lt": "<"}
 _LONGEST_VALUE = 80
 
 
@@ -66,12 +69,15 @@ def _field_error(item: dict[str, Any], model: type[BaseModel]) -> FieldError:
             range="one of " + ", ".join(siblings),
         )
     message = _MESSAGES.get(kind) or str(item["msg"]).removeprefix("Value error, ")
-    if kind == "union_tag_invalid":
-        allowed = f"one of {item['ctx']['expected_tags']}"
-    if kind == "union_tag_not_found":
-        path = [*path, "kind"]
-    value = None if kind == "missing" else _shown(item["input"])
     unit = _unit(info)
+    value = None if kind == "missing" else _shown(item["input"])
+    if kind == "union_tag_invalid":
+        known = [word.strip("'") for word in item["ctx"]["expected_tags"].split(", ")]
+        value = item["ctx"]["tag"]
+        message += did_you_mean(value, known)
+        allowed, unit = "one of " + ", ".join(known), ""
+    if kind in {"union_tag_invalid", "union_tag_not_found"}:
+        path = [*path, "kind"]
     return FieldError(loc=".".join(path), message=message, value=value, range=allowed, unit=unit)
 
 
@@ -112,11 +118,10 @@ def _walk(
             at = info.annotation if info is not None else Any
         else:
             arguments = typing.get_args(at)
-            at = (
-                arguments[-1]
-                if arguments and arguments[-1] is not ...
-                else (arguments or (Any,))[0]
-            )
+            at = next((a for a in reversed(arguments) if a is not ...), Any)
+            unit = _unit(info)
+            info = FieldInfo.from_annotation(at)
+            info.json_schema_extra = {"unit": unit}  # a list has the unit of its items
             siblings = []
     return path, info, siblings
 
@@ -156,24 +161,12 @@ def _allowed(info: FieldInfo | None) -> str:
         return ""
     bounds: dict[str, Any] = {}
     for entry in info.metadata:
-        for name in ("ge", "gt", "le", "lt"):
+        for name in _SIGNS:
             if getattr(entry, name, None) is not None:
                 bounds[name] = getattr(entry, name)
     annotation = _strip(info.annotation)
     if typing.get_origin(annotation) is typing.Literal:
         return "one of " + ", ".join(str(choice) for choice in typing.get_args(annotation))
-    low = (
-        f">= {bounds['ge']:g}"
-        if "ge" in bounds
-        else f"> {bounds['gt']:g}"
-        if "gt" in bounds
-        else ""
+    return " and ".join(
+        f"{sign} {bounds[name]:.10g}" for name, sign in _SIGNS.items() if name in bounds
     )
-    high = (
-        f"<= {bounds['le']:g}"
-        if "le" in bounds
-        else f"< {bounds['lt']:g}"
-        if "lt" in bounds
-        else ""
-    )
-    return " and ".join(part for part in (low, high) if part)

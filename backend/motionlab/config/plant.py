@@ -11,8 +11,12 @@ from motionlab.config.quantity import Config, quantity
 PAPER = "Huang et al., IEEE Access 2019"
 OURS = "this project's choice"
 
-ThreePhases = Annotated[tuple[float, float, float], Field(strict=False)]
-"""One number for each of the phases a, b, c."""
+_Gain = Annotated[float, Field(ge=0.0, le=2.0)]
+_Offset = Annotated[float, Field(ge=-10.0, le=10.0)]
+Gains = Annotated[tuple[_Gain, _Gain, _Gain], Field(strict=False)]
+"""A gain for each of the phases a, b, c."""
+Offsets = Annotated[tuple[_Offset, _Offset, _Offset], Field(strict=False)]
+"""An offset, A, for each of the phases a, b, c."""
 
 
 class FrictionConfig(Config):
@@ -108,13 +112,13 @@ class AmplifierConfig(Config):
         gt=0,
         le=100_000,
     )
-    gain: ThreePhases = quantity(
+    gain: Gains = quantity(
         "Current per commanded current, phases a, b, c",
         unit="1",
         source=OURS,
         default=(1.0, 1.0, 1.0),
     )
-    offset: ThreePhases = quantity(
+    offset: Offsets = quantity(
         "Current at zero command, phases a, b, c", unit="A", source=OURS, default=(0.0, 0.0, 0.0)
     )
     ripple_amplitude: float = quantity(
@@ -149,16 +153,6 @@ class AmplifierConfig(Config):
         gt=0,
         le=100,
     )
-
-    @model_validator(mode="after")
-    def _phases_are_sane(self) -> Self:
-        for name, unit, low, high in (("gain", "1", 0.0, 2.0), ("offset", "A", -10.0, 10.0)):
-            for phase, value in zip("abc", getattr(self, name), strict=True):
-                if not low <= value <= high:
-                    raise ValueError(
-                        f"{name} of phase {phase} is {value:g}; allowed {low:g} to {high:g} {unit}"
-                    )
-        return self
 
 
 class EncoderConfig(Config):
