@@ -70,7 +70,7 @@ SHIPPED = {
 def test_the_papers_trajectories_are_feasible_without_a_warning(table):
     ref = reference(**table)
     check(ref, LIMITS)
-    assert count_rate_warning(ref, resolution=50e-9, rate=1.25e6) is None
+    assert count_rate_warning(ref, "x", resolution=50e-9, rate=1.25e6) is None
 
 
 def refusal(*, limits: Limits = LIMITS, **table: object) -> Infeasible:
@@ -227,9 +227,9 @@ def test_acceleration_beyond_the_limit_is_always_refused(excess):
 
 def test_count_rate_warning_above_a_quarter_metre_per_second():
     fast = reference(kind="trapezoid", end={"x": 0.08}, v_max=0.3, a_max=2.0, dwell=0.0)
-    note = count_rate_warning(fast, resolution=50e-9, rate=1.25e6)
+    note = count_rate_warning(fast, "x", resolution=50e-9, rate=1.25e6)
     assert note is not None
     assert "velocity on x exceeds 0.25 m/s from t = 0.12" in note
     assert "1.25 MHz" in note
     at_limit = reference(kind="trapezoid", end={"x": 0.08}, v_max=0.25, a_max=2.0)
-    assert count_rate_warning(at_limit, resolution=50e-9, rate=1.25e6) is None
+    assert count_rate_warning(at_limit, "x", resolution=50e-9, rate=1.25e6) is None

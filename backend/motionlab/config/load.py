@@ -18,7 +18,7 @@ from pydantic import ValidationError
 from motionlab.config.complaints import field_errors
 from motionlab.config.scenario import Scenario
 from motionlab.config.shipped import Kind, is_name, parse, read
-from motionlab.config.timing import to_ticks
+from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.errors import ConfigError, FieldError
 
 _MODEL_KEYS = ("mass", "friction", "force_map")
@@ -144,11 +144,12 @@ def phases(scenario: Scenario) -> list[tuple[int, Scenario]]:
                     loc=f"schedule.{index}.time",
                     message="needs a control period of its own after the start and other events",
                     value=event.time,
+                    range=f">= {(result[-1][0] + 1) * CONTROL_PERIOD:g}",
                     unit="s",
                 )
             )
-        document = apply_changes(document, event.set)
         try:
+            document = apply_changes(document, event.set)
             changed = _validate(document)
         except ConfigError as error:
             raise ConfigError(
@@ -163,6 +164,10 @@ def phases(scenario: Scenario) -> list[tuple[int, Scenario]]:
                     for e in error.errors
                 )
             ) from None
+        if changed.variants.keys() != scenario.variants.keys():
+            raise ConfigError(
+                FieldError(loc=f"schedule.{index}.set", message="adds a variant during the run")
+            )
         result.append((tick, changed))
     return result
 

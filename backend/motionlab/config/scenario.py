@@ -48,7 +48,7 @@ class LoadConfig(Config):
 
 
 class EventConfig(Config):
-    """A change of parameters at a tick: of the plant, the load noise, or a variant's controller."""
+    """A change of parameters at a tick: of the plant, the load, or a variant's controller."""
 
     time: float = quantity("When the change takes effect", unit="s", source=OURS, gt=0, le=3600)
     set: dict[str, Any] = Field(description="Dotted path to value, as with --set", min_length=1)

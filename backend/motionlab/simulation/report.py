@@ -62,6 +62,9 @@ def _table(segment: dict[str, Any]) -> list[str]:
             cells = "".join(_cell(value, factor) for value in values)
             ratio = segment["comparison"].get(axis, {}).get(f"{metric}_ratio") if compared else None
             lines.append(f"  {axis}  {title:25} {unit:3} {cells}{_cell(ratio, 1.0, blank=True)}")
+    if len(axes) > 1 and any(v["contour"]["max"] is not None for v in variants.values()):
+        cells = "".join(_cell(v["contour"]["max"], _MICRO) for v in variants.values())
+        lines.append(f"  xy {'max contouring error':25} um  {cells}")
     return lines
 
 

@@ -15,7 +15,7 @@ from motionlab.config.shipped import names
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.lanes import model_hash
 from motionlab.simulation.run import Prepared
-from motionlab.telemetry.recording import Divergence, Recording
+from motionlab.telemetry.recording import AXES, Divergence, Recording
 from motionlab.trajectory.feasibility import count_rate_warning
 
 Window = tuple[int, int]
@@ -140,12 +140,16 @@ def _notes(prepared: Prepared, variant: VariantConfig) -> list[str]:
     notes = []
     if variant.controller.compensation.law == "published-k":
         notes.append(_PUBLISHED_K)
-    encoder = prepared.scenario.plant.x.encoder
-    if encoder.resolution > 0.0:
-        warning = count_rate_warning(
-            prepared.reference, resolution=encoder.resolution, rate=encoder.interface_rate
-        )
-        notes += [] if warning is None else [warning]
+    for axis in AXES:
+        encoder = getattr(prepared.scenario.plant, axis).encoder
+        if encoder.resolution > 0.0:
+            warning = count_rate_warning(
+                prepared.reference,
+                axis,
+                resolution=encoder.resolution,
+                rate=encoder.interface_rate,
+            )
+            notes += [] if warning is None else [warning]
     return notes
 
 

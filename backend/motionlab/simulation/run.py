@@ -82,6 +82,8 @@ def prepare(scenario: Scenario) -> Prepared:
     changes = tuple(phases(scenario))
     _refuse_times_outside(scenario, reference.ticks)
     load = load_force(scenario.load, reference.ticks)
+    for tick, changed in changes[1:]:
+        load[tick:] = load_force(changed.load, reference.ticks)[tick:]
     return Prepared(scenario, reference, load, changes)
 
 

@@ -109,8 +109,10 @@ def check(reference: Reference, limits: Limits) -> None:
     )
 
 
-def count_rate_warning(reference: Reference, *, resolution: float, rate: float) -> str | None:
-    """Say where the encoder interface would lose counts.
+def count_rate_warning(
+    reference: Reference, axis: str, *, resolution: float, rate: float
+) -> str | None:
+    """Say where the encoder interface of an axis would lose counts.
 
     The interface follows up to 4 `rate` `resolution`: 0.25 m/s at 1.25 MHz and 50 nm.
 
@@ -118,6 +120,8 @@ def count_rate_warning(reference: Reference, *, resolution: float, rate: float) 
     ----------
     reference : Reference
         The motion.
+    axis : str
+        ``x`` or ``y``.
     resolution : float
         One encoder count, m.
     rate : float
@@ -129,14 +133,14 @@ def count_rate_warning(reference: Reference, *, resolution: float, rate: float) 
         A note for the user, or None if no count is lost.
     """
     v_max = _QUADRATURE * rate * resolution
-    speed = np.abs(reference.velocity)
+    speed = np.abs(reference.velocity[:, AXES.index(axis)])
     too_fast = speed > v_max * (1 + _RELATIVE_ROUNDING)
     if not too_fast.any():
         return None
-    tick, axis = (int(i) for i in np.argwhere(too_fast)[0])
-    peak = float(speed[:, axis].max())
+    tick = int(np.argmax(too_fast))
+    peak = float(speed.max())
     return (
-        f"encoder: velocity on {AXES[axis]} exceeds {v_max:.6g} m/s from t = "
+        f"encoder: velocity on {axis} exceeds {v_max:.6g} m/s from t = "
         f"{tick * CONTROL_PERIOD:.4f} s on, peak {peak:.6g} m/s; "
         f"a real {rate / 1e6:g} MHz interface would lose counts"
     )
