@@ -1,0 +1,47 @@
+"""What the machine is: processor, vector unit of compiled code, cores."""
+
+from __future__ import annotations
+
+import os
+import platform
+from pathlib import Path
+
+import llvmlite
+import numba
+from numba.core.registry import cpu_target
+
+AVX2_ENVIRONMENT = {
+    "NUMBA_CPU_NAME": "haswell",
+    "NUMBA_CPU_FEATURES": "+avx,+avx2,+fma,+f16c,+bmi,+bmi2,+lzcnt,+popcnt,+sse4.2",
+}
+"""Variables that make numba compile for a processor with AVX2 and no AVX-512."""
+
+
+def processor() -> str:
+    """Return the name of the processor."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        lines = []
+    named = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return named[0] if named else platform.processor() or platform.machine()
+
+
+def vector_unit() -> str:
+    """Return the vector unit that numba compiles for: AVX-512, AVX2 or other."""
+    _, _, features = cpu_target.target_context.codegen().magic_tuple()
+    have = set(features.split(","))
+    if "+avx512f" in have:
+        return "AVX-512"
+    return "AVX2" if "+avx2" in have else "other"
+
+
+def description() -> str:
+    """Return the lines that head the table."""
+    _, target, _ = cpu_target.target_context.codegen().magic_tuple()
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    return (
+        f"{processor()}, {cores} cores, one used\n"
+        f"numba {numba.__version__}, LLVM {'.'.join(map(str, llvmlite.binding.llvm_version_info))},"
+        f" compiling for {target}: {vector_unit()}"
+    )
