@@ -41,6 +41,9 @@ AXES = ("x", "y")
 LANES_PER_VARIANT = len(AXES)
 VARIANTS_PER_BLOCK = WIDTH // LANES_PER_VARIANT
 
+_FRICTIONLESS = LuGre(sigma_0=1.0, sigma_1=0.0, sigma_2=0.0, F_c=1e-60, F_s=1e-60, v_s=1.0)
+"""A bristle that gives way at 1e-60 N: below the last bit of any force, yet nothing divides by 0."""
+
 _RESIDUAL_GAIN = 100.0  # 1/s
 _CANUDAS_DE_WIT_GAIN = 300.0  # 1/s
 _RESIDUAL_BRISTLE_LIMIT = 1.2  # of F_s/sigma_0
@@ -190,16 +193,9 @@ def _law(law: Law) -> float:
 
 
 def _friction(config: FrictionConfig) -> LuGre:
-    """Return the LuGre parameters; without friction the bristle is there but carries no force."""
-    on = float(config.enabled)
-    return LuGre(
-        sigma_0=on * config.sigma_0,
-        sigma_1=on * config.sigma_1,
-        sigma_2=on * config.sigma_2,
-        F_c=config.F_c,
-        F_s=config.F_s,
-        v_s=config.v_s,
-    )
+    if not config.enabled:
+        return _FRICTIONLESS
+    return LuGre(**config.model_dump(exclude={"enabled"}))
 
 
 def _force_map(config: ForceMapConfig) -> ForceMap:

@@ -48,7 +48,9 @@ class ScalarC:
             # flush subnormals, the kernel too.
             _output(gcc, "-shared", str(made), "-o", str(library), "-lm")
             self._library = ctypes.CDLL(str(library))
-        rows = [getattr(self._library, f"{kind}_rows")() for kind in ("parameter", "state", "input")]
+        rows = [
+            getattr(self._library, f"{kind}_rows")() for kind in ("parameter", "state", "input")
+        ]
         if rows != [PARAMETER_ROWS, STATE_ROWS, INPUT_ROWS]:
             raise RuntimeError(f"reference.c has {rows} rows, not the kernel's")
 

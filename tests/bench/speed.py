@@ -15,6 +15,7 @@ from motionlab.lanes import WIDTH
 from motionlab.simulation.kernel import SAMPLE_ROWS, State, run_ticks
 from motionlab.simulation.noise import PAGE, page_inputs
 from motionlab.simulation.run import Prepared, prepare, run
+from motionlab.telemetry.channels import Sample
 from tests.bench.machine import vector_unit
 from tests.bench.scalar_c import Array, ScalarC
 from tests.bench.table import Row
@@ -78,7 +79,6 @@ def speed(arch: str) -> Iterator[Row]:
         exact = {"plant.x.encoder.resolution": 0.0, "plant.y.encoder.resolution": 0.0}
         sharp = prepare(load_scenario("circle", exact))
         yield _agreement("C agrees, exact encoder", c, sharp, _EXACT_TOLERANCE)
-        yield Row(f"  gcc {c.version} {' '.join(c.flags)}", "", f"{times['C'] / ticks / 4e-9:.0f} ns/lane")
 
 
 def simulation_time() -> float:
@@ -112,16 +112,23 @@ def _in_turns(contenders: dict[str, Callable[[], object]]) -> dict[str, float]:
 
 def _agreement(what: str, c: ScalarC, prepared: Prepared, tolerance: float) -> Row:
     """Compare final positions and largest following errors of C with those of the kernel."""
-    parameters, start, inputs = _arrays(prepared)
-    states = np.ascontiguousarray(start.T[:_LANES])
+    parameters, state, inputs = _arrays(prepared)
     lanes = np.ascontiguousarray(parameters.T[:_LANES])
+    states = np.ascontiguousarray(state.T[:_LANES])
     largest = c.run(lanes, states, inputs)
     samples = np.empty((len(inputs), SAMPLE_ROWS, WIDTH), dtype=np.float32)
-    state = start.copy()
     run_ticks(parameters, state, inputs, samples)
-    row = State._fields.index("p")
-    moved = np.abs(states[:, row] - state[row, :_LANES]).max()
-    errors = np.abs(run(prepared).variants["A"].channel("following_error", "x")).max()
-    return Row(what, "", f"{moved}", f"{errors}", "", None) if largest is None else Row(
-        what, f"<= {tolerance * 1e9:g} nm", f"{moved * 1e9:.2g} nm", "", "", bool(moved <= tolerance)
+
+    moved = np.abs(states.T - state[:, :_LANES])[State._fields.index("p")].max()
+    errors = np.abs(samples[:, Sample._fields.index("following_error"), :_LANES])
+    single = np.finfo(np.float32).eps  # the kernel's errors are recorded in single precision
+    differ = np.abs(largest - errors.max(axis=0)) - single * largest
+    worst = max(float(moved), float(differ.max()))
+    return Row(
+        what,
+        f"<= {tolerance * 1e9:g} nm",
+        f"{max(worst, 0.0) * 1e9:.1g} nm",
+        "final p and max |e|",
+        "",
+        worst <= tolerance,
     )

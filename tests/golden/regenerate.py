@@ -1,10 +1,10 @@
 """Write golden.json anew: ``python -m tests.golden.regenerate``.
 
-Golden runs pin what every shipped scenario gives, on both sides: an unexplained improvement fails as
-a worsening does. Regenerate only when a change of the model, of a shipped config or of a metric's
-definition is *meant* to move a figure; look at the difference, and say in the commit which figures
-moved, by how much and why. Never to make a failing test pass: a change that should not have moved a
-figure is a bug.
+Golden runs pin what every shipped scenario gives, on both sides: an unexplained improvement fails
+as a worsening does. Regenerate only when a change of the model, of a shipped config or of a
+metric's definition is *meant* to move a figure; look at the difference, and say in the commit which
+figures moved, by how much and why. Never to make a failing test pass: a change that should not have
+moved a figure is a bug.
 """
 
 from __future__ import annotations

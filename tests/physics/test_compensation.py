@@ -65,8 +65,8 @@ def test_largest_error_of_each_law(name: str) -> None:
     law, x, y, y_softer = TABLE[name]
     played = circle(law)
     found = [played.largest_error(*which) * 1e6 for which in (("A", "x"), ("A", "y"), ("B", "y"))]
-    # a fifth of a count for where the counts happen to fall, a hundredth for the model
-    assert found == pytest.approx([x, y, y_softer], rel=0.01, abs=0.2 * ENCODER_COUNT)
+    # half a count for where the counts happen to fall, a hundredth for the model
+    assert found == pytest.approx([x, y, y_softer], rel=0.01, abs=0.5 * ENCODER_COUNT)
 
 
 def test_order_of_the_laws() -> None:
@@ -80,7 +80,7 @@ def test_order_of_the_laws() -> None:
 def test_k_as_published_makes_it_worse() -> None:
     played = circle({"compensation.law": "published-k"})
     off = circle({})
-    for variant, axis, low, high in (("A", "x", 50, 2000), ("A", "y", 300, 8000)):
+    for variant, axis, low, high in (("A", "x", 50, 5000), ("A", "y", 300, 15000)):
         error = played.largest_error(variant, axis)
         assert low * 1e-6 < error < high * 1e-6  # chaotic: its order of magnitude only
         assert error > 3.0 * off.largest_error(variant, axis)

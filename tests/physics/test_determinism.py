@@ -74,8 +74,7 @@ def test_noise_does_not_depend_on_the_controller() -> None:
     noise = {"plant.x.encoder.noise": 1e-6, "plant.x.encoder.resolution": 0.0}
     played = play("circle", SHORT | noise)
     seen = [
-        played.channel(variant, "position_measured", "x")
-        - played.channel(variant, "position", "x")
+        played.channel(variant, "position_measured", "x") - played.channel(variant, "position", "x")
         for variant in "AB"
     ]
     assert np.std(seen[0]) == pytest.approx(1e-6, rel=0.05)

@@ -46,23 +46,7 @@ NUMBERS: list[tuple[dict[str, Any], str, str, Any, str, str]] = [
     ({GAIN: -1.0}, GAIN, "range", -1.0, ">= 0 and <= 1000000000", "N/m"),
     ({"seed": 1.5}, "seed", "whole", 1.5, ">= 0 and <= 9.007199255e+15", "1"),
     ({"seed": -1}, "seed", "range", -1, ">= 0 and <= 9.007199255e+15", "1"),
-    (
-        {"variants.A.controller.compensation.gain": -1.0},
-        "variants.A.controller.compensation.gain",
-        "range",
-        -1.0,
-        ">= 0 and <= 100000",
-        "1/s",
-    ),
     ({"trajectory.radius": "5"}, "trajectory.radius", "number", "5", "> 0 and <= 1", "m"),
-    (
-        {"trajectory.center.x": 15.0},
-        "trajectory.center.x",
-        "range",
-        15.0,
-        ">= -1 and <= 1",
-        "m",
-    ),
     (
         sequence({"kind": "circle", "radius": -1.0, "frequency": 1.0}),
         "trajectory.parts.1.radius",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 RATIOS = (
@@ -42,4 +43,7 @@ def compare(a: dict[str, Any], b: dict[str, Any]) -> dict[str, Any]:
 
 
 def _ratio(a: float | None, b: float | None) -> float | None:
-    return None if a is None or b is None or a == 0.0 else b / a
+    if a is None or b is None or a == 0.0:
+        return None
+    ratio = b / a
+    return ratio if math.isfinite(ratio) else None  # a subnormal A: as good as zero

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,52 +18,89 @@ Array = NDArray[np.float64]
 STEADY_TAIL = 0.2
 """Share of a hold, at its end, over which the steady-state error is taken."""
 
+_NO_MOVE = 1e-12
+"""Below a picometre a move is rounding, m."""
+
 
 @dataclass(frozen=True)
 class Definition:
-    """Unit and meaning of a metric."""
+    """Unit, meaning and formula of a metric."""
 
     unit: str
     meaning: str
+    formula: str
 
 
 DEFINITIONS: dict[str, Definition] = {
-    "max_abs_following_error": Definition("m", "largest abs(e), e = reference - measured position"),
-    "min_following_error": Definition("m", "smallest e; the paper prints ranges"),
-    "max_following_error": Definition("m", "largest e"),
-    "mean_following_error": Definition("m", "mean of e"),
-    "rms_following_error": Definition("m", "square root of the mean of e^2"),
-    "itae": Definition("m s^2", "integral of t abs(e), t from the start of the window"),
-    "max_abs_position_error": Definition("m", "largest abs(reference - true position)"),
+    "max_abs_following_error": Definition(
+        "m", "largest following error e = reference - measured position", "max abs(e)"
+    ),
+    "min_following_error": Definition("m", "lower end of the range of e", "min e"),
+    "max_following_error": Definition("m", "upper end of the range of e", "max e"),
+    "mean_following_error": Definition("m", "mean of e over the N ticks of the window", "sum(e)/N"),
+    "rms_following_error": Definition("m", "root mean square of e", "sqrt(sum(e^2)/N)"),
+    "itae": Definition(
+        "m s^2",
+        "integral of time times abs(e), t = 0 at the start of the window",
+        "sum(t abs(e)) T_s",
+    ),
+    "max_abs_position_error": Definition(
+        "m",
+        "largest error of the true position p, recorded to 7 nm at 145 mm",
+        "max abs(p_ref - p)",
+    ),
     "steady_state_error": Definition(
-        "m", "largest abs(e) over the last fifth of each hold; null without a hold"
+        "m",
+        "largest abs(e) over the last fifth of each hold; null without a hold",
+        "max abs(e), last 20 % of holds",
     ),
     "settling_time": Definition(
         "s",
-        "from the end of a command until abs(e) stays within settling_band to the end of the hold; "
-        "the longest of all holds; null without a hold or where it never settles",
+        "from the end of command until abs(e) stays within settling_band to the end of the hold, "
+        "the longest of all holds; null without a hold or where one never settles",
+        "(last k with abs(e_k) > band, + 1 - k_end) T_s",
     ),
     "overshoot": Definition(
         "m",
         "how far the measured position goes past the target during a hold, in the direction of the "
-        "move before it; the largest of all holds; null without a hold",
+        "move that led there, the largest of all holds; null without such a hold",
+        "max(0, -sgn(move) e)",
     ),
-    "max_abs_velocity": Definition("m/s", "largest true speed"),
-    "rms_force": Definition("N", "square root of the mean of thrust^2"),
-    "max_abs_force": Definition("N", "largest abs(thrust)"),
-    "rms_current": Definition("A", "square root of the mean of i_a^2 + i_b^2 + i_c^2"),
-    "max_current": Definition("A", "largest abs(current) of any phase"),
+    "relative_overshoot": Definition(
+        "1",
+        "overshoot as a share of the length of its move, the largest of all holds",
+        "max(0, -e/move)",
+    ),
+    "max_abs_velocity": Definition("m/s", "largest true speed", "max abs(v)"),
+    "rms_force": Definition("N", "root mean square of the true thrust f", "sqrt(sum(f^2)/N)"),
+    "max_abs_force": Definition("N", "largest true thrust", "max abs(f)"),
+    "rms_current": Definition(
+        "A",
+        "root mean square of the three phase currents together, which the copper loss follows",
+        "sqrt(sum(i_a^2 + i_b^2 + i_c^2)/N)",
+    ),
+    "max_current": Definition("A", "largest current of any phase", "max abs(i)"),
     "saturated_fraction": Definition(
-        "1", "share of ticks with the force command or a current command at its limit"
+        "1",
+        "share of ticks with the force command or a current command at its limit",
+        "(saturated ticks)/N",
     ),
 }
-"""Metrics of one axis over a window."""
+"""Metrics of one axis over a window; docs/metrics.md prints this table."""
 
 CONTOUR_DEFINITIONS: dict[str, Definition] = {
-    "max": Definition("m", "largest distance from the measured position to the reference path"),
-    "rms": Definition("m", "square root of the mean of that distance squared"),
+    "max": Definition("m", "largest distance d from the measured position to the path", "max d"),
+    "rms": Definition("m", "root mean square of that distance", "sqrt(sum(d^2)/N)"),
 }
 """Metrics of a variant's contour, both axes together."""
+
+
+class Hold(NamedTuple):
+    """A standstill after a move of one axis: ticks from the window's start, length of the move."""
+
+    start: int
+    end: int
+    move: float
 
 
 def variant_metrics(
@@ -126,7 +163,8 @@ def _axis_metrics(
         _channel(record, "current_saturated", axis, window),
     )
     time = np.arange(len(error)) * CONTROL_PERIOD
-    holds = _holds_within(reference.holds, window)
+    holds = _holds_within(reference, index, window)
+    overshoot, relative_overshoot = _overshoot(error, holds)
     return {
         "max_abs_following_error": _peak(error),
         "min_following_error": float(error.min()),
@@ -137,7 +175,8 @@ def _axis_metrics(
         "max_abs_position_error": _peak(true_error),
         "steady_state_error": _steady_state_error(error, holds),
         "settling_time": _settling_time(error, holds, band),
-        "overshoot": _overshoot(error, holds, reference.position[slice(*window), index]),
+        "overshoot": overshoot,
+        "relative_overshoot": relative_overshoot,
         "max_abs_velocity": _peak(_channel(record, "velocity", axis, window)),
         "rms_force": _rms(thrust),
         "max_abs_force": _peak(thrust),
@@ -159,20 +198,27 @@ def _rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def _holds_within(holds: tuple[Interval, ...], window: Interval) -> list[Interval]:
-    """Return the holds that begin in a window, cut at its end and counted from its start."""
+def _holds_within(reference: Reference, index: int, window: Interval) -> list[Hold]:
+    """Return the holds that begin in a window, cut at its end."""
     start, end = window
-    return [(a - start, min(b, end) - start) for a, b in holds if start <= a < end]
+    position = reference.position[:, index]
+    from_tick = {edge_end: edge_start for edge_start, edge_end in reference.edges}
+    return [
+        # A true step is no edge: it happens between two ticks.
+        Hold(a - start, min(b, end) - start, float(position[a] - position[from_tick.get(a, a - 1)]))
+        for a, b in reference.holds
+        if start <= a < end
+    ]
 
 
-def _steady_state_error(error: Array, holds: list[Interval]) -> float | None:
-    tails = [error[b - max(1, round(STEADY_TAIL * (b - a))) : b] for a, b in holds]
+def _steady_state_error(error: Array, holds: list[Hold]) -> float | None:
+    tails = [error[b - max(1, round(STEADY_TAIL * (b - a))) : b] for a, b, _ in holds]
     return max((_peak(tail) for tail in tails), default=None)
 
 
-def _settling_time(error: Array, holds: list[Interval], band: float) -> float | None:
+def _settling_time(error: Array, holds: list[Hold], band: float) -> float | None:
     longest = None
-    for a, b in holds:
+    for a, b, _ in holds:
         outside = np.flatnonzero(np.abs(error[a:b]) > band)
         ticks = int(outside[-1]) + 1 if len(outside) else 0
         if ticks == b - a:
@@ -181,12 +227,13 @@ def _settling_time(error: Array, holds: list[Interval], band: float) -> float | 
     return longest
 
 
-def _overshoot(error: Array, holds: list[Interval], reference: Array) -> float | None:
-    worst = None
-    before = 0
-    for a, b in holds:
-        way = np.sign(reference[a] - reference[before])
-        past = float((-way * error[a:b]).max()) if way else 0.0
-        worst = max(worst or 0.0, past)
-        before = b - 1
-    return worst
+def _overshoot(error: Array, holds: list[Hold]) -> tuple[float | None, float | None]:
+    """Return the largest excursion past a target, in m and as a share of its move."""
+    past = [
+        (max(0.0, float((-np.sign(move) * error[a:b]).max())), abs(move))
+        for a, b, move in holds
+        if abs(move) > _NO_MOVE
+    ]
+    if not past:
+        return None, None
+    return max(way for way, _ in past), max(way / move for way, move in past)

@@ -108,7 +108,7 @@ def estimate_friction(  # noqa: PLR0913, PLR0917 - the observer's state and inpu
         f_f* = sigma_0 z_n + sigma_1 (z_n - z*)/T + sigma_2 v
     """
     x = bristle_decay(model, v) * T_s
-    e, phi_1, _ = decay(x, 1.0 / x)
+    e, phi_1 = decay(x, 1.0 / x)
     z_new = clip(z * e + T_s * (v + K) * phi_1, -law.z_limit, law.z_limit)
     z_rate = (z_new - z) * (1.0 / T_s)
     force = model.sigma_0 * z_new + model.sigma_1 * z_rate + model.sigma_2 * v

@@ -10,7 +10,6 @@ import math
 
 from motionlab.lanes import (
     Lanes,
-    Mask,
     compiled,
     power_of_two,
     round_nearest,
@@ -88,11 +87,10 @@ def sine_cosine(turns: Lanes) -> tuple[Lanes, Lanes]:
 
 
 @compiled
-def decay(x: Lanes, inverse: Lanes) -> tuple[Lanes, Lanes, Lanes]:
-    """Return e**-x, phi1 and phi2 for x >= 0, the weights of an exact exponential step.
+def decay(x: Lanes, inverse: Lanes) -> tuple[Lanes, Lanes]:
+    """Return e**-x and ``phi1 = (1 - e**-x)/x``, its mean over a step, for x >= 0.
 
-    ``phi1 = (1 - e**-x) / x`` and ``phi2 = (1 - phi1) / x``. Below x = 0.03 both come from their
-    series: the quotients would lose digits as steps shrink.
+    Below x = 0.03 phi1 comes from its series: the quotient would lose digits as steps shrink.
 
     Parameters
     ----------
@@ -102,9 +100,5 @@ def decay(x: Lanes, inverse: Lanes) -> tuple[Lanes, Lanes, Lanes]:
         1 / x, which the caller often has without a further division; ignored below 0.03.
     """
     e = exponential(-x)
-    small: Mask = x < _SERIES_BELOW
-    near_1 = 1.0 - x * (_E2 - x * (_E3 - x * (_E4 - x * (_E5 - x * _E6))))
-    near_2 = _E2 - x * (_E3 - x * (_E4 - x * (_E5 - x * (_E6 - x * _E7))))
-    phi_1 = select(small, near_1, (1.0 - e) * inverse)
-    phi_2 = select(small, near_2, (1.0 - phi_1) * inverse)
-    return e, phi_1, phi_2
+    near = 1.0 - x * (_E2 - x * (_E3 - x * (_E4 - x * (_E5 - x * _E6))))
+    return e, select(x < _SERIES_BELOW, near, (1.0 - e) * inverse)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from motionlab.lanes import Lanes, compiled, select
-from motionlab.lanes.functions import decay
+from motionlab.lanes.functions import decay, exponential
 from motionlab.plant.friction import LuGre, stribeck
 
 
@@ -40,31 +40,37 @@ def advance(  # noqa: PLR0913, PLR0917 - one argument for each state and input o
 ) -> tuple[Lanes, Lanes, Lanes]:
     """Advance position, velocity and bristle state by `h` seconds under a constant `force`, N.
 
-    The bristle state decays at up to 5e5 1/s, so it is stepped by its exact exponential, first to
-    the middle of the step and then, with the velocity found there, over the whole of it::
+    At constant velocity the bristle relaxes exactly, ``z(t) = g + (z - g) exp(-lambda t)`` with
+    ``lambda = abs(v)/g(v)`` at up to 5e5 1/s and g signed like v; its mean over a step is
+    ``g + (z - g) phi1``. So it is stepped exactly, first to the middle of the step and then, with the
+    velocity found there, over the whole of it::
 
-        x = abs(v)/g(v) h/2;   z_m = z e^-x + (h/2) v phi1(x)
+        x = lambda(v) h/2;   z_m = g + (z - g) e^-x
         v_m = v + ((h/2) (f - s0 z_m - s2 v) - s1 (z_m - z))/M
-        x = abs(v_m)/g(v_m) h; z_n = z e^-x + h v_m phi1;  z_a = z phi1 + h v_m phi2
+        x = lambda(v_m) h;   z_n = g + (z - g) e^-x;   z_a = g + (z - g) phi1(x)
         v_n = (M v + h (f - s0 z_a - s2 v/2) - s1 (z_n - z))/(M + h s2/2)
         p_n = p + h (v + v_n)/2
 
-    Second order; no step is too long for its stability.
+    The exponential midpoint rule: second order, and no step is too long for its stability. What
+    does not depend on the bristle is gathered first, because the chain of operations that does is
+    what a step waits for.
     """
-    sliding = friction.sigma_0 * abs(v) * (0.5 * h)
-    level = stribeck(friction, v)
-    e, phi_1, _ = decay(sliding / level, level / sliding)
-    z_mid = z * e + (0.5 * h) * v * phi_1
-    impulse = (0.5 * h) * (force - friction.sigma_0 * z_mid - friction.sigma_2 * v)
-    v_mid = v + (impulse - friction.sigma_1 * (z_mid - z)) * (1.0 / mechanics.M)
+    M, s0, s1, s2 = mechanics.M, friction.sigma_0, friction.sigma_1, friction.sigma_2
+    half = 0.5 * h
 
-    sliding = friction.sigma_0 * abs(v_mid) * h
+    level = stribeck(friction, v)
+    g = select(v < 0.0, -level, level) * (1.0 / s0)
+    z_mid = g + (z - g) * exponential(-(s0 * half * abs(v) / level))
+    v_free = v + (half * (force - s2 * v) + s1 * z) * (1.0 / M)
+    v_mid = v_free - ((half * s0 + s1) * (1.0 / M)) * z_mid
+
     level = stribeck(friction, v_mid)
-    e, phi_1, phi_2 = decay(sliding / level, level / sliding)
-    z_new = z * e + h * v_mid * phi_1
-    z_mean = z * phi_1 + h * v_mid * phi_2
-    impulse = h * (force - friction.sigma_0 * z_mean - (0.5 * friction.sigma_2) * v)
-    v_new = (mechanics.M * v + impulse - friction.sigma_1 * (z_new - z)) * (
-        1.0 / (mechanics.M + (0.5 * h) * friction.sigma_2)
-    )
-    return position + (0.5 * h) * (v + v_new), v_new, z_new
+    g = select(v_mid < 0.0, -level, level) * (1.0 / s0)
+    sliding = s0 * h * abs(v_mid)
+    e, phi_1 = decay(sliding / level, level / sliding)
+    z_new = g + (z - g) * e
+    z_mean = g + (z - g) * phi_1
+    heavier = 1.0 / (M + half * s2)
+    v_free = (M * v + h * force - (half * s2) * v + s1 * z) * heavier
+    v_new = v_free - (h * s0 * heavier) * z_mean - (s1 * heavier) * z_new
+    return position + half * (v + v_new), v_new, z_new

@@ -124,23 +124,31 @@ def read(path: str) -> dict[str, Column]:
         If the file cannot be read.
     """
     import pyarrow as pa
-    from pyarrow import csv, parquet
+    from pyarrow import parquet
 
     try:
-        if path.endswith(".csv"):
-            table = csv.read_csv(path)
-            named = [_split_header(name) for name in table.column_names]
-        else:
-            table = parquet.read_table(path)
-            named = [(f.name, (f.metadata or {}).get(b"unit", b"").decode()) for f in table.schema]
+        table = _read_csv(path) if path.endswith(".csv") else parquet.read_table(path)
     except (OSError, pa.ArrowInvalid) as error:
         raise StoreError(f"{path}: cannot be read: {error}") from error
     result = {}
-    for (name, unit), column in zip(named, table.columns, strict=True):
-        whole = name in {"tick", "time"}
-        values = column.to_numpy() if whole else column.cast(pa.float32()).to_numpy()
-        result[name] = Column(unit, values)
+    for field, column in zip(table.schema, table.columns, strict=True):
+        if path.endswith(".csv"):
+            name, unit = _split_header(field.name)
+        else:
+            name, unit = field.name, (field.metadata or {}).get(b"unit", b"").decode()
+        result[name] = Column(unit, column.to_numpy())
     return result
+
+
+def _read_csv(path: str) -> pa.Table:
+    import pyarrow as pa
+    from pyarrow import csv
+
+    # Told, not guessed: a column of whole numbers or of nulls is float32 all the same.
+    with csv.open_csv(path) as reader:
+        types = {name: pa.float32() for name in reader.schema.names}
+    whole = {"tick [1]": pa.int64(), "time [s]": pa.float64()}
+    return csv.read_csv(path, convert_options=csv.ConvertOptions(column_types=types | whole))
 
 
 def _split_header(header: str) -> tuple[str, str]:
