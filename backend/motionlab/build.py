@@ -42,7 +42,7 @@ LANES_PER_VARIANT = len(AXES)
 VARIANTS_PER_BLOCK = WIDTH // LANES_PER_VARIANT
 
 _FRICTIONLESS = LuGre(sigma_0=1.0, sigma_1=0.0, sigma_2=0.0, F_c=1e-60, F_s=1e-60, v_s=1.0)
-"""A bristle that gives way at 1e-60 N: below the last bit of any force, yet nothing divides by 0."""
+"""A bristle that gives way at 1e-60 N: below the last bit of any force, and no 0/0."""
 
 _RESIDUAL_GAIN = 100.0  # 1/s
 _CANUDAS_DE_WIT_GAIN = 300.0  # 1/s

@@ -9,7 +9,7 @@ import numpy as np
 from motionlab.simulation.kernel import SUBSTEPS
 from tests.bench.table import Row
 from tests.physics import lane_case
-from tests.physics.nominal import CONTROL_PERIOD, X, Y, Y_TRAPEZOID, Axis
+from tests.physics.nominal import CONTROL_PERIOD, Y_TRAPEZOID, Axis, X, Y
 from tests.physics.stiff_reference import Loop
 
 _TARGET = 5e-9  # m

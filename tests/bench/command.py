@@ -17,7 +17,7 @@ _COMMAND = (sys.executable, "-m", "motionlab", "run", "circle", "--json")
 
 
 def command() -> Iterator[Row]:
-    """Time ``motionlab run circle --json`` as a process of its own; the first run is not counted."""
+    """Time ``motionlab run circle --json`` as a process; the first, cold run is not counted."""
     times = []
     for _ in range(_REPETITIONS + 1):
         before = time.perf_counter()

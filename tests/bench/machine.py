@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 import platform
 from pathlib import Path
+from typing import Any
 
-import llvmlite
 import numba
+from llvmlite import binding
 from numba.core.registry import cpu_target
 
 AVX2_ENVIRONMENT = {
@@ -27,10 +28,16 @@ def processor() -> str:
     return named[0] if named else platform.processor() or platform.machine()
 
 
+def _target() -> tuple[str, str]:
+    """Return name and features of the processor that numba compiles for."""
+    context: Any = cpu_target.target_context
+    _, name, features = context.codegen().magic_tuple()
+    return name, features
+
+
 def vector_unit() -> str:
     """Return the vector unit that numba compiles for: AVX-512, AVX2 or other."""
-    _, _, features = cpu_target.target_context.codegen().magic_tuple()
-    have = set(features.split(","))
+    have = set(_target()[1].split(","))
     if "+avx512f" in have:
         return "AVX-512"
     return "AVX2" if "+avx2" in have else "other"
@@ -38,10 +45,9 @@ def vector_unit() -> str:
 
 def description() -> str:
     """Return the lines that head the table."""
-    _, target, _ = cpu_target.target_context.codegen().magic_tuple()
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     return (
         f"{processor()}, {cores} cores, one used\n"
-        f"numba {numba.__version__}, LLVM {'.'.join(map(str, llvmlite.binding.llvm_version_info))},"
-        f" compiling for {target}: {vector_unit()}"
+        f"numba {numba.__version__}, LLVM {'.'.join(map(str, binding.llvm_version_info))},"
+        f" compiling for {_target()[0]}: {vector_unit()}"
     )

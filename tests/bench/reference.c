@@ -74,19 +74,15 @@ static inline double stribeck(const struct friction *f, double v)
     return f->F_c + f->drop * exp(-v * v * f->w);
 }
 
-/* e^-x, phi1 = (1 - e^-x)/x and phi2 = (1 - phi1)/x. */
-static inline void decay(double x, double *e, double *phi_1, double *phi_2)
+/* e^-x and phi1 = (1 - e^-x)/x. */
+static inline void decay(double x, double *e, double *phi_1)
 {
     if (x < 0.03) {
         *phi_1 = 1 - x * (1. / 2 - x * (1. / 6 - x * (1. / 24 - x * (1. / 120 - x / 720))));
-        *phi_2 = 1. / 2
-            - x * (1. / 6 - x * (1. / 24 - x * (1. / 120 - x * (1. / 720 - x / 5040))));
         *e = 1 - x * *phi_1;
     } else {
-        double inverse = 1 / x;
         *e = exp(-x);
-        *phi_1 = (1 - *e) * inverse;
-        *phi_2 = (1 - *phi_1) * inverse;
+        *phi_1 = (1 - *e) / x;
     }
 }
 
@@ -153,6 +149,8 @@ static double lane(
     const double most = force_fraction(&model_map, par->limits.current);
     const double M = par->mechanics.M, inverse_M = 1 / M;
     const double inverse_M_damped = 1 / (M + 0.5 * H * truth.sigma_2);
+    const double half_pull = (0.5 * H * truth.sigma_0 + truth.sigma_1) * inverse_M;
+    const double softness = 1 / truth.sigma_0;
     const double stop = par->mechanics.stop;
     const double k_p = par->controller.k_p, k_d = par->controller.k_d;
     const double model_M = par->controller.M, force_limit = par->controller.force_limit;
@@ -206,7 +204,8 @@ static double lane(
         case RESIDUAL: {
             double D = model.sigma_1 * rate - model.sigma_0;
             double floor = par->compensation.regularisation * model.sigma_0;
-            double balance = model_M * a - (s.f_acting - s.f_hat_acting) - model.sigma_1 * s.K_acting;
+            double known = s.f_acting - s.f_hat_acting;
+            double balance = model_M * a - known - model.sigma_1 * s.K_acting;
             s.residual = first
                 ? 0
                 : s.residual + par->compensation.residual_alpha * (balance - s.residual);
@@ -220,9 +219,9 @@ static double lane(
         default:
             break;
         }
-        double fade, phi_1, phi_2;
-        decay(rate * T_S, &fade, &phi_1, &phi_2);
-        double z_hat = clip(s.z_hat * fade + T_S * (v_hat + K) * phi_1, -z_limit, z_limit);
+        double hold, phi_1;
+        decay(rate * T_S, &hold, &phi_1);
+        double z_hat = clip(s.z_hat * hold + T_S * (v_hat + K) * phi_1, -z_limit, z_limit);
         double f_hat = model.sigma_0 * z_hat + model.sigma_1 * (z_hat - s.z_hat) * (1 / T_S)
             + model.sigma_2 * v_hat;
         double added = enabled ? f_hat : 0;
@@ -288,16 +287,17 @@ static double lane(
                 force -= push > 0 ? push * outward : 0;
             }
 
-            double x = truth.sigma_0 * fabs(s.v) / stribeck(&truth, s.v);
-            decay(0.5 * H * x, &fade, &phi_1, &phi_2);
-            double z_mid = s.z * fade + 0.5 * H * s.v * phi_1;
-            double impulse = 0.5 * H * (force - truth.sigma_0 * z_mid - truth.sigma_2 * s.v);
-            double v_mid = s.v + (impulse - truth.sigma_1 * (z_mid - s.z)) * inverse_M;
+            double level = stribeck(&truth, s.v);
+            double g = s.v < 0 ? -level * softness : level * softness;
+            double fade = exp(-(0.5 * H) * truth.sigma_0 * fabs(s.v) / level);
+            double z_mid = g + (s.z - g) * fade;
+            double impulse = 0.5 * H * (force - truth.sigma_2 * s.v) + truth.sigma_1 * s.z;
+            double v_mid = s.v + impulse * inverse_M - half_pull * z_mid;
 
-            x = truth.sigma_0 * fabs(v_mid) / stribeck(&truth, v_mid);
-            decay(H * x, &fade, &phi_1, &phi_2);
-            double z = s.z * fade + H * v_mid * phi_1;
-            double z_mean = s.z * phi_1 + H * v_mid * phi_2;
+            level = stribeck(&truth, v_mid);
+            g = v_mid < 0 ? -level * softness : level * softness;
+            decay(H * truth.sigma_0 * fabs(v_mid) / level, &fade, &phi_1);
+            double z = g + (s.z - g) * fade, z_mean = g + (s.z - g) * phi_1;
             impulse = H * (force - truth.sigma_0 * z_mean - 0.5 * truth.sigma_2 * s.v);
             double v_new = (M * s.v + impulse - truth.sigma_1 * (z - s.z)) * inverse_M_damped;
             s.p += 0.5 * H * (s.v + v_new);

@@ -7,7 +7,7 @@ import pytest
 
 from tests.physics import lane_case
 from tests.physics.lane_case import IDEAL, at_rest, inputs, off_and_observer, positions, rows
-from tests.physics.nominal import X, Y, Y_TRAPEZOID, Axis
+from tests.physics.nominal import Y_TRAPEZOID, Axis, X, Y
 from tests.physics.plant_case import Array, pushed, steady_bristle
 from tests.physics.stiff_reference import Loop, hold
 

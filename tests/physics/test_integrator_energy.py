@@ -19,7 +19,7 @@ from tests.physics.lane_case import (
     rows,
     run,
 )
-from tests.physics.nominal import CONTROL_PERIOD, X, Y, Axis
+from tests.physics.nominal import CONTROL_PERIOD, Axis, X, Y
 from tests.physics.plant_case import Array, friction_force, pushed
 
 AXES = pytest.mark.parametrize("axis", [X, Y], ids=["x", "y"])

@@ -69,6 +69,7 @@ def _nearest(path: Array, present: NDArray[np.int64], following_error: Array) ->
 @compiled
 def _to_segment(x: float, y: float, along_x: float, along_y: float) -> float:
     """Return the squared distance from (x, y) to the segment from the origin to `along`."""
-    share = (x * along_x + y * along_y) / (along_x * along_x + along_y * along_y)
+    squared = along_x * along_x + along_y * along_y
+    share = (x * along_x + y * along_y) / squared if squared > 0.0 else 0.0  # it may underflow
     share = min(max(share, 0.0), 1.0)
     return (x - share * along_x) ** 2 + (y - share * along_y) ** 2

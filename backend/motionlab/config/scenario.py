@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 from motionlab.config.controller import ControllerConfig
 from motionlab.config.plant import OURS, PlantConfig
 from motionlab.config.quantity import Config, quantity
+from motionlab.config.timing import to_ticks
 from motionlab.config.trajectory import TrajectoryConfig
 
 VariantName = Annotated[str, Field(pattern="^[A-Z]$")]
@@ -62,8 +63,10 @@ class WindowConfig(Config):
 
     @model_validator(mode="after")
     def _has_length(self) -> Self:
-        if self.end <= self.start:
-            raise ValueError(f"end = {self.end:g} s is not after start = {self.start:g} s")
+        if to_ticks(self.end) <= to_ticks(self.start):
+            raise ValueError(
+                f"end = {self.end:g} s is not a control period after start = {self.start:g} s"
+            )
         return self
 
 

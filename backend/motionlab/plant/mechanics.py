@@ -42,8 +42,8 @@ def advance(  # noqa: PLR0913, PLR0917 - one argument for each state and input o
 
     At constant velocity the bristle relaxes exactly, ``z(t) = g + (z - g) exp(-lambda t)`` with
     ``lambda = abs(v)/g(v)`` at up to 5e5 1/s and g signed like v; its mean over a step is
-    ``g + (z - g) phi1``. So it is stepped exactly, first to the middle of the step and then, with the
-    velocity found there, over the whole of it::
+    ``g + (z - g) phi1``. So it is stepped exactly, first to the middle of the step and then, with
+    the velocity found there, over the whole of it::
 
         x = lambda(v) h/2;   z_m = g + (z - g) e^-x
         v_m = v + ((h/2) (f - s0 z_m - s2 v) - s1 (z_m - z))/M

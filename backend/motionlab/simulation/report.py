@@ -48,7 +48,7 @@ def _table(segment: dict[str, Any]) -> list[str]:
     variants = segment["variants"]
     window = segment["window"]
     lines = [f"from {window['start']:g} s to {window['end']:g} s"]
-    lines += [f"  {name}: {v['label'] or v['law']}" for name, v in variants.items()]
+    lines += [f"  {name}: {v['label']} (law: {v['law']})" for name, v in variants.items()]
     compared = len(variants) > 1
     first, second = (*variants, None)[:2] if compared else (*variants, None)
     head = "".join(name.rjust(_WIDTH) for name in variants)
