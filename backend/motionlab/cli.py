@@ -8,6 +8,7 @@ import json
 import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 from motionlab import __version__
@@ -102,7 +103,8 @@ def _run(options: argparse.Namespace) -> int:
     from motionlab.simulation.run import prepare, run
     from motionlab.telemetry.recorder import check_target, write
 
-    scenario = load_scenario(options.scenario, parse_assignments(options.assignments))
+    source = Path(options.scenario) if options.scenario.endswith(".toml") else options.scenario
+    scenario = load_scenario(source, parse_assignments(options.assignments))
     if options.out is not None:
         check_target(options.out)
     prepared = prepare(scenario)

@@ -120,7 +120,7 @@ def test_a_base_is_merged_table_by_table(tmp_path: Path) -> None:
         "[plant]\nbase = 'matched'\nx.friction.F_s = 4.5\n"
         '[variants.B]\ncontroller = { base = "lugre-full", x.k_p = 300e3 }\n'
     )
-    scenario = load_scenario(str(file))
+    scenario = load_scenario(file)
     assert scenario.name == "mine"
     assert scenario.plant.name == "matched"
     assert scenario.plant.x.friction.F_s == 4.5

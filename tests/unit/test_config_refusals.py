@@ -261,7 +261,7 @@ def test_a_file_that_cannot_be_used(tmp_path: Path, content: bytes | None, words
     file = tmp_path / "mine.toml"
     if content is not None:
         file.write_bytes(content)
-    (error,) = complaints({}, source=str(file))
+    (error,) = complaints({}, source=file)
     assert error.loc == str(file)
     assert words in error.message
 

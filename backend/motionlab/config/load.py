@@ -27,14 +27,15 @@ _DEEPEST_BASE = 8
 
 
 def load_scenario(
-    source: str | Mapping[str, Any], changes: Mapping[str, Any] | None = None
+    source: str | Path | Mapping[str, Any], changes: Mapping[str, Any] | None = None
 ) -> Scenario:
     """Return the scenario that `source` describes, with `changes` applied.
 
     Parameters
     ----------
-    source : str or mapping
-        Name of a shipped scenario, path of a ``.toml`` file, or the tables themselves.
+    source : str, Path or mapping
+        Name of a shipped scenario, a TOML file, or the tables themselves. Text is never a path, so
+        that a remote caller cannot name files.
     changes : mapping of str to value, optional
         Dotted path to value, such as ``{"variants.B.controller.x.k_p": 312000.0}``; all are
         applied together, parts before what lies inside them, and then validated.
@@ -172,13 +173,12 @@ def phases(scenario: Scenario) -> list[tuple[int, Scenario]]:
     return result
 
 
-def _read_source(source: str | Mapping[str, Any]) -> dict[str, Any]:
+def _read_source(source: str | Path | Mapping[str, Any]) -> dict[str, Any]:
     if isinstance(source, Mapping):
         return copy.deepcopy(dict(source))
-    if source.endswith(".toml"):
-        path = Path(source)
-        named = {"name": path.stem} if is_name(path.stem) else {}
-        return named | parse(path)
+    if isinstance(source, Path):
+        named = {"name": source.stem} if is_name(source.stem) else {}
+        return named | parse(source)
     return {"name": source} | read("scenarios", source, loc="scenario")
 
 

@@ -75,12 +75,12 @@ class ForceMapConfig(Config):
         ge=0,
         le=1e5,
     )
-    I_pk: float = quantity("Peak current", unit="A", source=f"{PAPER}, section II", gt=0, le=100)
+    I_pk: float = quantity("Peak current", unit="A", source=f"{PAPER}, section II", gt=1e-3, le=100)
     I_knee: float = quantity(
         "Current at which saturation sets in",
         unit="A",
         source=f"{OURS}, from a finite-element model of the paper's geometry",
-        gt=0,
+        gt=1e-3,
         le=1000,
     )
     h_2: float = quantity(
