@@ -259,6 +259,22 @@ def test_seconds_become_ticks_by_rounding() -> None:
     assert to_ticks(1234567 * CONTROL_PERIOD) == 1234567
 
 
+def test_a_table_changes_the_part_that_the_base_names(tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text('base = "circle"\n[trajectory]\nlaps = 5\n[plant.x]\nmass = 6.0\n')
+    scenario = load_scenario(file)
+    shipped = load_scenario("circle")
+    assert scenario.trajectory == shipped.trajectory.model_copy(update={"laps": 5})
+    assert scenario.plant.x == shipped.plant.x.model_copy(update={"mass": 6.0})
+    assert scenario.plant.y == shipped.plant.y
+
+
+def test_a_table_with_a_kind_replaces_the_trajectory() -> None:
+    sine = {"kind": "sine", "frequency": 1.0, "amplitude": {"x": 0.01}}
+    assert load_scenario("circle", {"trajectory": sine}).trajectory.kind == "sine"
+    assert load_scenario({"base": "circle", "trajectory": sine}).trajectory.kind == "sine"
+
+
 def test_other_configs_can_be_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for kind in ("scenarios", "motors", "controllers", "trajectories"):
         (tmp_path / kind).mkdir()

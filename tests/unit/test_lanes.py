@@ -80,6 +80,11 @@ def _limits(a: Lanes, b: Lanes, c: Lanes) -> Three:
 
 
 @compiled
+def _undefined(a: Lanes, b: Lanes, c: Lanes) -> Three:
+    return Three(a - a, 0.0 * a, a / a)
+
+
+@compiled
 def _rounding(a: Lanes, b: Lanes, c: Lanes) -> Three:
     return Three(round_nearest(a), round_down(a), square_root(b))
 
@@ -98,6 +103,7 @@ def _masks(a: Lanes, b: Lanes, c: Lanes) -> Three:
 elementary = on_arrays(_elementary)
 decays = on_arrays(_decay)
 limits = on_arrays(_limits)
+undefined = on_arrays(_undefined)
 rounding = on_arrays(_rounding)
 power = on_arrays(_power)
 masks = on_arrays(_masks)
@@ -198,6 +204,13 @@ def test_clip_sign_and_finiteness_of_special_values() -> None:
     assert np.array_equal(clipped, [math.nan, 2, -1, 0, 0, 1, -1, 2], equal_nan=True)
     assert signs.tolist() == [0, 1, -1, 0, 0, 1, -1, 1]
     assert finite.tolist() == [0, 0, 0, 1, 1, 1, 1, 1]
+
+
+def test_undefined_results_are_nan() -> None:
+    """A compiler that may assume that there is no NaN would return 0, 0 and 1."""
+    with np.errstate(all="ignore"):
+        expected = [SPECIAL - SPECIAL, 0.0 * SPECIAL, SPECIAL / SPECIAL]
+    assert np.array_equal(undefined(SPECIAL), expected, equal_nan=True)
 
 
 def test_power_of_two_is_exact() -> None:

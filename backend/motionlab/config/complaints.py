@@ -70,7 +70,8 @@ def _field_error(item: dict[str, Any], model: type[BaseModel]) -> FieldError:
         )
     message = _MESSAGES.get(kind) or str(item["msg"]).removeprefix("Value error, ")
     unit = _unit(info)
-    value = None if kind == "missing" else _shown(item["input"])
+    at_fault = kind != "missing" and not (kind == "value_error" and isinstance(item["input"], dict))
+    value = _shown(item["input"]) if at_fault else None
     if kind == "union_tag_invalid":
         known = [word.strip("'") for word in item["ctx"]["expected_tags"].split(", ")]
         value = item["ctx"]["tag"]

@@ -220,12 +220,18 @@ def _resolve_model(part: Any, loc: str) -> Any:
 
 
 def _merge(base: Any, own: Mapping[str, Any]) -> dict[str, Any]:
-    """Return `base` with the keys of `own` put in, table by table."""
+    """Return `base` with the keys of `own` put in, table by table.
+
+    A table of its own base or kind replaces what was there; upon a name, a table changes that part.
+    """
     merged = copy.deepcopy(base)
     for key, value in own.items():
         below = merged.get(key)
-        both = isinstance(value, Mapping) and isinstance(below, Mapping) and "base" not in value
-        merged[key] = _merge(below, value) if both else copy.deepcopy(value)
+        whole = not isinstance(value, Mapping) or "base" in value or "kind" in value
+        if not whole and isinstance(below, str):
+            below = {"base": below}
+        mergeable = not whole and isinstance(below, Mapping)
+        merged[key] = _merge(below, value) if mergeable else copy.deepcopy(value)
     return merged
 
 
