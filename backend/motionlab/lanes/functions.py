@@ -100,5 +100,5 @@ def decay(x: Lanes, inverse: Lanes) -> tuple[Lanes, Lanes]:
         1 / x, which the caller often has without a further division; ignored below 0.03.
     """
     e = exponential(-x)
-    near = 1.0 - x * (_E2 - x * (_E3 - x * (_E4 - x * (_E5 - x * _E6))))
+    near = 1.0 - x * (_E2 - x * (_E3 - x * (_E4 - x * (_E5 - x * (_E6 - x * _E7)))))
     return e, select(x < _SERIES_BELOW, near, (1.0 - e) * inverse)

@@ -22,7 +22,17 @@ from motionlab.control.position import (
     estimate_motion,
     pd_force,
 )
-from motionlab.lanes import Lanes, axes_at, compiled, pack, record, select, unpack
+from motionlab.lanes import (
+    Lanes,
+    axes_at,
+    compiled,
+    flush_subnormals,
+    pack,
+    record,
+    restore_mode,
+    select,
+    unpack,
+)
 from motionlab.lanes.functions import clip
 from motionlab.plant.current import Amplifiers, half_step, settled_current
 from motionlab.plant.encoder import Encoder, measure
@@ -278,7 +288,9 @@ def run_ticks(
         unpack(Limits, parameters, _R9),
     )
     s = unpack(State, state, 0)
+    mode = flush_subnormals()
     for k in range(inputs.shape[0]):
         s, sample = tick(par, s, axes_at(Inputs, inputs, k))
         record(sample, samples, k)
+    restore_mode(mode)
     pack(s, state)
