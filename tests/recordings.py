@@ -50,3 +50,11 @@ def make_reference(
         edges=edges,
         period=0,
     )
+
+
+def noise(ticks: int, seed: int = 1) -> Recording:
+    """Return a recording of two variants full of numbers."""
+    draw = np.random.default_rng(seed).normal
+    shape = (len(CHANNELS), len(AXES), ticks)
+    variants = {name: VariantRecord(draw(size=shape).astype(np.float32)) for name in "AB"}
+    return Recording(draw(size=(len(REFERENCES), len(AXES), ticks)), variants)

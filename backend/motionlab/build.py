@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from motionlab.config.controller import CompensationConfig, ControllerConfig, Law
 from motionlab.config.plant import AmplifierConfig, AxisConfig, ForceMapConfig, FrictionConfig
 from motionlab.config.scenario import Scenario
-from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.config.timing import CONTROL_PERIOD, PLANT_STEP
 from motionlab.control.compensation import (
     CANUDAS_DE_WIT,
     OBSERVER,
@@ -30,7 +30,6 @@ from motionlab.plant.mechanics import Mechanics
 from motionlab.simulation.kernel import (
     PARAMETER_ROWS,
     STATE_ROWS,
-    SUBSTEPS,
     Limits,
     Parameters,
     State,
@@ -203,7 +202,7 @@ def _force_map(config: ForceMapConfig) -> ForceMap:
 
 
 def _amplifiers(config: AmplifierConfig) -> Amplifiers:
-    half = 0.5 * CONTROL_PERIOD / SUBSTEPS
+    half = 0.5 * PLANT_STEP
     rest = 0.0 if config.bandwidth is None else math.exp(-2.0 * math.pi * config.bandwidth * half)
     return Amplifiers(rest, *config.gain, *config.offset, config.limit)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import io
 import json
 import os
 import sys
@@ -31,7 +32,7 @@ Values are SI (k_p in N/m, k_d in N s/m, lengths in m); docs/scenarios.md lists 
 """
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(arguments: Sequence[str] | None = None) -> int:  # noqa: PLR0911 - one a failure
     """Run the command line and return its exit code.
 
     Parameters
@@ -44,21 +45,40 @@ def main(arguments: Sequence[str] | None = None) -> int:
     int
         0 done, 1 the run failed, 2 bad input.
     """
-    options = _parser().parse_args(arguments)
+    if sys.stdout is None:
+        return _complain("stdout is closed: there is nowhere to print a result", FAILED)
     try:
-        return options.command(options)
+        if isinstance(sys.stdout, io.TextIOWrapper):
+            sys.stdout.reconfigure(errors="backslashreplace")  # no letter stops a result
+        try:
+            options = _parser().parse_args(arguments)
+            return options.command(options)
+        finally:
+            sys.stdout.flush()  # here, not at exit, where a failure could not be told
     except (ConfigError, Infeasible) as error:
-        print(f"motionlab: {error}", file=sys.stderr)
-        return BAD_INPUT
+        return _complain(str(error), BAD_INPUT)
     except MotionLabError as error:
-        print(f"motionlab: {error}", file=sys.stderr)
-        return FAILED
+        return _complain(str(error), FAILED)
     except KeyboardInterrupt:
-        print("motionlab: interrupted", file=sys.stderr)
-        return FAILED
+        return _complain("interrupted", FAILED)
+    except MemoryError as error:
+        return _complain(f"not enough memory: {error}; shorten the run", FAILED)
     except BrokenPipeError:  # the reader of stdout has gone, as in `motionlab run circle | head`
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _discard_stdout()
         return DONE
+    except OSError as error:
+        _discard_stdout()
+        return _complain(str(error), FAILED)
+
+
+def _complain(message: str, code: int) -> int:
+    print(f"motionlab: {message}", file=sys.stderr)
+    return code
+
+
+def _discard_stdout() -> None:
+    """Let what is still buffered for stdout go nowhere."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -97,7 +97,7 @@ class Infeasible(MotionLabError):
         self.limit = limit
         self.unit = unit
         super().__init__(
-            f"trajectory: {quantity} on {axis} is {value:.6g} {unit} at t = {time:.4f} s, "
+            f"trajectory: {quantity} on {axis} is {value:.12g} {unit} at t = {time:.4f} s, "
             f"x = {place[0] * 1e3:.4f} mm, y = {place[1] * 1e3:.4f} mm; "
             f"allowed {limit[0]:.6g} to {limit[1]:.6g} {unit}"
         )

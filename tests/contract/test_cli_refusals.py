@@ -25,7 +25,7 @@ BAD: dict[str, tuple[list[str], list[str]]] = {
     ),
     "NaN": (
         ["circle", "--set", "plant.x.mass=nan"],
-        ["plant.x.mass", "finite", "nan", "> 0 and <= 1000 kg"],
+        ["plant.x.mass", "finite", "nan", ">= 0.001 and <= 1000 kg"],
     ),
     "infinity": (
         ["circle", "--set", f"{GAIN}=inf"],
@@ -33,7 +33,7 @@ BAD: dict[str, tuple[list[str], list[str]]] = {
     ),
     "a negative mass": (
         ["circle", "--set", "plant.x.mass=-5.9"],
-        ["plant.x.mass", "out of range", "-5.9", "> 0 and <= 1000 kg"],
+        ["plant.x.mass", "out of range", "-5.9", ">= 0.001 and <= 1000 kg"],
     ),
     "a gain as text": (
         ["circle", "--set", f"{GAIN}=stiff"],

@@ -36,12 +36,12 @@ def complaints(changes: dict[str, Any], source: Any = "circle") -> tuple[FieldEr
 
 # changes, field, words of the message, value, range, unit
 NUMBERS: list[tuple[dict[str, Any], str, str, Any, str, str]] = [
-    ({"plant.x.mass": -1.0}, "plant.x.mass", "range", -1.0, "> 0 and <= 1000", "kg"),
-    ({"plant.x.mass": 0}, "plant.x.mass", "range", 0, "> 0 and <= 1000", "kg"),
-    ({"plant.x.mass": 1001.0}, "plant.x.mass", "range", 1001.0, "> 0 and <= 1000", "kg"),
-    ({"plant.x.mass": math.inf}, "plant.x.mass", "finite", math.inf, "> 0 and <= 1000", "kg"),
-    ({"plant.x.mass": "5.9"}, "plant.x.mass", "number", "5.9", "> 0 and <= 1000", "kg"),
-    ({"plant.x.mass": True}, "plant.x.mass", "number", True, "> 0 and <= 1000", "kg"),
+    ({"plant.x.mass": -1.0}, "plant.x.mass", "range", -1.0, ">= 0.001 and <= 1000", "kg"),
+    ({"plant.x.mass": 0}, "plant.x.mass", "range", 0, ">= 0.001 and <= 1000", "kg"),
+    ({"plant.x.mass": 1001.0}, "plant.x.mass", "range", 1001.0, ">= 0.001 and <= 1000", "kg"),
+    ({"plant.x.mass": math.inf}, "plant.x.mass", "finite", math.inf, ">= 0.001 and <= 1000", "kg"),
+    ({"plant.x.mass": "5.9"}, "plant.x.mass", "number", "5.9", ">= 0.001 and <= 1000", "kg"),
+    ({"plant.x.mass": True}, "plant.x.mass", "number", True, ">= 0.001 and <= 1000", "kg"),
     ({GAIN: "stiff"}, GAIN, "must be a number", "stiff", ">= 0 and <= 1000000000", "N/m"),
     ({GAIN: -1.0}, GAIN, "range", -1.0, ">= 0 and <= 1000000000", "N/m"),
     ({"seed": 1.5}, "seed", "whole", 1.5, ">= 0 and <= 9.007199255e+15", "1"),

@@ -15,21 +15,13 @@ from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, StoreError
 from motionlab.telemetry import recorder
 from motionlab.telemetry.channels import CHANNELS, REFERENCES, Sample
-from motionlab.telemetry.recording import AXES, Divergence, Recording, VariantRecord
-from tests.recordings import make_recording
+from motionlab.telemetry.recording import Divergence
+from tests.recordings import make_recording, noise
 
 PAGE = Path(__file__).parents[2] / "docs" / "recording.md"
 UNITS = {"m", "m/s", "m/s^2", "N", "A", "1"}
 METADATA = {"scenario": '{"name": "circle"}', "seed": "7", "version": "1.2.3"}
 SUFFIXES = pytest.mark.parametrize("suffix", [".parquet", ".csv"])
-
-
-def noise(ticks, seed=1):
-    """Return a recording of two variants full of numbers."""
-    draw = np.random.default_rng(seed).normal
-    shape = (len(CHANNELS), len(AXES), ticks)
-    variants = {name: VariantRecord(draw(size=shape).astype(np.float32)) for name in "AB"}
-    return Recording(draw(size=(len(REFERENCES), len(AXES), ticks)), variants)
 
 
 def write(recording, path, metadata=METADATA):
@@ -189,7 +181,7 @@ def test_a_missing_folder_and_a_folder_of_that_name_are_refused(tmp_path, suffix
         recorder.write(noise(1), str(tmp_path / "none" / f"run{suffix}"), metadata={})
     folder = tmp_path / f"run{suffix}"
     folder.mkdir()
-    with pytest.raises(ConfigError, match="cannot be written"):
+    with pytest.raises(ConfigError, match="no regular file"):
         recorder.write(noise(1), str(folder), metadata={})
 
 

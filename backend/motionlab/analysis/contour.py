@@ -17,11 +17,15 @@ A mover that lags on the path by abs(e) is at most abs(e)/sin(theta/2) behind al
 turned a corner of interior angle theta in between: 3.24 abs(e) for the pentagram's 36 degrees.
 """
 
+FINENESS = 4e-3
+"""Shortest segment looked at, in largest following errors; it bounds the work of slow motions."""
+
 
 def contour_error(path: Array, following_error: Array, window: tuple[int, int]) -> Array:
     """Return the distance from the measured position to the nearest point of the reference path.
 
-    The path is the polyline through the reference samples. The nearest point is looked for up to
+    The path is the polyline through the reference samples, those closer together than ``FINENESS``
+    of the largest following error left out. The nearest point is looked for up to
     ``REACH abs(e)`` along the path before and after the present sample: round a corner, but not on
     another branch of a path that crosses itself, which is further away along the path.
 
@@ -39,29 +43,42 @@ def contour_error(path: Array, following_error: Array, window: tuple[int, int]) 
     ndarray, shape (n,)
         Distances, m; never larger than the length of the following error.
     """
-    moves = np.any(path[1:] != path[:-1], axis=1)
-    corners = path[np.concatenate(([True], moves))]  # a hold is one point, however long it lasts
-    present = np.concatenate(([0], np.cumsum(moves)))[slice(*window)]
-    return _nearest(corners, present, np.ascontiguousarray(following_error))
+    here = path[slice(*window)]
+    spacing = FINENESS * float(np.hypot(*following_error.T).max())
+    kept = _thin(path, spacing)
+    present = np.searchsorted(kept, np.arange(*window), side="right") - 1
+    return _nearest(path[kept], here, present, np.ascontiguousarray(following_error))
 
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
-def _nearest(path: Array, present: NDArray[np.int64], following_error: Array) -> Array:
+def _thin(path: Array, spacing: float) -> NDArray[np.int64]:
+    """Return the samples that lie apart by `spacing` or more; a hold is one point."""
+    kept = [0]
+    for k in range(1, len(path)):
+        i = kept[-1]
+        way = np.hypot(path[k, 0] - path[i, 0], path[k, 1] - path[i, 1])
+        if way > 0.0 and way >= spacing:
+            kept.append(k)
+    return np.array(kept)
+
+
+@numba.njit(error_model="numpy", nogil=True, cache=True)
+def _nearest(path: Array, here: Array, present: NDArray[np.int64], following_error: Array) -> Array:
     distance = np.empty(len(present))
     for n in range(len(present)):
-        k = present[n]
         # From the present reference: e is good to picometres, absolute float32 positions are not.
         x, y = -following_error[n, 0], -following_error[n, 1]
         best = x * x + y * y
         reach = REACH * np.sqrt(best)
         for way in (-1, 1):
-            i, travelled = k, 0.0
+            i, travelled = present[n], 0.0
+            a_x, a_y = 0.0, 0.0
             while travelled < reach and 0 <= i + way < len(path):
-                a_x, a_y = path[i, 0] - path[k, 0], path[i, 1] - path[k, 1]
                 i += way
-                b_x, b_y = path[i, 0] - path[k, 0], path[i, 1] - path[k, 1]
+                b_x, b_y = path[i, 0] - here[n, 0], path[i, 1] - here[n, 1]
                 travelled += np.hypot(b_x - a_x, b_y - a_y)
                 best = min(best, _to_segment(x - a_x, y - a_y, b_x - a_x, b_y - a_y))
+                a_x, a_y = b_x, b_y
         distance[n] = np.sqrt(best)
     return distance
 

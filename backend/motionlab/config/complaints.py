@@ -36,6 +36,7 @@ _MESSAGES = {
 }
 _SIGNS = {"ge": ">=", "gt": ">", "le": "<=", "lt": "<"}
 _LONGEST_VALUE = 80
+_LONGEST_INTEGER = 128  # bits; Python refuses to print one of thousands of digits
 
 
 def field_errors(error: ValidationError, model: type[BaseModel]) -> list[FieldError]:
@@ -53,7 +54,18 @@ def field_errors(error: ValidationError, model: type[BaseModel]) -> list[FieldEr
     list of FieldError
         In pydantic's order.
     """
-    return [_field_error(dict(item), model) for item in error.errors(include_url=False)]
+    items = error.errors(include_url=False)
+    places = [item["loc"] for item in items]
+    return [
+        _field_error(dict(item), model)
+        for item in items
+        # A list with a bad item is also "too short": its good items alone were counted.
+        if not (item["type"] == "too_short" and _inside(item["loc"], places))
+    ]
+
+
+def _inside(loc: tuple[int | str, ...], places: list[tuple[int | str, ...]]) -> bool:
+    return any(place[: len(loc)] == loc and len(place) > len(loc) for place in places)
 
 
 def _field_error(item: dict[str, Any], model: type[BaseModel]) -> FieldError:
@@ -77,6 +89,16 @@ def _field_error(item: dict[str, Any], model: type[BaseModel]) -> FieldError:
         value = item["ctx"]["tag"]
         message += did_you_mean(value, known)
         allowed, unit = "one of " + ", ".join(known), ""
+    if kind in {"too_short", "too_long"}:
+        count = item["ctx"]
+        allowed = (
+            f"{count['min_length']} or more"
+            if kind == "too_short"
+            else (f"{count['max_length']} or fewer")
+        )
+        value, unit = count["actual_length"], "items"
+    if path and path[-1] == "[key]":
+        path, message, allowed = path[:-1], "is not a name", "one capital letter"
     if kind in {"union_tag_invalid", "union_tag_not_found"}:
         path = [*path, "kind"]
     return FieldError(loc=".".join(path), message=message, value=value, range=allowed, unit=unit)
@@ -84,6 +106,8 @@ def _field_error(item: dict[str, Any], model: type[BaseModel]) -> FieldError:
 
 def _shown(value: Any) -> Any:
     """Return a value short enough to print."""
+    if isinstance(value, int) and value.bit_length() > _LONGEST_INTEGER:
+        return f"a whole number of {value.bit_length()} bits"
     if isinstance(value, int | float | bool):
         return value
     text = value if isinstance(value, str) else repr(value)
@@ -111,7 +135,8 @@ def _walk(
                 at = tagged[0]
                 continue
             models = [m for m in members if isinstance(m, type) and issubclass(m, BaseModel)]
-            at = models[0] if models else members[0]
+            members = models or members
+        at = members[0]
         path.append(str(step))
         if isinstance(at, type) and issubclass(at, BaseModel):
             siblings = list(at.model_fields)

@@ -22,7 +22,9 @@ class GainsConfig(Config):
 class AxisModelConfig(Config):
     """What the controller believes of one axis."""
 
-    mass: float = quantity("Moving mass", unit="kg", source=f"{PAPER}, section IV-A", gt=0, le=1000)
+    mass: float = quantity(
+        "Moving mass", unit="kg", source=f"{PAPER}, section IV-A", ge=1e-3, le=1000
+    )
     friction: FrictionConfig
     force_map: ForceMapConfig
 

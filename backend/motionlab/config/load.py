@@ -8,6 +8,7 @@ A part of a scenario (``plant``, ``trajectory``, a variant's ``controller``, a c
 from __future__ import annotations
 
 import copy
+import re
 import tomllib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -21,6 +22,7 @@ from motionlab.config.shipped import Kind, is_name, parse, read
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.errors import ConfigError, FieldError
 
+_ITEM = re.compile("0|[1-9][0-9]{0,8}")
 _MODEL_KEYS = ("mass", "friction", "force_map")
 _SCHEDULABLE = ("plant", "variants", "load")
 _DEEPEST_BASE = 8
@@ -50,8 +52,13 @@ def load_scenario(
     ConfigError
         Naming every field that is wrong, its value, range and unit.
     """
-    document = resolve(_read_source(source))
-    return validate(apply_changes(document, changes or {}))
+    try:
+        document = resolve(_read_source(source))
+        if changes:
+            document = apply_changes(_with_defaults(document), changes)
+        return validate(document)
+    except RecursionError:
+        raise ConfigError(FieldError(loc="scenario", message="is nested too deeply")) from None
 
 
 def parse_assignments(assignments: Iterable[str]) -> dict[str, Any]:
@@ -97,7 +104,9 @@ def apply_changes(document: dict[str, Any], changes: Mapping[str, Any]) -> dict[
     """Return a copy of resolved tables with dotted paths set, shallow paths first."""
     tables = copy.deepcopy(document)
     for path, value in sorted(changes.items(), key=lambda item: item[0].count(".")):
-        _set_path(tables, path, value)
+        if path == "base":
+            raise ConfigError(FieldError(loc="base", message="is not a field: name the scenario"))
+        _set_path(tables, path.removesuffix(".base"), value)
         if isinstance(value, str | dict):  # it may name a part, or hold one with a base
             tables = resolve(tables)
     return tables
@@ -184,9 +193,18 @@ def _read_source(source: str | Path | Mapping[str, Any]) -> dict[str, Any]:
 
 def _parse_value(text: str) -> Any:
     try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+        parsed = tomllib.loads(f"value = {text}")
+    except (ValueError, RecursionError):  # also a number of thousands of digits, or deep nesting
         return text
+    return parsed["value"] if len(parsed) == 1 else text
+
+
+def _with_defaults(document: dict[str, Any]) -> dict[str, Any]:
+    """Return tables with every default filled in, so that a change can reach inside of one."""
+    try:
+        return Scenario.model_validate(document).model_dump(mode="json")
+    except ValidationError:
+        return document  # the changes may yet make it valid
 
 
 def _resolve_part(kind: Kind, part: Any, loc: str, depth: int) -> Any:
@@ -240,7 +258,7 @@ def _set_path(tables: dict[str, Any], path: str, value: Any) -> None:
     here: Any = tables
     for depth, key in enumerate(keys):
         last = depth == len(keys) - 1
-        if isinstance(here, list) and key.isdigit() and int(key) < len(here):
+        if isinstance(here, list) and _ITEM.fullmatch(key) and int(key) < len(here):
             index = int(key)
             if last:
                 here[index] = value
@@ -254,12 +272,12 @@ def _set_path(tables: dict[str, Any], path: str, value: Any) -> None:
                     here[key] = {}
                 here = here[key]
         else:
+            parent = ".".join(keys[:depth])
+            message, allowed = f"{parent} is a single value, it has no such field", ""
+            if isinstance(here, list):
+                message, allowed = f"{parent} has no such item", f"0 to {len(here) - 1}"
             raise ConfigError(
-                FieldError(
-                    loc=".".join(keys[: depth + 1]),
-                    message=f"{'.'.join(keys[:depth])} is a single value, it has no such field",
-                    value=value,
-                )
+                FieldError(".".join(keys[: depth + 1]), message, value, allowed if here else "none")
             )
 
 

@@ -7,6 +7,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from motionlab.config.quantity import Config, quantity
+from motionlab.config.timing import PLANT_STEP
 
 PAPER = "Huang et al., IEEE Access 2019"
 OURS = "this project's choice"
@@ -26,7 +27,7 @@ class FrictionConfig(Config):
         default=True, description="Friction acts at all; off is a frictionless axis"
     )
     sigma_0: float = quantity(
-        "Bristle stiffness", unit="N/m", source=f"{PAPER}, eqs (43), (46)", gt=0, le=1e8
+        "Bristle stiffness", unit="N/m", source=f"{PAPER}, eqs (43), (46)", ge=1, le=1e8
     )
     sigma_1: float = quantity(
         "Bristle damping", unit="N s/m", source=f"{PAPER}, eqs (43), (46)", ge=0, le=1e6
@@ -35,9 +36,9 @@ class FrictionConfig(Config):
         "Viscous friction", unit="N s/m", source=f"{PAPER}, eqs (43), (46)", ge=0, le=1e4
     )
     F_c: float = quantity(
-        "Coulomb friction", unit="N", source=f"{PAPER}, eqs (45), (48)", gt=0, le=100
+        "Coulomb friction", unit="N", source=f"{PAPER}, eqs (45), (48)", ge=1e-6, le=100
     )
-    F_s: float = quantity("Stiction", unit="N", source=f"{PAPER}, eqs (45), (48)", gt=0, le=100)
+    F_s: float = quantity("Stiction", unit="N", source=f"{PAPER}, eqs (45), (48)", ge=1e-6, le=100)
     v_s: float = quantity(
         "Stribeck velocity", unit="m/s", source=f"{PAPER}, eqs (45), (48)", gt=1e-5, le=10
     )
@@ -65,7 +66,7 @@ class ForceMapConfig(Config):
         "Thrust of one phase at the peak current",
         unit="N",
         source=f"{PAPER}: finite elements 34.1 N, measured 38.4 N",
-        gt=0,
+        gt=1e-3,
         le=1000,
     )
     N_pk: float = quantity(
@@ -193,7 +194,9 @@ class EncoderConfig(Config):
 class AxisConfig(Config):
     """One axis of the motor."""
 
-    mass: float = quantity("Moving mass", unit="kg", source=f"{PAPER}, section IV-A", gt=0, le=1000)
+    mass: float = quantity(
+        "Moving mass", unit="kg", source=f"{PAPER}, section IV-A", ge=1e-3, le=1000
+    )
     stroke: float = quantity(
         "Largest distance from mid-stroke, inclusive",
         unit="m",
@@ -224,15 +227,34 @@ class AxisConfig(Config):
         le=0.1,
     )
     stop_stiffness: float = quantity(
-        "Stiffness of the end stops", unit="N/m", source=OURS, default=1e7, gt=0, le=1e7
+        "Stiffness of the end stops", unit="N/m", source=OURS, default=2e6, gt=0, le=1e7
     )
     stop_damping: float = quantity(
-        "Damping of the end stops", unit="N s/m", source=OURS, default=1e4, ge=0, le=1e4
+        "Damping of the end stops", unit="N s/m", source=OURS, default=2e3, ge=0, le=1e4
     )
     friction: FrictionConfig
     force_map: ForceMapConfig
     amplifiers: AmplifierConfig = AmplifierConfig()
     encoder: EncoderConfig = EncoderConfig()
+
+    @model_validator(mode="after")
+    def _can_be_stepped(self) -> Self:
+        """Refuse a mass that friction or end stops would throw about within one step."""
+        h = PLANT_STEP
+        friction = self.friction if self.friction.enabled else None
+        needs = {
+            "stop_damping": h * self.stop_damping,
+            "stop_stiffness": h * h * self.stop_stiffness,
+            "friction.sigma_0": 0.0 if friction is None else h * h * friction.sigma_0,
+            "friction.sigma_1": 0.0 if friction is None else h * friction.sigma_1,
+        }
+        cause, least = max(needs.items(), key=lambda item: item[1])
+        if self.mass < least:
+            raise ValueError(
+                f"mass = {self.mass:g} kg is too small for {cause}: steps of {h * 1e6:g} us need "
+                f">= {least:.4g} kg"
+            )
+        return self
 
 
 class PlantConfig(Config):

@@ -81,13 +81,15 @@ def parse(path: Path) -> dict[str, Any]:
         If the file cannot be read or is not TOML.
     """
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         message = f"cannot be read: {error.strerror or error}"
     except UnicodeDecodeError as error:
         message = f"is not UTF-8 text: {error.reason} at byte {error.start}"
-    except tomllib.TOMLDecodeError as error:
+    except ValueError as error:  # also what Python says of a number of thousands of digits
         message = f"is not TOML: {error}"
+    except RecursionError:
+        message = "is nested too deeply"
     raise ConfigError(FieldError(loc=str(path), message=message))
 
 

@@ -8,9 +8,11 @@ records of runs.
 
 from __future__ import annotations
 
+import atexit
 import functools
 import hashlib
 import os
+import shutil
 import tempfile
 from pathlib import Path
 
@@ -39,17 +41,29 @@ def model_hash() -> str:
 
 
 def use_cache() -> None:
-    """Tell numba to keep compiled code under NUMBA_CACHE_DIR, the package, or the user's cache."""
+    """Tell numba to keep compiled code under NUMBA_CACHE_DIR, the package, or the user's cache.
+
+    Where none can be written it goes to a private folder that is removed at exit, never to a shared
+    one: numba unpickles what it finds, so another user's file would run as code.
+    """
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     user = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
     roots = [Path(chosen)] if chosen else []
-    roots += [_PACKAGE / "__pycache__", Path(user) / "motionlab", Path(tempfile.gettempdir())]
-    for root in roots:
-        folder = root / f"kernel-{model_hash()}"
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError:
-            continue
-        if os.access(folder, os.W_OK):
-            config.CACHE_DIR = str(folder)  # pyright: ignore[reportAttributeAccessIssue]
-            return
+    roots += [_PACKAGE / "__pycache__", Path(user) / "motionlab"]
+    folder = next((path for root in roots if (path := _writable(root)) is not None), None)
+    if folder is None:
+        folder = Path(tempfile.mkdtemp(prefix="motionlab-"))
+        atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    config.CACHE_DIR = str(folder)  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def _writable(root: Path) -> Path | None:
+    """Return the model's folder under `root` if it can be written, and only by its owner."""
+    folder = root / f"kernel-{model_hash()}"
+    try:
+        folder.mkdir(mode=0o755, parents=True, exist_ok=True)
+        status = folder.stat()
+    except OSError:
+        return None
+    shared = status.st_mode & 0o022 or status.st_uid not in {0, os.getuid()}
+    return None if shared or not os.access(folder, os.W_OK) else folder

@@ -51,9 +51,9 @@ def advance(  # noqa: PLR0913, PLR0917 - one argument for each state and input o
         v_n = (M v + h (f - s0 z_a - s2 v/2) - s1 (z_n - z))/(M + h s2/2)
         p_n = p + h (v + v_n)/2
 
-    The exponential midpoint rule: second order, and no step is too long for its stability. What
-    does not depend on the bristle is gathered first, because the chain of operations that does is
-    what a step waits for.
+    The exponential midpoint rule: second order; no step is too long for the bristle, and the rest
+    is stable while h sigma_1 and h^2 sigma_0 stay below the mass. What does not depend on the
+    bristle is gathered first, because the chain of operations that does is what a step waits for.
     """
     M, s0, s1, s2 = mechanics.M, friction.sigma_0, friction.sigma_1, friction.sigma_2
     half = 0.5 * h

@@ -8,7 +8,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.config.timing import CONTROL_PERIOD, PLANT_STEP, SUBSTEPS
 from motionlab.control.compensation import (
     Compensation,
     adaptation,
@@ -41,11 +41,8 @@ from motionlab.plant.magnetics import ForceMap, Phases, normal_force, thrust
 from motionlab.plant.mechanics import Mechanics, advance, end_stop_force
 from motionlab.telemetry.channels import Sample
 
-SUBSTEPS = 5
-"""Steps of the plant in one control period: 100 us each."""
-
 T_S = CONTROL_PERIOD
-H = CONTROL_PERIOD / SUBSTEPS
+H = PLANT_STEP
 
 
 class Inputs(NamedTuple):
@@ -208,7 +205,7 @@ def tick(par: Parameters, s: State, at: Inputs) -> tuple[State, Sample]:
         current_command_a=share.current.a,
         current_command_b=share.current.b,
         current_command_c=share.current.c,
-        force_saturated=select(abs(wanted) > controller.force_limit, 1.0, 0.0),
+        force_saturated=select(abs(f_command) >= controller.force_limit, 1.0, 0.0),
         current_saturated=select(share.limited & ~ideal, 1.0, 0.0),
     )
 

@@ -48,7 +48,9 @@ def _table(segment: dict[str, Any]) -> list[str]:
     variants = segment["variants"]
     window = segment["window"]
     lines = [f"from {window['start']:g} s to {window['end']:g} s"]
-    lines += [f"  {name}: {v['label']} (law: {v['law']})" for name, v in variants.items()]
+    for name, variant in variants.items():
+        law = variant["law"] + ("" if variant["enabled"] else ", not added")
+        lines.append(f"  {name}: {variant['label']} (law: {law})")
     compared = len(variants) > 1
     first, second = (*variants, None)[:2] if compared else (*variants, None)
     head = "".join(name.rjust(_WIDTH) for name in variants)

@@ -10,13 +10,14 @@ from motionlab.analysis.compare import compare
 from motionlab.analysis.metrics import variant_metrics
 from motionlab.config.load import resolve
 from motionlab.config.plant import PlantConfig
-from motionlab.config.scenario import VariantConfig
+from motionlab.config.scenario import Scenario, VariantConfig
 from motionlab.config.shipped import names
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.lanes import model_hash
 from motionlab.simulation.run import Prepared
 from motionlab.telemetry.recording import AXES, Divergence, Recording
 from motionlab.trajectory.feasibility import count_rate_warning
+from motionlab.trajectory.reference import Reference
 
 Window = tuple[int, int]
 
@@ -43,12 +44,13 @@ def document(prepared: Prepared, recording: Recording) -> dict[str, Any]:
     """
     scenario = prepared.scenario
     window = _main_window(prepared)
+    plant = _in_effect(prepared, window).plant
     measured = _measure(prepared, recording, window)
     return {
         "scenario": scenario.name,
         "seed": scenario.seed,
-        "plant": _plant_name(scenario.plant),
-        "plant_description": scenario.plant.description,
+        "plant": _plant_name(plant),
+        "plant_description": plant.description,
         "version": __version__,
         "model": model_hash(),
         **measured,
@@ -71,7 +73,7 @@ def metadata(prepared: Prepared) -> dict[str, str]:
 
 def _measure(prepared: Prepared, recording: Recording, window: Window) -> dict[str, Any]:
     """Return the metrics of all variants over one window."""
-    scenario, reference = prepared.scenario, prepared.reference
+    scenario, reference = _in_effect(prepared, window), prepared.reference
     variants: dict[str, Any] = {}
     for name, variant in scenario.variants.items():
         diverged = recording.variants[name].diverged
@@ -81,8 +83,9 @@ def _measure(prepared: Prepared, recording: Recording, window: Window) -> dict[s
         variants[name] = {
             "label": variant.label,
             "law": variant.controller.compensation.law,
+            "enabled": variant.controller.compensation.enabled,
             "diverged": None if diverged is None else _divergence(diverged),
-            "notes": _notes(prepared, variant),
+            "notes": _notes(scenario, reference, variant),
             **metrics,
         }
     first, *others = variants
@@ -93,6 +96,11 @@ def _measure(prepared: Prepared, recording: Recording, window: Window) -> dict[s
         "variants": variants,
         "comparison": comparison,
     }
+
+
+def _in_effect(prepared: Prepared, window: Window) -> Scenario:
+    """Return the parameters in effect at the end of a window."""
+    return [scenario for tick, scenario in prepared.phases if tick < window[1]][-1]
 
 
 def _main_window(prepared: Prepared) -> Window:
@@ -136,15 +144,15 @@ def _finite(value: float) -> float | str:
     return value if abs(value) < float("inf") else str(value)
 
 
-def _notes(prepared: Prepared, variant: VariantConfig) -> list[str]:
+def _notes(scenario: Scenario, reference: Reference, variant: VariantConfig) -> list[str]:
     notes = []
     if variant.controller.compensation.law == "published-k":
         notes.append(_PUBLISHED_K)
     for axis in AXES:
-        encoder = getattr(prepared.scenario.plant, axis).encoder
+        encoder = getattr(scenario.plant, axis).encoder
         if encoder.resolution > 0.0:
             warning = count_rate_warning(
-                prepared.reference,
+                reference,
                 axis,
                 resolution=encoder.resolution,
                 rate=encoder.interface_rate,

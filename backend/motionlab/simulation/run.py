@@ -29,6 +29,7 @@ from motionlab.trajectory.feasibility import check
 from motionlab.trajectory.reference import Reference, sample
 
 Array = NDArray[np.float64]
+Phases = tuple[tuple[int, Scenario], ...]
 
 _FAILED = State._fields.index("failed")
 _LAST_STATES = 5
@@ -53,7 +54,7 @@ class Prepared:
     scenario: Scenario
     reference: Reference
     load: Array
-    phases: tuple[tuple[int, Scenario], ...]
+    phases: Phases
 
 
 def prepare(scenario: Scenario) -> Prepared:
@@ -77,10 +78,9 @@ def prepare(scenario: Scenario) -> Prepared:
         If an event, a force step or the window lies outside the run.
     """
     reference = sample(scenario.trajectory)
-    for variant in scenario.variants.values():
-        check(reference, motion_limits(scenario, variant.controller))
     changes = tuple(phases(scenario))
-    _refuse_times_outside(scenario, reference.ticks)
+    _check_feasibility(reference, changes)
+    _refuse_times_outside(scenario, changes, reference.ticks)
     load = load_force(scenario.load, reference.ticks)
     for tick, changed in changes[1:]:
         load[tick:] = load_force(changed.load, reference.ticks)[tick:]
@@ -226,10 +226,29 @@ def _divergence(columns: NDArray[np.float32], tick: int) -> Divergence:
     return Divergence(tick, f"{AXES[axis]}.{CHANNELS[channel].name}", last)
 
 
-def _refuse_times_outside(scenario: Scenario, ticks: int) -> None:
+def _check_feasibility(reference: Reference, changes: Phases) -> None:
+    """Check the motion against what each variant can do from each change on."""
+    checked = []
+    for tick, scenario in changes:
+        for variant in scenario.variants.values():
+            controller = variant.controller
+            decides = (
+                scenario.plant,
+                controller.model,
+                controller.force_limit,
+                controller.current_limit,
+            )
+            if decides not in checked:
+                checked.append(decides)
+                check(reference, motion_limits(scenario, controller), start=tick)
+
+
+def _refuse_times_outside(scenario: Scenario, changes: Phases, ticks: int) -> None:
     end = ticks * CONTROL_PERIOD
     times = [(f"schedule.{i}.time", e.time) for i, e in enumerate(scenario.schedule)]
-    times += [(f"load.steps.{i}.time", s.time) for i, s in enumerate(scenario.load.steps)]
+    for index, (_, changed) in enumerate(changes):
+        place = f"schedule.{index - 1}.set." if index else ""
+        times += [(f"{place}load.steps.{i}.time", s.time) for i, s in enumerate(changed.load.steps)]
     if scenario.window is not None:
         times += [("window.start", scenario.window.start)]
     late = [

@@ -48,7 +48,12 @@ def check_target(path: str) -> None:
     folder = target.absolute().parent
     if not folder.is_dir():
         raise ConfigError(FieldError("--out", "its folder does not exist", path))
-    if target.is_dir() or not os.access(folder, os.W_OK):
+    try:
+        if target.exists() and not target.is_file():
+            raise ConfigError(FieldError("--out", "is there already and is no regular file", path))
+    except OSError as error:
+        raise ConfigError(FieldError("--out", f"cannot be: {error.strerror}", path)) from None
+    if not os.access(folder, os.W_OK):
         raise ConfigError(FieldError("--out", "cannot be written", path))
 
 
@@ -90,14 +95,14 @@ def write(recording: Recording, path: str, *, metadata: dict[str, str]) -> None:
         If the file cannot be written.
     """
     check_target(path)
-    target = Path(path)
+    target = Path(path).resolve()  # the file that a link points to, not the link
     try:
-        handle, name = tempfile.mkstemp(dir=target.absolute().parent, prefix=f".{target.name}.")
+        handle, name = tempfile.mkstemp(dir=target.parent, prefix=".motionlab-")
         os.close(handle)
         partial = Path(name)
         try:
             _write(recording, partial, target.suffix, metadata)
-            partial.chmod(0o644)
+            partial.chmod(_mode(target))
             partial.replace(target)
         finally:
             partial.unlink(missing_ok=True)
@@ -149,6 +154,15 @@ def _read_csv(path: str) -> pa.Table:
         types = {name: pa.float32() for name in reader.schema.names}
     whole = {"tick [1]": pa.int64(), "time [s]": pa.float64()}
     return csv.read_csv(path, convert_options=csv.ConvertOptions(column_types=types | whole))
+
+
+def _mode(target: Path) -> int:
+    """Return the permissions of the file that is replaced, or those a new file gets."""
+    if target.exists():
+        return target.stat().st_mode & 0o777
+    mask = os.umask(0o077)
+    os.umask(mask)
+    return 0o666 & ~mask
 
 
 def _split_header(header: str) -> tuple[str, str]:

@@ -62,15 +62,16 @@ class _Demand:
     unit: str
     rounding: float
 
-    def first_violation(self) -> int | None:
-        """Return the first tick outside the limits."""
+    def first_violation(self, start: int) -> int | None:
+        """Return the first tick from `start` on outside the limits."""
         outside = (self.value < self.lower - self.rounding) | (
             self.value > self.upper + self.rounding
         )
+        outside[:start] = False
         return int(np.argmax(outside)) if outside.any() else None
 
 
-def check(reference: Reference, limits: Limits) -> None:
+def check(reference: Reference, limits: Limits, *, start: int = 0) -> None:
     """Refuse a motion that leaves the stroke or asks for more than the motor can do.
 
     The thrust that the motion requires is M a + f_f(v), eq (16). Velocity that jumps between two
@@ -84,6 +85,8 @@ def check(reference: Reference, limits: Limits) -> None:
         The motion.
     limits : Limits
         What the motor can do.
+    start : int
+        First tick at which these limits hold.
 
     Raises
     ------
@@ -92,7 +95,7 @@ def check(reference: Reference, limits: Limits) -> None:
     """
     first: tuple[int, _Demand] | None = None
     for demand in _demands(reference, limits):
-        tick = demand.first_violation()
+        tick = demand.first_violation(start)
         if tick is not None and (first is None or tick < first[0]):
             first = tick, demand
     if first is None:
