@@ -7,8 +7,14 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.config.controller import CompensationConfig, ControllerConfig, Law
-from motionlab.config.plant import AmplifierConfig, AxisConfig, ForceMapConfig, FrictionConfig
+from motionlab.config.controller import CompensationConfig, ControllerConfig, Law, ModelConfig
+from motionlab.config.plant import (
+    AmplifierConfig,
+    AxisConfig,
+    ForceMapConfig,
+    FrictionConfig,
+    PlantConfig,
+)
 from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD, PLANT_STEP
 from motionlab.control.compensation import (
@@ -81,13 +87,14 @@ def initial_state(blocks: int, start: tuple[float, float]) -> NDArray[np.float64
     return state
 
 
-def motion_limits(scenario: Scenario, controller: ControllerConfig) -> MotionLimits:
-    """Return what the motor of a scenario can do under one of its controllers.
+def motion_limits(
+    plant: PlantConfig, model: ModelConfig, *, force_limit: float, current_limit: float
+) -> MotionLimits:
+    """Return what a motor can do under a controller with this model and these limits.
 
     The thrust that can be had is what the controller's map gives at its force limit, which
     depends on the position in the pole pitch.
     """
-    plant = scenario.plant
     axes = (plant.x, plant.y)
 
     def friction(axis: int, v: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -97,12 +104,9 @@ def motion_limits(scenario: Scenario, controller: ControllerConfig) -> MotionLim
         axis: int, position: NDArray[np.float64], sign: NDArray[np.float64]
     ) -> NDArray[np.float64]:
         if plant.force == "ideal":
-            return np.full_like(position, controller.force_limit)
-        model = controller.model.x if axis == 0 else controller.model.y
-        force_map = _force_map(model.force_map)
-        return reachable_force(
-            force_map, controller.current_limit, position, sign * controller.force_limit
-        )
+            return np.full_like(position, force_limit)
+        force_map = _force_map((model.x if axis == 0 else model.y).force_map)
+        return reachable_force(force_map, current_limit, position, sign * force_limit)
 
     return MotionLimits(
         stroke=(plant.x.stroke, plant.y.stroke),

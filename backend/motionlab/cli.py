@@ -18,6 +18,7 @@ from motionlab.errors import ConfigError, Infeasible, MotionLabError
 
 DONE, FAILED, BAD_INPUT = 0, 1, 2
 
+_PORT_MAX = 65_535
 _LONG_RUN = 100_000  # ticks; shorter runs are over before a bar could be read
 
 _EXAMPLES = """\
@@ -113,7 +114,51 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument("--out", metavar="FILE", help="write every channel to FILE, .parquet or .csv")
     run.add_argument("--json", action="store_true", help="print one JSON document on stdout")
     run.set_defaults(command=_run)
+    serve = commands.add_parser(
+        "serve",
+        help="serve the REST API",
+        description="Serve the REST API; /docs describes it. Another host than loopback needs a "
+        "token in MOTIONLAB_TOKEN.",
+    )
+    serve.add_argument("--host", default="127.0.0.1", help="address to listen on (%(default)s)")
+    serve.add_argument("--port", type=_port, default=8000, help="port (%(default)s)")
+    serve.add_argument(
+        "--name",
+        dest="host_names",
+        metavar="HOST",
+        action="append",
+        default=[],
+        help="further name under which clients reach this server (repeatable)",
+    )
+    serve.set_defaults(command=_serve)
+    openapi = commands.add_parser(
+        "openapi", help="print the OpenAPI document", description="Print the OpenAPI document."
+    )
+    openapi.set_defaults(command=_openapi)
     return parser
+
+
+def _port(text: str) -> int:
+    port = int(text) if text.isdecimal() else -1
+    if not 0 <= port <= _PORT_MAX:
+        raise argparse.ArgumentTypeError(f"{text!r} is no port; allowed 0 to {_PORT_MAX}")
+    return port
+
+
+def _serve(options: argparse.Namespace) -> int:
+    """Carry out ``motionlab serve``."""
+    from motionlab.service.serve import serve
+
+    serve(options.host, options.port, frozenset(options.host_names))
+    return DONE
+
+
+def _openapi(_: argparse.Namespace) -> int:
+    """Carry out ``motionlab openapi``."""
+    from motionlab.service.app import create_app
+
+    print(json.dumps(create_app().openapi(), indent=2))
+    return DONE
 
 
 def _run(options: argparse.Namespace) -> int:

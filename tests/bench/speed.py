@@ -15,6 +15,7 @@ from motionlab.lanes import WIDTH
 from motionlab.simulation.kernel import SAMPLE_ROWS, State, run_ticks
 from motionlab.simulation.noise import PAGE, page_inputs
 from motionlab.simulation.run import Prepared, prepare, run
+from motionlab.simulation.timeline import Timeline
 from motionlab.telemetry.channels import Sample
 from tests.bench.machine import vector_unit
 from tests.bench.scalar_c import Array, ScalarC
@@ -92,10 +93,9 @@ def _arrays(prepared: Prepared) -> tuple[Array, Array, Array]:
     (parameters,) = lane_parameters(prepared.scenario)
     place = prepared.reference.position[0]
     (state,) = initial_state(1, (float(place[0]), float(place[1])))
+    timeline = Timeline(prepared.reference, prepared.load)
     pages = range(-(-prepared.reference.ticks // PAGE))
-    inputs = np.concatenate(
-        [page_inputs(prepared.scenario, prepared.reference, prepared.load, page) for page in pages]
-    )
+    inputs = np.concatenate([page_inputs(prepared.scenario, timeline, page) for page in pages])
     return parameters, state, inputs
 
 

@@ -13,6 +13,7 @@ from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.simulation.kernel import SAMPLE_ROWS, run_ticks
 from motionlab.simulation.noise import PAGE, page_inputs
 from motionlab.simulation.run import prepare
+from motionlab.simulation.timeline import Timeline
 from tests.runs import AXES, SHORT, Played, play, same_bits
 
 LUGRE = {"compensation.law": "lugre-observer"}
@@ -160,7 +161,7 @@ def test_a_schedule_is_a_run_cut_in_two() -> None:
     reference = prepared.reference
     inputs = np.concatenate(
         [
-            page_inputs(first, reference, prepared.load, page)
+            page_inputs(first, Timeline(reference, prepared.load), page)
             for page in range(-(-reference.ticks // PAGE))
         ]
     )

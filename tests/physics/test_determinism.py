@@ -13,6 +13,7 @@ from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.simulation.kernel import SAMPLE_ROWS, Inputs, State, run_ticks
 from motionlab.simulation.noise import PAGE, page_inputs
 from motionlab.simulation.run import Simulation, prepare
+from motionlab.simulation.timeline import Timeline
 from motionlab.telemetry.channels import CHANNELS
 from tests.runs import AXES, SHORT, Played, play, same_bits
 
@@ -92,7 +93,7 @@ SOURCES = {
 def inputs(changes: dict[str, Any], page: int) -> dict[str, np.ndarray]:
     """Return what acts on the plant over one page, by name, shape (ticks, axes)."""
     prepared = prepare(load_scenario("circle", SHORT | changes))
-    rows = page_inputs(prepared.scenario, prepared.reference, prepared.load, page)
+    rows = page_inputs(prepared.scenario, Timeline(prepared.reference, prepared.load), page)
     return {name: rows[:, i].copy() for i, name in enumerate(Inputs._fields)}
 
 
@@ -202,7 +203,7 @@ def test_poison_stays_in_its_lane(where: str, poison: float) -> None:
     scenario = load_scenario("circle", NOISY)
     prepared = prepare(scenario)
     start = prepared.reference.position[0]
-    rows = page_inputs(scenario, prepared.reference, prepared.load, 0)
+    rows = page_inputs(scenario, Timeline(prepared.reference, prepared.load), 0)
 
     def go(lane: int | None) -> tuple[np.ndarray, np.ndarray]:
         parameters = lane_parameters(scenario)[0]

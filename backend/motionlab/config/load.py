@@ -122,21 +122,41 @@ def validate(document: Mapping[str, Any]) -> Scenario:
     """
     scenario = _validate(document)
     for index, event in enumerate(scenario.schedule):
-        for path in event.set:
-            if path.split(".")[0] not in _SCHEDULABLE:
-                raise ConfigError(
-                    FieldError(
-                        loc=f"schedule.{index}.set.{path}",
-                        message="cannot change during a run",
-                        range="paths that begin with " + ", ".join(_SCHEDULABLE),
-                    )
-                )
+        check_schedulable(event.set, f"schedule.{index}.set")
     phases(scenario)
     return scenario
 
 
-def phases(scenario: Scenario) -> list[tuple[int, Scenario]]:
+def check_schedulable(changes: Mapping[str, Any], loc: str) -> None:
+    """Refuse changes of what cannot change during a run.
+
+    Raises
+    ------
+    ConfigError
+        Naming every such path, below `loc`.
+    """
+    refused = [
+        FieldError(
+            loc=f"{loc}.{path}",
+            message="cannot change during a run",
+            range="paths that begin with " + ", ".join(_SCHEDULABLE),
+        )
+        for path in changes
+        if path.split(".")[0] not in _SCHEDULABLE
+    ]
+    if refused:
+        raise ConfigError(*refused)
+
+
+def phases(scenario: Scenario, start: int = 0) -> list[tuple[int, Scenario]]:
     """Return the parameter sets of a run: from which tick on each holds, in order of time.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Parameters at `start`.
+    start : int
+        First tick; events up to it are taken to be in the scenario already.
 
     Raises
     ------
@@ -144,10 +164,12 @@ def phases(scenario: Scenario) -> list[tuple[int, Scenario]]:
         If an event leads to a scenario that is not valid, or two events share a tick.
     """
     document = scenario.model_dump(mode="json")
-    result = [(0, scenario)]
+    result = [(start, scenario)]
     order = sorted(enumerate(scenario.schedule), key=lambda item: item[1].time)
     for index, event in order:
         tick = to_ticks(event.time)
+        if 0 < tick <= start:
+            continue
         if tick <= result[-1][0]:
             raise ConfigError(
                 FieldError(

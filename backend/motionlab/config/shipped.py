@@ -81,16 +81,29 @@ def parse(path: Path) -> dict[str, Any]:
         If the file cannot be read or is not TOML.
     """
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        return parse_text(path.read_bytes(), loc=str(path))
     except OSError as error:
         message = f"cannot be read: {error.strerror or error}"
+        raise ConfigError(FieldError(loc=str(path), message=message)) from None
+
+
+def parse_text(text: bytes, *, loc: str) -> dict[str, Any]:
+    """Return the tables of a TOML text in UTF-8.
+
+    Raises
+    ------
+    ConfigError
+        If it is not TOML, naming `loc`.
+    """
+    try:
+        return tomllib.loads(text.decode("utf-8-sig"))
     except UnicodeDecodeError as error:
         message = f"is not UTF-8 text: {error.reason} at byte {error.start}"
     except ValueError as error:  # also what Python says of a number of thousands of digits
         message = f"is not TOML: {error}"
     except RecursionError:
         message = "is nested too deeply"
-    raise ConfigError(FieldError(loc=str(path), message=message))
+    raise ConfigError(FieldError(loc=loc, message=message))
 
 
 def did_you_mean(word: str, known: list[str]) -> str:

@@ -126,6 +126,7 @@ _SIZES = [len(group._fields) for group in _GROUPS]
 (_R0, _R1, _R2, _R3, _R4, _R5, _R6, _R7, _R8, _R9, PARAMETER_ROWS) = (
     sum(_SIZES[:i]) for i in range(len(_SIZES) + 1)
 )
+FORCE_LIMIT_ROW = _R5 + PositionController._fields.index("force_limit")
 STATE_ROWS = len(State._fields)
 INPUT_ROWS = len(Inputs._fields)
 SAMPLE_ROWS = len(Sample._fields)

@@ -14,7 +14,7 @@ from motionlab.config.plant import AmplifierConfig
 from motionlab.config.scenario import LoadConfig, Scenario
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.simulation.kernel import INPUT_ROWS, Inputs
-from motionlab.trajectory.reference import Reference
+from motionlab.simulation.timeline import Timeline
 
 PAGE = 1024
 """Ticks in one page."""
@@ -24,27 +24,23 @@ _ENCODER, _LOAD, _CURRENT = 0, 1, 2  # noise sources; phase k of the currents is
 _PHASES = ("current_a", "current_b", "current_c")
 
 
-def load_force(load: LoadConfig, ticks: int) -> NDArray[np.float64]:
-    """Return the external load force without its noise, N, shape (ticks, 2)."""
-    force = np.tile((load.x, load.y), (ticks, 1)).astype(np.float64)
+def load_force(load: LoadConfig, stop: int, start: int = 0) -> NDArray[np.float64]:
+    """Return the external load force without its noise over [start, stop), N, shape (n, 2)."""
+    force = np.tile((load.x, load.y), (stop - start, 1)).astype(np.float64)
     for step in load.steps:
-        force[to_ticks(step.time) :] += (step.x, step.y)
+        force[max(to_ticks(step.time) - start, 0) :] += (step.x, step.y)
     return force
 
 
-def page_inputs(
-    scenario: Scenario, reference: Reference, load: NDArray[np.float64], page: int
-) -> NDArray[np.float64]:
+def page_inputs(scenario: Scenario, timeline: Timeline, page: int) -> NDArray[np.float64]:
     """Return the kernel's inputs over one page.
 
     Parameters
     ----------
     scenario : Scenario
         Parameters that hold over the page.
-    reference : Reference
-        The sampled trajectory.
-    load : ndarray, shape (ticks, 2)
-        From `load_force`; its noise is added here.
+    timeline : Timeline
+        Reference and load; the load's noise is added here.
     page : int
         Which page; the last one of a run may be shorter than PAGE.
 
@@ -54,13 +50,13 @@ def page_inputs(
         Fields of `Inputs` for x and y.
     """
     start = page * PAGE
-    here = slice(start, min(start + PAGE, reference.ticks))
-    count = here.stop - here.start
+    stop = start + PAGE if timeline.end is None else min(start + PAGE, timeline.end)
+    count = stop - start
     inputs = np.zeros((count, INPUT_ROWS, 2))
-    inputs[:, _ROW["p_ref"]] = reference.position[here]
-    inputs[:, _ROW["v_ref"]] = reference.velocity[here]
-    inputs[:, _ROW["a_ref"]] = reference.acceleration[here]
-    inputs[:, _ROW["load"]] = load[here]
+    for name, values in zip(
+        ("p_ref", "v_ref", "a_ref", "load"), timeline.at(start, stop), strict=True
+    ):
+        inputs[:, _ROW[name]] = values
     for axis, config in enumerate((scenario.plant.x, scenario.plant.y)):
 
         def draw(source: int, rms: float, axis: int = axis) -> NDArray[np.float64] | float:

@@ -43,7 +43,7 @@ def document(prepared: Prepared, recording: Recording) -> dict[str, Any]:
         Metrics in SI units; see docs/results.md.
     """
     scenario = prepared.scenario
-    window = _main_window(prepared)
+    window = main_window(prepared)
     plant = _in_effect(prepared, window).plant
     measured = _measure(prepared, recording, window)
     return {
@@ -103,7 +103,8 @@ def _in_effect(prepared: Prepared, window: Window) -> Scenario:
     return [scenario for tick, scenario in prepared.phases if tick < window[1]][-1]
 
 
-def _main_window(prepared: Prepared) -> Window:
+def main_window(prepared: Prepared) -> Window:
+    """Return the ticks that metrics are taken over."""
     window = prepared.scenario.window
     if window is None:
         return prepared.reference.window

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,13 +18,17 @@ from motionlab.build import (
     lane_parameters,
     motion_limits,
 )
+from motionlab.config.controller import ModelConfig
 from motionlab.config.load import phases
+from motionlab.config.plant import PlantConfig
 from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
+from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.errors import ConfigError, FieldError
 from motionlab.lanes import WIDTH
-from motionlab.simulation.kernel import SAMPLE_ROWS, State, run_ticks
+from motionlab.simulation.kernel import FORCE_LIMIT_ROW, SAMPLE_ROWS, State, run_ticks
 from motionlab.simulation.noise import PAGE, load_force, page_inputs
+from motionlab.simulation.timeline import Timeline
 from motionlab.telemetry.channels import CHANNELS
 from motionlab.telemetry.recording import Divergence, Recording, VariantRecord
 from motionlab.trajectory.feasibility import check
@@ -33,6 +39,8 @@ Phases = tuple[tuple[int, Scenario], ...]
 
 _FAILED = State._fields.index("failed")
 _LAST_STATES = 5
+BRAKING = 0.5
+"""Share of the largest acceleration with which a stop brakes."""
 
 
 @dataclass(frozen=True)
@@ -77,9 +85,9 @@ def prepare(scenario: Scenario) -> Prepared:
     ConfigError
         If an event, a force step or the window lies outside the run.
     """
-    reference = sample(scenario.trajectory)
+    reference = _sampled(scenario.trajectory)
     changes = tuple(phases(scenario))
-    _check_feasibility(reference, changes)
+    _check_feasibility(scenario.trajectory, changes)
     _refuse_times_outside(scenario, changes, reference.ticks)
     load = load_force(scenario.load, reference.ticks)
     for tick, changed in changes[1:]:
@@ -94,11 +102,15 @@ class Simulation:
     ----------
     prepared : Prepared
         What to run.
+    endless : bool
+        Whether to go on after the trajectory's end where the motion allows it.
     """
 
-    def __init__(self, prepared: Prepared) -> None:
+    def __init__(self, prepared: Prepared, *, endless: bool = False) -> None:
         self.prepared = prepared
+        self.timeline = Timeline(prepared.reference, prepared.load, endless=endless)
         self.tick = 0
+        self._released = False
         self._changes = list(prepared.phases)
         self._apply_changes()
         place = prepared.reference.position[0]
@@ -118,9 +130,10 @@ class Simulation:
         int
             Number of ticks; 0 at the end of the run.
         """
-        self._apply_changes()
         page, offset = divmod(self.tick, PAGE)
-        stop = min((page + 1) * PAGE, self.prepared.reference.ticks, self.tick + samples.shape[1])
+        stop = min((page + 1) * PAGE, self.tick + samples.shape[1])
+        if self.timeline.end is not None:
+            stop = min(stop, self.timeline.end)
         if self._changes:
             stop = min(stop, self._changes[0][0])
         count = stop - self.tick
@@ -130,7 +143,47 @@ class Simulation:
         for block, parameters in enumerate(self._parameters):
             run_ticks(parameters, self._state[block], inputs, samples[block, :count])
         self.tick = stop
+        self._apply_changes()  # now, so that what is asked at this tick finds them in effect
         return count
+
+    @property
+    def scenario(self) -> Scenario:
+        """The parameters in effect."""
+        return self._scenario
+
+    def change(self, changes: Phases) -> None:
+        """Replace the parameters from the present tick on.
+
+        Parameters
+        ----------
+        changes : tuple of (int, Scenario)
+            From which tick on which parameters hold; the first is in effect at once.
+        """
+        if [scenario.load for _, scenario in changes] != [
+            self._scenario.load,
+            *(scenario.load for _, scenario in self._changes),
+        ]:
+            for tick, scenario in changes:
+                self.timeline.load(tick, functools.partial(load_force, scenario.load))
+        self._changes = list(changes)
+        self._apply_changes()
+
+    def push(self, axis: int, force: float, ticks: int) -> None:
+        """Push the mover of every variant with `force`, N, towards positive positions."""
+        self.timeline.push(self.tick, axis=axis, force=-force, ticks=ticks)
+        self._page = (-1, np.empty(0))
+
+    def stop(self) -> int:
+        """Brake the reference to rest and return the tick at which it stands."""
+        plant = self._scenario.plant
+        limits = (BRAKING * plant.x.acceleration_max, BRAKING * plant.y.acceleration_max)
+        self._page = (-1, np.empty(0))
+        return self.timeline.stop(self.tick, limits)
+
+    def release(self) -> None:
+        """Command no current from now on."""
+        self._released = True
+        self._parameters[:, FORCE_LIMIT_ROW] = 0.0
 
     def failed_tick(self, variant: int) -> int | None:
         """Return the tick at which a variant diverged, or None while it has not."""
@@ -142,16 +195,26 @@ class Simulation:
         while self._changes and self._changes[0][0] <= self.tick:
             self._scenario = self._changes.pop(0)[1]
             self._parameters = lane_parameters(self._scenario)
+            if self._released:
+                self._parameters[:, FORCE_LIMIT_ROW] = 0.0
             self._page = (-1, np.empty(0))
 
     def _inputs(self, page: int) -> Array:
         if self._page[0] != page:
-            prepared = self.prepared
-            self._page = (
-                page,
-                page_inputs(self._scenario, prepared.reference, prepared.load, page),
-            )
+            self._page = (page, page_inputs(self._scenario, self.timeline, page))
         return self._page[1]
+
+
+def sample_page(variants: int) -> NDArray[np.float32]:
+    """Return room for one page of samples of some variants, as `Simulation.advance` takes it."""
+    blocks = -(-variants // VARIANTS_PER_BLOCK)
+    return np.empty((blocks, PAGE, SAMPLE_ROWS, WIDTH), dtype=np.float32)
+
+
+def variant_columns(samples: NDArray[np.float32], variant: int, count: int) -> NDArray[np.float32]:
+    """Return the first `count` ticks of one variant, shape (channels, axes, count)."""
+    block, lane = _place(variant)
+    return samples[block, :count, :, lane : lane + LANES_PER_VARIANT].transpose(1, 2, 0)
 
 
 def run(prepared: Prepared, progress: Callable[[int], None] | None = None) -> Recording:
@@ -173,15 +236,12 @@ def run(prepared: Prepared, progress: Callable[[int], None] | None = None) -> Re
     names = list(prepared.scenario.variants)
     ticks = prepared.reference.ticks
     simulation = Simulation(prepared)
-    blocks = -(-len(names) // VARIANTS_PER_BLOCK)
-    page = np.empty((blocks, PAGE, SAMPLE_ROWS, WIDTH), dtype=np.float32)
+    page = sample_page(len(names))
     columns = np.empty((len(names), SAMPLE_ROWS, len(AXES), ticks), dtype=np.float32)
     while count := simulation.advance(page):
         done = slice(simulation.tick - count, simulation.tick)
         for variant in range(len(names)):
-            block, lane = _place(variant)
-            lanes = page[block, :count, :, lane : lane + LANES_PER_VARIANT]
-            columns[variant, :, :, done] = lanes.transpose(1, 2, 0)
+            columns[variant, :, :, done] = variant_columns(page, variant, count)
         if progress is not None:
             progress(count)
 
@@ -226,7 +286,28 @@ def _divergence(columns: NDArray[np.float32], tick: int) -> Divergence:
     return Divergence(tick, f"{AXES[axis]}.{CHANNELS[channel].name}", last)
 
 
-def _check_feasibility(reference: Reference, changes: Phases) -> None:
+# A slider asks for the same motion again and again: the newest is kept, and what was found to fit.
+
+
+_sampled = cast("Callable[[TrajectoryConfig], Reference]", functools.lru_cache(maxsize=1)(sample))
+
+
+def _check_motion(  # noqa: PLR0913, PLR0917 - all that decides whether a motion is feasible
+    trajectory: TrajectoryConfig,
+    plant: PlantConfig,
+    model: ModelConfig,
+    force_limit: float,
+    current_limit: float,
+    start: int,
+) -> None:
+    limits = motion_limits(plant, model, force_limit=force_limit, current_limit=current_limit)
+    check(_sampled(trajectory), limits, start=start)
+
+
+_check = cast("Callable[..., None]", functools.lru_cache(maxsize=16)(_check_motion))
+
+
+def _check_feasibility(trajectory: TrajectoryConfig, changes: Phases) -> None:
     """Check the motion against what each variant can do from each change on."""
     checked = []
     for tick, scenario in changes:
@@ -240,7 +321,7 @@ def _check_feasibility(reference: Reference, changes: Phases) -> None:
             )
             if decides not in checked:
                 checked.append(decides)
-                check(reference, motion_limits(scenario, controller), start=tick)
+                _check(trajectory, *decides, tick)
 
 
 def _refuse_times_outside(scenario: Scenario, changes: Phases, ticks: int) -> None:

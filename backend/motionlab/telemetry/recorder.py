@@ -191,7 +191,8 @@ def _write(recording: Recording, path: Path, suffix: str, metadata: dict[str, st
         writer = csv.CSVWriter(path, schema)
     with writer:
         for start in range(0, recording.ticks, _ROWS):
-            writer.write(_batch(arrays, schema, start, min(start + _ROWS, recording.ticks)))
+            stop = min(start + _ROWS, recording.ticks)
+            writer.write(_batch(arrays, schema, start, stop, recording.first_tick))
 
 
 def _schema(
@@ -217,11 +218,15 @@ def _renamed(schema: pa.Schema, names: list[str]) -> pa.Schema:
 
 
 def _batch(
-    arrays: list[tuple[str, Channel, NDArray[np.float32]]], schema: pa.Schema, start: int, stop: int
+    arrays: list[tuple[str, Channel, NDArray[np.float32]]],
+    schema: pa.Schema,
+    start: int,
+    stop: int,
+    first_tick: int,
 ) -> pa.RecordBatch:
     import pyarrow as pa
 
-    ticks = np.arange(start, stop)
+    ticks = np.arange(first_tick + start, first_tick + stop)
     data = [pa.array(ticks), pa.array(ticks * CONTROL_PERIOD)]
     data += [pa.array(values[start:stop], from_pandas=True) for _, _, values in arrays]
     return pa.RecordBatch.from_arrays(data, schema=schema)

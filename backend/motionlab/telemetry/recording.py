@@ -68,10 +68,13 @@ class Recording:
         Position, velocity and acceleration reference and load force: REFERENCES, in float64.
     variants : dict of str to VariantRecord
         In the order of the scenario.
+    first_tick : int
+        Tick of the first sample; not 0 in a recording cut out of a longer run.
     """
 
     references: NDArray[np.float64]
     variants: dict[str, VariantRecord]
+    first_tick: int = 0
 
     @property
     def ticks(self) -> int:

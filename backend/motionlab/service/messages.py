@@ -1,0 +1,153 @@
+"""The JSON messages of a session's stream, which OpenAPI cannot describe by itself."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
+from pydantic.json_schema import models_json_schema
+
+from motionlab.service.problems import Problem
+from motionlab.service.sessions import SessionInfo
+
+
+class StreamColumn(BaseModel):
+    """A column that can be subscribed to."""
+
+    name: str
+    unit: str
+    meaning: str
+
+
+class Hello(BaseModel):
+    """Sent once, on connect."""
+
+    type: Literal["hello"] = "hello"
+    protocol: int
+    rate: int = Field(description="Ticks per second of simulated time")
+    variants: list[str]
+    columns: list[StreamColumn]
+    session: SessionInfo
+
+
+class Subscribed(BaseModel):
+    """Answers a subscription: frames begin with `from_tick`."""
+
+    type: Literal["subscribed"] = "subscribed"
+    columns: list[str]
+    from_tick: int
+
+
+class Gap(BaseModel):
+    """Ticks `from_tick` to `to_tick` - 1 were skipped."""
+
+    type: Literal["gap"] = "gap"
+    from_tick: int
+    to_tick: int
+    frames: int = Field(description="About how many frames that would have been")
+
+
+class SessionMessage(BaseModel):
+    """State, speed or parameters have changed."""
+
+    type: Literal["session"] = "session"
+    session: SessionInfo
+
+
+class Reset(BaseModel):
+    """The session is back at tick 0; earlier samples are void."""
+
+    type: Literal["reset"] = "reset"
+
+
+class ErrorMessage(BaseModel):
+    """A client message that cannot be used; the connection stays."""
+
+    type: Literal["error"] = "error"
+    problem: Problem
+
+
+class Subscribe(BaseModel):
+    """Ask for columns, from a tick on or from now on."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    type: Literal["subscribe"]
+    columns: list[str] = Field(max_length=4096)
+    from_tick: int | None = Field(default=None, ge=0)
+
+
+class Acknowledge(BaseModel):
+    """Say that a frame has been taken in."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    type: Literal["ack"]
+    sequence: int = Field(ge=0)
+
+
+SERVER_MESSAGES = (Hello, Subscribed, Gap, SessionMessage, Reset, ErrorMessage)
+CLIENT_MESSAGES = (Subscribe, Acknowledge)
+
+ServerMessage = Hello | Subscribed | Gap | SessionMessage | Reset | ErrorMessage
+ClientMessage = Annotated[Subscribe | Acknowledge, Field(discriminator="type")]
+client_message: TypeAdapter[Subscribe | Acknowledge] = TypeAdapter(ClientMessage)
+
+
+def schemas() -> dict[str, Any]:
+    """Return the JSON schema of every message, by name, as OpenAPI components."""
+    models = [(model, "serialization") for model in SERVER_MESSAGES]
+    models += [(model, "validation") for model in CLIENT_MESSAGES]
+    _, document = models_json_schema(
+        models,  # pyright: ignore[reportArgumentType]
+        ref_template="#/components/schemas/{model}",
+    )
+    return document["$defs"]
+
+
+def asyncapi(version: str) -> dict[str, Any]:
+    """Return the AsyncAPI document of the stream.
+
+    Parameters
+    ----------
+    version : str
+        Version of the project.
+    """
+    frame = {
+        "name": "frame",
+        "contentType": "application/octet-stream",
+        "summary": "Binary telemetry; docs/stream.md describes it byte by byte",
+        "payload": {"type": "string", "format": "binary"},
+    }
+    names = [model.__name__ for model in (*SERVER_MESSAGES, *CLIENT_MESSAGES)]
+    messages = {
+        name: {"name": name, "payload": {"$ref": f"#/components/schemas/{name}"}} for name in names
+    }
+    channel = {"$ref": "#/channels/stream"}
+
+    def named(models: tuple[type[BaseModel], ...]) -> list[dict[str, str]]:
+        return [{"$ref": f"#/channels/stream/messages/{m.__name__}"} for m in models]
+
+    return {
+        "asyncapi": "3.0.0",
+        "info": {"title": "PSRM Motion Lab stream", "version": version},
+        "channels": {
+            "stream": {
+                "address": "/api/v1/sessions/{session_id}/stream",
+                "parameters": {"session_id": {"description": "Identifier of the session"}},
+                "messages": messages | {"frame": frame},
+            }
+        },
+        "operations": {
+            "serve": {
+                "action": "send",
+                "channel": channel,
+                "messages": [
+                    *named(SERVER_MESSAGES),
+                    {"$ref": "#/channels/stream/messages/frame"},
+                ],
+            },
+            "listen": {"action": "receive", "channel": channel, "messages": named(CLIENT_MESSAGES)},
+        },
+        "components": {"schemas": schemas()},
+    }

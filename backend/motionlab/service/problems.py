@@ -1,0 +1,156 @@
+"""Errors as RFC 9457 problem documents: every failure of the API has this one shape."""
+
+from __future__ import annotations
+
+import math
+from http import HTTPStatus
+from typing import Any
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse
+from pydantic import BaseModel, Field
+from starlette.exceptions import HTTPException
+
+from motionlab.errors import ConfigError, Infeasible, MotionLabError
+from motionlab.service.sessions import WrongState
+
+MEDIA_TYPE = "application/problem+json"
+
+
+class ProblemField(BaseModel):
+    """One input field that was refused."""
+
+    loc: str = Field(description="Dotted path of the field")
+    message: str = Field(description="What is wrong, in words")
+    value: Any = Field(default=None, description="What was given; non-finite numbers as text")
+    range: str = Field(default="", description="What is allowed")
+    unit: str = Field(default="", description="Unit of value and range")
+
+
+class Problem(BaseModel):
+    """RFC 9457 problem document."""
+
+    type: str = Field(description="about:blank: the status says it all")
+    title: str = Field(description="Phrase of the status")
+    status: int = Field(description="HTTP status")
+    detail: str = Field(description="What happened, for people")
+    errors: list[ProblemField] = Field(description="Fields that were refused; empty otherwise")
+
+
+def problem(
+    status: int,
+    detail: str,
+    *,
+    errors: list[dict[str, Any]] | None = None,
+    headers: dict[str, str] | None = None,
+) -> JSONResponse:
+    """Return a problem response.
+
+    Parameters
+    ----------
+    status : int
+        HTTP status.
+    detail : str
+        What happened, for people.
+    errors : list of dict, optional
+        Refused fields, each with ``loc``, ``message``, ``value``, ``range``, ``unit``.
+    headers : dict, optional
+        Further headers.
+    """
+    content = {
+        "type": "about:blank",
+        "title": HTTPStatus(status).phrase,
+        "status": status,
+        "detail": _plain(detail),
+        "errors": _plain(errors or []),
+    }
+    return JSONResponse(content, status, headers, MEDIA_TYPE)
+
+
+def responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
+    """Return the OpenAPI entries of the problems a route may answer with."""
+    return {
+        status: {
+            "description": HTTPStatus(status).phrase,
+            "content": {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/Problem"}}},
+        }
+        for status in statuses
+    }
+
+
+def install(app: FastAPI) -> None:
+    """Answer every failure of `app` with a problem document."""
+
+    @app.exception_handler(ConfigError)
+    async def refuse_config(_: Request, error: ConfigError) -> JSONResponse:
+        fields = [
+            {"loc": e.loc, "message": e.message, "value": e.value, "range": e.range, "unit": e.unit}
+            for e in error.errors
+        ]
+        return problem(HTTPStatus.UNPROCESSABLE_ENTITY, str(error), errors=fields)
+
+    @app.exception_handler(Infeasible)
+    async def refuse_motion(_: Request, error: Infeasible) -> JSONResponse:
+        field = {
+            "loc": "trajectory",
+            "message": f"{error.quantity} on {error.axis} at t = {error.time:.4f} s, "
+            f"x = {error.place[0]:.6g} m, y = {error.place[1]:.6g} m",
+            "value": error.value,
+            "range": f">= {error.limit[0]:.6g} and <= {error.limit[1]:.6g}",
+            "unit": error.unit,
+        }
+        return problem(HTTPStatus.UNPROCESSABLE_ENTITY, str(error), errors=[field])
+
+    @app.exception_handler(RequestValidationError)
+    async def refuse_request(_: Request, error: RequestValidationError) -> JSONResponse:
+        fields = [
+            {
+                "loc": ".".join(str(step) for step in e["loc"][1:]) or str(e["loc"][0]),
+                "message": e["msg"],
+                "value": e.get("input"),
+                "range": "",
+                "unit": "",
+            }
+            for e in error.errors()
+        ]
+        if any(e["type"] == "json_invalid" for e in error.errors()):
+            return problem(HTTPStatus.BAD_REQUEST, "the body is not JSON")
+        return problem(
+            HTTPStatus.UNPROCESSABLE_ENTITY,
+            "the request is not of the documented form",
+            errors=fields,
+        )
+
+    @app.exception_handler(HTTPException)
+    async def answer(_: Request, error: HTTPException) -> JSONResponse:
+        headers = dict(error.headers) if error.headers else None
+        return problem(error.status_code, str(error.detail), headers=headers)
+
+    @app.exception_handler(WrongState)
+    async def refuse_state(_: Request, error: WrongState) -> JSONResponse:
+        return problem(HTTPStatus.CONFLICT, str(error))
+
+    @app.exception_handler(MotionLabError)
+    async def fail(_: Request, error: MotionLabError) -> JSONResponse:
+        return problem(HTTPStatus.INTERNAL_SERVER_ERROR, str(error))
+
+
+def _plain(value: Any) -> Any:
+    """Return a value that JSON can hold: non-finite numbers as text, anything odd as its repr.
+
+    Half of a surrogate pair, which JSON can spell and UTF-8 cannot, comes back as its escape.
+    """
+    match value:
+        case float() if not math.isfinite(value):
+            return str(value)
+        case str():
+            return value.encode("utf-8", "backslashreplace").decode()
+        case None | bool() | int() | float():
+            return value
+        case dict():
+            return {_plain(str(key)): _plain(item) for key, item in value.items()}
+        case list() | tuple():
+            return [_plain(item) for item in value]
+        case _:
+            return repr(value)

@@ -1,0 +1,67 @@
+"""The sessions of a server: found by id, bounded in number, ended when nobody cares any more."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+
+from fastapi import HTTPException
+
+from motionlab.service.sessions import Session
+from motionlab.simulation.run import Prepared
+
+IDLE_SECONDS = 1800.0
+_SWEEP_SECONDS = 30.0
+
+
+class Sessions:
+    """All live sessions.
+
+    Parameters
+    ----------
+    most : int
+        Sessions that may live at once.
+    """
+
+    def __init__(self, *, most: int) -> None:
+        self._most = most
+        self._sessions: dict[str, Session] = {}
+
+    def create(self, prepared: Prepared) -> Session:
+        """Create a session, or answer 429."""
+        if len(self._sessions) >= self._most:
+            raise HTTPException(429, f"{self._most} sessions live already; delete one")
+        session = Session(prepared)
+        self._sessions[session.id] = session
+        return session
+
+    def find(self, session_id: str) -> Session:
+        """Return a session, or answer 404."""
+        session = self._sessions.get(session_id)
+        if session is None:
+            raise HTTPException(404, f"no session {session_id!r}")
+        session.touched = time.monotonic()
+        return session
+
+    def all(self) -> list[Session]:
+        """Return the sessions, oldest first."""
+        return list(self._sessions.values())
+
+    async def remove(self, session: Session) -> None:
+        """End a session."""
+        self._sessions.pop(session.id, None)
+        await session.close()
+
+    async def sweep(self) -> None:
+        """End sessions that nobody has asked for or watched for a while; runs for ever."""
+        while True:
+            await asyncio.sleep(_SWEEP_SECONDS)
+            for session in self.all():
+                idle = time.monotonic() - session.touched
+                if not session.listeners and idle > IDLE_SECONDS:
+                    await self.remove(session)
+
+    async def close(self) -> None:
+        """End every session."""
+        for session in self.all():
+            await self.remove(session)

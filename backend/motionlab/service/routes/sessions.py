@@ -1,0 +1,236 @@
+"""Live sessions: create, run, change, measure, stop."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import tomli_w
+from fastapi import APIRouter, Body, Depends, HTTPException, Query, Request, Response, WebSocket
+from fastapi.concurrency import run_in_threadpool
+from fastapi.responses import JSONResponse
+from pydantic import BaseModel, ConfigDict, Field
+
+from motionlab.service.problems import responses
+from motionlab.service.routes.simulate import SimulateRequest, prepare_request
+from motionlab.service.sessions import Session, SessionInfo
+from motionlab.service.stream import Stream, refuse
+from motionlab.simulation.result import metadata
+from motionlab.telemetry import recorder
+
+router = APIRouter(prefix="/sessions", tags=["sessions"])
+_AXES = ("x", "y")
+_TELEMETRY = {"csv": "text/csv", "parquet": "application/vnd.apache.parquet"}
+
+
+class _Body(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+
+class PlayRequest(_Body):
+    """How fast to run."""
+
+    speed: float | None = Field(
+        default=None,
+        ge=0.1,
+        le=10.0,
+        description="Simulated time per time; left out: as before",
+    )
+
+
+class StepRequest(_Body):
+    """How far to step."""
+
+    ticks: int = Field(default=1, ge=1, le=20_000, description="Control periods")
+
+
+class PushRequest(_Body):
+    """A push of the mover of every variant."""
+
+    axis: Literal["x", "y"]
+    force: float = Field(ge=-100.0, le=100.0, description="N, positive towards positive positions")
+    duration: float = Field(default=0.05, gt=0.0, le=10.0, description="s")
+
+
+class ChangeRequest(_Body):
+    """Changes of parameters, all or none."""
+
+    set: dict[str, Any] = Field(min_length=1, description="Dotted path to value, SI")
+
+
+class TickAnswer(BaseModel):
+    """From when on something holds."""
+
+    tick: int = Field(description="First tick at which it holds")
+
+
+def find_session(request: Request, session_id: str) -> Session:
+    """Return a session, or answer 404."""
+    return request.app.state.sessions.find(session_id)
+
+
+Found = Annotated[Session, Depends(find_session)]
+
+
+@router.post(
+    "",
+    operation_id="createSession",
+    status_code=201,
+    responses={
+        201: {"headers": {"Location": {"schema": {"type": "string"}}}},
+        **responses(400, 413, 422, 429),
+    },
+)
+async def create_session(
+    request: Request, response: Response, body: Annotated[SimulateRequest, Body()]
+) -> SessionInfo:
+    """Create a live session, paused at tick 0; ``{}`` is the circle."""
+    prepared = await run_in_threadpool(prepare_request, body, request.app.state.settings)
+    session = request.app.state.sessions.create(prepared)
+    response.headers["Location"] = f"/api/v1/sessions/{session.id}"
+    return session.info()
+
+
+@router.get("", operation_id="listSessions")
+async def list_sessions(request: Request) -> list[SessionInfo]:
+    """List the sessions."""
+    return [session.info() for session in request.app.state.sessions.all()]
+
+
+@router.get("/{session_id}", operation_id="getSession", responses=responses(404))
+async def get_session(session: Found) -> SessionInfo:
+    """Return what is known of a session."""
+    return session.info()
+
+
+@router.delete(
+    "/{session_id}", operation_id="deleteSession", status_code=204, responses=responses(404)
+)
+async def delete_session(request: Request, session: Found) -> Response:
+    """End a session."""
+    await request.app.state.sessions.remove(session)
+    return Response(status_code=204)
+
+
+@router.post(
+    "/{session_id}/play", operation_id="play", responses=responses(400, 404, 409, 413, 422)
+)
+async def play(session: Found, body: PlayRequest | None = None) -> SessionInfo:
+    """Run against the clock."""
+    session.play(None if body is None else body.speed)
+    return session.info()
+
+
+@router.post("/{session_id}/pause", operation_id="pause", responses=responses(404, 409))
+async def pause(session: Found) -> SessionInfo:
+    """Halt the clock."""
+    session.pause()
+    return session.info()
+
+
+@router.post(
+    "/{session_id}/step", operation_id="step", responses=responses(400, 404, 409, 413, 422)
+)
+async def step(session: Found, body: StepRequest | None = None) -> SessionInfo:
+    """Advance a paused session by some ticks."""
+    session.step(1 if body is None else body.ticks)
+    return session.info()
+
+
+@router.post("/{session_id}/reset", operation_id="reset", responses=responses(404))
+async def reset(session: Found) -> SessionInfo:
+    """Go back to tick 0; changes stay."""
+    session.reset()
+    return session.info()
+
+
+@router.post("/{session_id}/stop", operation_id="stop", responses=responses(404))
+async def stop(session: Found) -> SessionInfo:
+    """Brake to rest, then switch the currents off; only a reset leaves that."""
+    session.stop()
+    return session.info()
+
+
+@router.post("/{session_id}/undo", operation_id="undo", responses=responses(404, 409, 422))
+async def undo(session: Found) -> SessionInfo:
+    """Take back the latest change of parameters."""
+    session.undo()
+    return session.info()
+
+
+@router.post("/{session_id}/push", operation_id="push", responses=responses(400, 404, 413, 422))
+async def push(session: Found, body: PushRequest) -> TickAnswer:
+    """Push the mover of every variant."""
+    tick = session.push(_AXES.index(body.axis), body.force, body.duration)
+    return TickAnswer(tick=tick)
+
+
+@router.patch(
+    "/{session_id}/parameters",
+    operation_id="changeParameters",
+    responses=responses(400, 404, 413, 422),
+)
+async def change_parameters(session: Found, body: ChangeRequest) -> TickAnswer:
+    """Change parameters at the next tick, all or none."""
+    return TickAnswer(tick=session.change(body.set))
+
+
+@router.get("/{session_id}/metrics", operation_id="getMetrics", responses=responses(404))
+async def get_metrics(session: Found) -> JSONResponse:
+    """Return metrics over the last two periods, or ten seconds."""
+    return JSONResponse(session.metrics())
+
+
+@router.get(
+    "/{session_id}/telemetry",
+    operation_id="getTelemetry",
+    response_class=Response,
+    responses={
+        200: {"content": {media: {} for media in _TELEMETRY.values()}},
+        **responses(404, 422),
+    },
+)
+async def get_telemetry(
+    session: Found, format: Annotated[Literal["csv", "parquet"], Query()] = "parquet"
+) -> Response:
+    """Return what the ring holds, 30 s at most, as a file."""
+    recording = session.recording()
+    about = metadata(session.prepared)
+
+    def written() -> bytes:
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / f"telemetry.{format}"
+            recorder.write(recording, str(path), metadata=about)
+            return path.read_bytes()
+
+    name = f"{session.prepared.scenario.name}-{session.tick}.{format}"
+    headers = {"Content-Disposition": f'attachment; filename="{name}"'}
+    return Response(
+        await run_in_threadpool(written), media_type=_TELEMETRY[format], headers=headers
+    )
+
+
+@router.get(
+    "/{session_id}/scenario.toml",
+    operation_id="getScenarioFile",
+    response_class=Response,
+    responses={200: {"content": {"application/toml": {}}}, **responses(404)},
+)
+async def get_scenario_file(session: Found) -> Response:
+    """Return the scenario in effect as a TOML file that ``motionlab run`` takes."""
+    scenario = session.simulation.scenario
+    text = tomli_w.dumps(scenario.model_dump(mode="json", exclude_none=True))
+    headers = {"Content-Disposition": f'attachment; filename="{scenario.name}.toml"'}
+    return Response(text, media_type="application/toml", headers=headers)
+
+
+@router.websocket("/{session_id}/stream")
+async def stream(websocket: WebSocket, session_id: str) -> None:
+    """Stream a session; docs/stream.md."""
+    try:
+        session = websocket.app.state.sessions.find(session_id)
+    except HTTPException as error:
+        await refuse(websocket, str(error.detail))
+        return
+    await Stream(websocket, session).serve()

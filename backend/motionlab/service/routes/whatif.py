@@ -1,0 +1,106 @@
+"""What-if: a whole run at every move of a slider, its curves decimated, in one binary answer."""
+
+from __future__ import annotations
+
+import json
+import struct
+from typing import Annotated
+
+import numpy as np
+from fastapi import APIRouter, Body, HTTPException, Request, Response
+from fastapi.concurrency import run_in_threadpool
+from pydantic import Field
+
+from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.errors import ConfigError, FieldError
+from motionlab.service.monitor import Monitor
+from motionlab.service.problems import responses
+from motionlab.service.routes.simulate import SimulateRequest, prepare_request
+from motionlab.service.sessions import column_names
+from motionlab.service.settings import Settings
+from motionlab.simulation.result import document, main_window
+from motionlab.simulation.run import run
+from motionlab.telemetry.channels import REFERENCES
+from motionlab.telemetry.decimate import min_max
+from motionlab.telemetry.recording import AXES, Recording
+
+router = APIRouter(tags=["simulate"])
+
+MEDIA_TYPE = "application/octet-stream"
+_ALIGNMENT = 8
+
+
+class WhatIfRequest(SimulateRequest):
+    """A scenario, changes to it, and the curves that are wanted."""
+
+    columns: list[str] = Field(
+        default_factory=list, max_length=512, description="Names as in the stream's hello"
+    )
+    points: int = Field(default=1500, ge=10, le=20_000, description="Bins over the window at most")
+
+
+@router.post(
+    "/whatif",
+    operation_id="whatIf",
+    response_class=Response,
+    responses={
+        200: {
+            "description": "Result document and curves; docs/stream.md",
+            "content": {MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}},
+        },
+        **responses(400, 413, 422, 429),
+    },
+)
+async def what_if(request: Request, body: Annotated[WhatIfRequest, Body()]) -> Response:
+    """Run a scenario and return its result with curves over the metrics window."""
+    slots = request.app.state.slots
+    if slots.locked():
+        raise HTTPException(429, "too many simulations run already")
+    monitor: Monitor = request.app.state.monitor
+    monitor.simulations.inc()
+    async with slots:
+        with monitor.simulation_seconds.time():
+            answer = await run_in_threadpool(_answer, body, request.app.state.settings)
+    return Response(answer, media_type=MEDIA_TYPE)
+
+
+def _answer(body: WhatIfRequest, settings: Settings) -> bytes:
+    prepared = prepare_request(body, settings)
+    known = dict(column_names(list(prepared.scenario.variants)))
+    for index, name in enumerate(body.columns):
+        if name not in known:
+            raise ConfigError(FieldError(f"columns.{index}", "no column of that name", name))
+    recording = run(prepared)
+    start, stop = main_window(prepared)
+    columns = np.array(
+        [_column(recording, name)[start:stop] for name in body.columns], dtype=np.float32
+    ).reshape(len(body.columns), stop - start)
+    low, high = min_max(columns, body.points)
+    count = low.shape[1]
+    size = max(1, -(-(stop - start) // body.points))
+    head = {
+        "result": document(prepared, recording),
+        "how": "whole",
+        "time": {"start": start * CONTROL_PERIOD, "step": size * CONTROL_PERIOD, "count": count},
+        "columns": [
+            {
+                "name": name,
+                "unit": known[name].unit,
+                "minimum": index * 2 * count,
+                "maximum": (index * 2 + 1) * count,
+            }
+            for index, name in enumerate(body.columns)
+        ],
+    }
+    text = json.dumps(head, allow_nan=False, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % _ALIGNMENT)
+    curves = np.stack((low, high), axis=1).astype("<f4")
+    return struct.pack("<II", len(text), 0) + text + curves.tobytes()
+
+
+def _column(recording: Recording, name: str) -> np.ndarray:
+    *variant, axis, channel = name.split(".")
+    if variant:
+        return recording.variants[variant[0]].channel(channel, axis)
+    row = [reference.name for reference in REFERENCES].index(channel)
+    return recording.references[row, AXES.index(axis)]

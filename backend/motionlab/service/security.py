@@ -1,0 +1,146 @@
+"""What is checked of every request before the application sees it: host, origin, token, size."""
+
+from __future__ import annotations
+
+import hmac
+from http import HTTPStatus
+from http.cookies import CookieError, SimpleCookie
+from urllib.parse import urlsplit
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.exceptions import HTTPException
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from motionlab.service.problems import problem
+from motionlab.service.settings import Settings
+
+COOKIE = "motionlab_token"
+"""Cookie that carries the token of a browser; HttpOnly and SameSite=Strict."""
+
+OPEN_PATHS = frozenset({"/api/v1/health", "/api/v1/login"})
+"""What of the API may be asked without a token; the page, which asks for it, may be loaded too."""
+
+_NEEDS_TOKEN = ("/api/", "/docs", "/openapi.json", "/asyncapi.json", "/metrics")
+
+_SAFE = frozenset({"GET", "HEAD", "OPTIONS"})
+_POLICY_VIOLATION = 1008
+_HEADERS = {
+    "Content-Security-Policy": "frame-ancestors 'self'",
+    "Referrer-Policy": "same-origin",
+    "X-Content-Type-Options": "nosniff",
+}
+
+
+class Guard:
+    """ASGI middleware that turns away what the settings do not allow.
+
+    A page of another site can make a browser send requests here. Checking Host defeats DNS
+    rebinding, where Origin and Host agree on a foreign name; checking Origin on writes and on
+    websockets defeats the rest. Scripts send no Origin and are not hindered.
+
+    Parameters
+    ----------
+    app : ASGI application
+        What is guarded.
+    settings : Settings
+        Hosts, token and bounds.
+    """
+
+    def __init__(self, app: ASGIApp, settings: Settings) -> None:
+        self.app = app
+        self.settings = settings
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one connection."""
+        if scope["type"] not in {"http", "websocket"}:
+            await self.app(scope, receive, send)
+            return
+        refusal = self._refusal(scope)
+        if refusal is None:
+            await self._serve(scope, receive, send)
+        elif scope["type"] == "websocket":
+            await send({"type": "websocket.close", "code": _POLICY_VIOLATION, "reason": refusal[1]})
+        else:
+            status, detail = refusal
+            unauthorized = status == HTTPStatus.UNAUTHORIZED
+            headers = {"WWW-Authenticate": "Bearer"} if unauthorized else None
+            await problem(status, detail, headers=headers)(scope, receive, _protected(send))
+
+    def _refusal(self, scope: Scope) -> tuple[HTTPStatus, str] | None:
+        """Return status and reason for turning a request away, or None."""
+        headers = Headers(scope=scope)
+        host = headers.get("host", "")
+        if _name(host) not in self.settings.hosts:
+            return HTTPStatus.FORBIDDEN, f"host {host!r} is not one of this server's names"
+        origin = headers.get("origin")
+        writes = scope["type"] == "websocket" or scope["method"] not in _SAFE
+        if writes and origin is not None and _origin_host(origin) != host:
+            return HTTPStatus.FORBIDDEN, f"origin {origin!r} is not this server"
+        closed = scope["path"].startswith(_NEEDS_TOKEN) and scope["path"] not in OPEN_PATHS
+        if closed and not self._knows_token(headers):
+            return HTTPStatus.UNAUTHORIZED, "a token is needed: Authorization: Bearer <token>"
+        length = headers.get("content-length", "0")
+        if not length.isdecimal() or int(length) > self.settings.body_max:
+            return (
+                HTTPStatus.REQUEST_ENTITY_TOO_LARGE,
+                f"body of {length} bytes; at most {self.settings.body_max}",
+            )
+        return None
+
+    def _knows_token(self, headers: Headers) -> bool:
+        token = self.settings.token
+        if token is None:
+            return True
+        scheme, _, given = headers.get("authorization", "").partition(" ")
+        if scheme.lower() != "bearer":
+            given = _cookie(headers.get("cookie", ""))
+        return hmac.compare_digest(given.strip().encode(), token.encode())
+
+    async def _serve(self, scope: Scope, receive: Receive, send: Send) -> None:
+        received = 0
+
+        async def bounded() -> Message:
+            nonlocal received
+            message = await receive()
+            received += len(message.get("body", b""))
+            if scope["type"] == "http" and received > self.settings.body_max:
+                raise HTTPException(
+                    HTTPStatus.REQUEST_ENTITY_TOO_LARGE,
+                    f"body of more than {self.settings.body_max} bytes",
+                )
+            return message
+
+        await self.app(scope, bounded, _protected(send))
+
+
+def _protected(send: Send) -> Send:
+    """Return `send` with the headers that every answer carries."""
+
+    async def protected(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            MutableHeaders(scope=message).update(_HEADERS)
+        await send(message)
+
+    return protected
+
+
+def _origin_host(origin: str) -> str:
+    """Return host and port of an Origin header; nothing where it is not one."""
+    try:
+        return urlsplit(origin).netloc
+    except ValueError:
+        return ""
+
+
+def _name(host: str) -> str:
+    """Return a Host header without its port."""
+    name, separator, port = host.rpartition(":")
+    return name if separator and port.isdigit() else host
+
+
+def _cookie(header: str) -> str:
+    try:
+        morsel = SimpleCookie(header).get(COOKIE)
+    except CookieError:
+        return ""
+    return "" if morsel is None else morsel.value

@@ -1,0 +1,118 @@
+"""Reference and load at any tick, also beyond a trajectory's end, through pushes and a stop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.trajectory.reference import Reference
+
+Array = NDArray[np.float64]
+
+_SAME_PLACE = 1e-12  # m
+
+
+class Timeline:
+    """What the motor is asked to do and what pushes it, tick by tick.
+
+    Parameters
+    ----------
+    reference : Reference
+        The sampled trajectory.
+    load : ndarray, shape (ticks, 2)
+        External load force without noise, N.
+    endless : bool
+        Whether to go on after the end where the motion allows it: a motion with laps repeats its
+        last lap, one that ends where it started begins again. The load goes on as it ends.
+    """
+
+    def __init__(self, reference: Reference, load: Array, *, endless: bool = False) -> None:
+        self._reference = reference
+        self._load = load
+        self._loads: list[tuple[int, Callable[[int, int], Array]]] = []
+        self._pushes: list[tuple[int, int, int, float]] = []
+        self._stop: tuple[int, Array, Array, Array] | None = None
+        self._repeats_from = _repeats_from(reference) if endless else None
+        self.end = reference.ticks if self._repeats_from is None else None
+
+    def at(self, start: int, stop: int) -> tuple[Array, Array, Array, Array]:
+        """Return position, velocity, acceleration reference and load over [start, stop), (n, 2)."""
+        ticks = np.arange(start, stop)
+        index = self._index(ticks)
+        reference = self._reference
+        position = reference.position[index]
+        velocity = reference.velocity[index]
+        acceleration = reference.acceleration[index]
+        load = self._load[np.minimum(ticks, len(self._load) - 1)]
+        for tick, force in self._loads:
+            if tick < stop:
+                load[max(tick - start, 0) :] = force(stop, max(tick, start))
+        if self._stop is not None and stop > self._stop[0]:
+            braked = ticks >= self._stop[0]
+            position, velocity, acceleration = position.copy(), velocity.copy(), acceleration.copy()
+            position[braked], velocity[braked], acceleration[braked] = self._braking(ticks[braked])
+        for begin, end, axis, force in self._pushes:
+            if begin < stop and end > start:
+                load[max(begin - start, 0) : end - start, axis] += force
+        return position, velocity, acceleration, load
+
+    def load(self, tick: int, force: Callable[[int, int], Array]) -> None:
+        """Replace the load from `tick` on by what `force` returns for stop and start, N."""
+        self._loads = [entry for entry in self._loads if entry[0] < tick]
+        self._loads.append((tick, force))
+
+    def push(self, tick: int, *, axis: int, force: float, ticks: int) -> None:
+        """Add a load force, N, on one axis from `tick` on for some ticks."""
+        self._pushes = [p for p in self._pushes if p[1] > tick]
+        self._pushes.append((tick, tick + ticks, axis, force))
+
+    def stop(self, tick: int, deceleration: tuple[float, float]) -> int:
+        """Brake each axis from `tick` on at its deceleration, m/s^2.
+
+        Returns
+        -------
+        int
+            The tick at which the reference is at rest.
+        """
+        position, velocity, _, _ = self.at(tick, tick + 1)
+        limits = np.array(deceleration)
+        self._stop = (tick, position[0].copy(), velocity[0].copy(), limits)
+        seconds = float(np.max(np.abs(velocity[0]) / limits))
+        self.end = None
+        return tick + int(np.ceil(seconds / CONTROL_PERIOD)) + 1
+
+    def _index(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
+        last = self._reference.ticks
+        if self._repeats_from is None:
+            return np.minimum(ticks, last - 1)
+        lap = last - self._repeats_from
+        return np.where(ticks < last, ticks, self._repeats_from + (ticks - last) % lap)
+
+    def _braking(self, ticks: NDArray[np.int64]) -> tuple[Array, Array, Array]:
+        assert self._stop is not None
+        tick, position, velocity, limits = self._stop
+        t = (ticks - tick)[:, None] * CONTROL_PERIOD
+        rest = np.abs(velocity) / limits
+        way = np.sign(velocity)
+        moving = np.minimum(t, rest)
+        return (
+            position + velocity * moving - way * limits * moving**2 / 2,
+            velocity - way * limits * moving,
+            np.where(t < rest, -way * limits, 0.0),
+        )
+
+
+def _repeats_from(reference: Reference) -> int | None:
+    """Return the tick that follows the last one when a motion goes on, or None if it cannot."""
+    end = np.array(reference.end)
+    if reference.period:
+        again = reference.ticks - reference.period
+        return (
+            again if np.allclose(reference.position[again], end, rtol=0, atol=_SAME_PLACE) else None
+        )
+    closed = np.allclose(reference.position[0], end, rtol=0, atol=_SAME_PLACE)
+    still = not reference.velocity[0].any() and not reference.velocity[-1].any()
+    return 0 if closed and still else None

@@ -1,0 +1,64 @@
+"""The latest samples of a live run, column by column, in a fixed amount of memory."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Ring:
+    """A ring of float32 columns over consecutive ticks.
+
+    Parameters
+    ----------
+    columns : int
+        Number of columns.
+    capacity : int
+        Ticks that are kept.
+    """
+
+    def __init__(self, columns: int, capacity: int) -> None:
+        self._data = np.empty((columns, capacity), dtype=np.float32)
+        self._capacity = capacity
+        self.first = 0
+        self.end = 0
+
+    def clear(self) -> None:
+        """Forget everything and begin at tick 0."""
+        self.first = self.end = 0
+
+    def append(self, columns: NDArray[np.float32]) -> None:
+        """Add the next ticks, shape (columns, ticks); the oldest make room."""
+        for piece in np.array_split(
+            columns, max(1, -(-columns.shape[1] // self._capacity)), axis=1
+        ):
+            start = self.end % self._capacity
+            count = piece.shape[1]
+            before_wrap = min(count, self._capacity - start)
+            self._data[:, start : start + before_wrap] = piece[:, :before_wrap]
+            self._data[:, : count - before_wrap] = piece[:, before_wrap:]
+            self.end += count
+        self.first = max(self.first, self.end - self._capacity)
+
+    def read(self, columns: Sequence[int] | slice, start: int, stop: int) -> NDArray[np.float32]:
+        """Return ticks [start, stop) of some columns, shape (columns, stop - start).
+
+        Raises
+        ------
+        IndexError
+            If the ring does not hold all of them.
+        """
+        if not self.first <= start <= stop <= self.end:
+            raise IndexError(f"ticks {start} to {stop} of {self.first} to {self.end}")
+        begin = start % self._capacity
+        count = stop - start
+        before_wrap = min(count, self._capacity - begin)
+        return np.concatenate(
+            (
+                self._data[:, begin : begin + before_wrap][columns],
+                self._data[:, : count - before_wrap][columns],
+            ),
+            axis=1,
+        )

@@ -1,0 +1,70 @@
+"""A server for all tests of a run, a client that checks every answer, and sessions that end."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import httpx
+import pytest
+
+from motionlab.service.settings import Settings
+from tests.service.live import Live
+from tests.service.openapi import Contract
+from tests.service.servers import PATIENCE, Server
+
+MakeServer = Callable[[Settings], Server]
+MakeLive = Callable[..., Live]
+
+
+@pytest.fixture(scope="session")
+def server() -> Iterator[Server]:
+    server = Server()
+    yield server
+    server.stop()
+
+
+@pytest.fixture
+def make_server() -> Iterator[MakeServer]:
+    """Start further servers, with settings of their own."""
+    with contextlib.ExitStack() as ended:
+
+        def make(settings: Settings) -> Server:
+            server = Server(settings)
+            ended.callback(server.stop)
+            return server
+
+        yield make
+
+
+@pytest.fixture(scope="session")
+def contract(server: Server) -> Contract:
+    return Contract(server.app.openapi())
+
+
+@pytest.fixture(scope="session")
+def client(server: Server, contract: Contract) -> Iterator[httpx.Client]:
+    """Return a client whose every answer has to be one that OpenAPI describes."""
+    hooks: dict[str, list[Any]] = {"response": [contract.check]}
+    with httpx.Client(base_url=server.url, event_hooks=hooks, timeout=PATIENCE) as client:
+        yield client
+
+
+@pytest.fixture
+def make_live(client: httpx.Client) -> Iterator[MakeLive]:
+    """Create sessions that are deleted when the test is over."""
+    with contextlib.ExitStack() as ended:
+
+        def make(scenario: Any = "circle", changes: dict[str, Any] | None = None) -> Live:
+            live = Live.create(client, scenario, changes)
+            ended.callback(live.delete)
+            return live
+
+        yield make
+
+
+@pytest.fixture
+def live(make_live: MakeLive) -> Live:
+    """Return a session of the circle, paused at tick 0."""
+    return make_live()

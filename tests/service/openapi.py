@@ -1,0 +1,87 @@
+"""Answers held against the server's own OpenAPI document."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import httpx
+from jsonschema import Draft202012Validator
+
+PROBLEM = "application/problem+json"
+HEADERS = {
+    "content-security-policy": "frame-ancestors 'self'",
+    "referrer-policy": "same-origin",
+    "x-content-type-options": "nosniff",
+}
+
+
+class Contract:
+    """What the OpenAPI document promises of every answer.
+
+    Parameters
+    ----------
+    document : dict
+        The OpenAPI document.
+    """
+
+    def __init__(self, document: dict[str, Any]) -> None:
+        self.document = document
+        self.answered: set[tuple[str, int]] = set()
+        self._validators: dict[str, Draft202012Validator] = {}
+        self._paths = [
+            (re.compile(re.sub(r"\{\w+\}", r"[^/]+", path)), operations)
+            for path, operations in sorted(document["paths"].items(), key=lambda p: "{" in p[0])
+        ]
+
+    @property
+    def operations(self) -> set[str]:
+        """Return the name of every operation."""
+        return {o["operationId"] for path in self.document["paths"].values() for o in path.values()}
+
+    def operation(self, request: httpx.Request) -> dict[str, Any] | None:
+        """Return the operation that a request asks for."""
+        for pattern, operations in self._paths:
+            if pattern.fullmatch(request.url.path):
+                return operations.get(request.method.lower())
+        return None
+
+    def check(self, response: httpx.Response) -> None:
+        """Fail unless an answer is one that the document describes; an httpx response hook."""
+        response.read()
+        for name, value in HEADERS.items():
+            assert response.headers[name] == value
+        assert response.status_code < 500, response.text
+        operation = self.operation(response.request)
+        media = response.headers.get("content-type", "").split(";")[0]
+        if response.status_code >= 400:
+            assert media == PROBLEM, response.text
+            self._validate({"$ref": "#/components/schemas/Problem"}, response.json())
+            assert response.json()["status"] == response.status_code
+        if operation is None:
+            return
+        described = operation["responses"]
+        status = str(response.status_code)
+        assert status in described, f"{operation['operationId']}: {status} is not documented"
+        self.answered.add((operation["operationId"], response.status_code))
+        content = described[status].get("content", {})
+        if not content:
+            assert response.status_code == 204
+            assert not response.content
+            return
+        assert media in content, f"{media} is not one of {list(content)}"
+        for header in described[status].get("headers", {}):
+            assert header in response.headers
+        if media in {"application/json", PROBLEM}:
+            self._validate(content[media]["schema"], response.json())
+
+    def schema(self, name: str, value: Any) -> None:
+        """Fail unless a value is what a named component describes."""
+        self._validate({"$ref": f"#/components/schemas/{name}"}, value)
+
+    def _validate(self, schema: dict[str, Any], value: Any) -> None:
+        key = repr(schema)
+        if key not in self._validators:
+            whole = {**schema, "components": self.document["components"]}
+            self._validators[key] = Draft202012Validator(whole)
+        self._validators[key].validate(value)

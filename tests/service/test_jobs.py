@@ -1,0 +1,128 @@
+"""Jobs: what takes long, or is asked to, is answered later; the queue is bounded."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import httpx
+
+from motionlab.service.settings import Settings
+from tests.service.conftest import MakeServer
+from tests.service.live import API, until
+from tests.service.servers import PATIENCE
+
+ASYNC = {"prefer": "respond-async"}
+QUICK: dict[str, Any] = {"set": {"trajectory.laps": 1, "trajectory.lead_in": 0.5}}
+LONG: dict[str, Any] = {"set": {"trajectory.laps": 300}}  # 15 minutes of simulated time
+
+
+def state(client: httpx.Client, location: str) -> str:
+    return client.get(location).json()["state"]
+
+
+def submit(client: httpx.Client, body: dict[str, Any]) -> str:
+    response = client.post(f"{API}/simulate", json=body, headers=ASYNC)
+    assert response.status_code == 202
+    assert response.json()["state"] == "queued"
+    assert response.headers["location"] == f"{API}/jobs/{response.json()['id']}"
+    return response.headers["location"]
+
+
+def test_a_job_ends_with_the_direct_result(client: httpx.Client) -> None:
+    location = submit(client, QUICK)
+    until(lambda: state(client, location) == "done")
+    report = client.get(location).json()
+    assert report["progress"] == 1.0
+    assert report["error"] is None
+    assert report["result"] == client.post(f"{API}/simulate", json=QUICK).json()
+    # what is done stays done
+    assert client.delete(location).json() == report
+    assert client.get(location).json() == report
+
+
+def test_a_long_run_becomes_a_job_and_can_be_cancelled(client: httpx.Client) -> None:
+    response = client.post(f"{API}/simulate", json=LONG)
+    assert response.status_code == 202
+    location = response.headers["location"]
+    seen = []
+
+    def advances() -> bool:
+        report = client.get(location).json()
+        seen.append(report["progress"])
+        return report["state"] != "queued" and report["progress"] > 0
+
+    until(advances)
+    assert seen == sorted(seen)
+    assert seen[-1] < 1.0
+    assert client.delete(location).json()["state"] == "cancelled"
+    report = client.get(location).json()
+    assert report["state"] == "cancelled"
+    assert report["result"] is None
+    # the queue goes on
+    after = submit(client, QUICK)
+    until(lambda: state(client, after) == "done")
+    assert state(client, location) == "cancelled"
+
+
+def test_a_run_just_short_enough_is_answered_at_once(make_server: MakeServer) -> None:
+    server = make_server(Settings(direct_max=3.5))
+    with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
+        assert client.post(f"{API}/simulate", json=QUICK).status_code == 200
+        longer = {"set": {"trajectory.laps": 1, "trajectory.lead_in": 0.501}}
+        assert client.post(f"{API}/simulate", json=longer).status_code == 202
+
+
+def test_bad_input_becomes_no_job(client: httpx.Client) -> None:
+    body = {"set": {"plant.x.mass": -1.0}}
+    response = client.post(f"{API}/simulate", json=body, headers=ASYNC)
+    assert response.status_code == 422
+
+
+def test_a_job_that_is_not_there(client: httpx.Client) -> None:
+    assert client.get(f"{API}/jobs/nowhere").status_code == 404
+    assert client.delete(f"{API}/jobs/nowhere").status_code == 404
+
+
+def test_a_full_queue(make_server: MakeServer) -> None:
+    server = make_server(Settings(jobs_max=2, jobs_kept=2))
+    with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
+        running, waiting = submit(client, LONG), submit(client, LONG)
+        until(lambda: state(client, running) == "running")
+        assert state(client, waiting) == "queued"
+        refused = client.post(f"{API}/simulate", json=QUICK, headers=ASYNC)
+        assert refused.status_code == 429
+        assert refused.headers["content-type"] == "application/problem+json"
+        # what is answered at once does not queue
+        assert client.post(f"{API}/simulate", json=QUICK).status_code == 200
+        # one that waits can be cancelled, and makes room
+        assert client.delete(waiting).json()["state"] == "cancelled"
+        third = submit(client, QUICK)
+        client.delete(running)
+        until(lambda: state(client, third) == "done")
+        # only so many results are kept, and the oldest goes first
+        last = ""
+        for _ in range(2):
+            last = submit(client, QUICK)
+            until(lambda last=last: state(client, last) == "done")
+        assert client.get(running).status_code == 404
+        assert state(client, last) == "done"
+
+
+def test_too_many_simulations_at_once(make_server: MakeServer) -> None:
+    server = make_server(Settings(running_max=1))
+    with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
+
+        async def occupy() -> None:
+            await server.app.state.slots.acquire()
+
+        async def leave() -> None:
+            server.app.state.slots.release()
+
+        server.call(occupy())
+        for path in ("/simulate", "/whatif"):
+            response = client.post(API + path, json=QUICK)
+            assert response.status_code == 429
+            assert response.headers["content-type"] == "application/problem+json"
+        server.call(leave())
+        for path in ("/simulate", "/whatif"):
+            assert client.post(API + path, json=QUICK).status_code == 200

@@ -1,0 +1,163 @@
+"""What ships, what describes it, and that every route answers as OpenAPI says."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+from jsonschema import Draft202012Validator
+
+from motionlab import __version__
+from motionlab.cli import main
+from motionlab.config.load import load_scenario
+from motionlab.config.schema import scenario_schema
+from motionlab.config.shipped import names
+from motionlab.service.messages import CLIENT_MESSAGES, SERVER_MESSAGES
+from tests.service.conftest import MakeLive
+from tests.service.live import API
+from tests.service.openapi import Contract
+
+DOCS = Path(__file__).parents[2] / "docs"
+CHANGE = {"set": {"plant.x.mass": 6.0}}
+
+
+def test_health(client: httpx.Client) -> None:
+    assert client.get(f"{API}/health").json() == {"status": "ok", "version": __version__}
+
+
+def test_scenarios_are_those_that_ship(client: httpx.Client) -> None:
+    entries = client.get(f"{API}/scenarios").json()
+    assert [entry["name"] for entry in entries] == names("scenarios")
+    for entry in entries:
+        scenario = load_scenario(entry["name"])
+        assert entry["title"] == scenario.title
+        assert entry["description"] == scenario.description.strip()
+
+
+@pytest.mark.parametrize("name", names("scenarios"))
+def test_a_scenario_is_resolved_and_follows_the_schema(client: httpx.Client, name: str) -> None:
+    scenario = client.get(f"{API}/scenarios/{name}").json()
+    assert scenario == load_scenario(name).model_dump(mode="json")
+    Draft202012Validator(client.get(f"{API}/schema").json()).validate(scenario)
+
+
+def test_the_schema_is_that_of_the_models(client: httpx.Client) -> None:
+    assert client.get(f"{API}/schema").json() == scenario_schema()
+
+
+def test_every_route_answers_as_documented(
+    client: httpx.Client, contract: Contract, make_live: MakeLive
+) -> None:
+    """Ask for everything once; the client checks each answer against its schema."""
+    live = make_live()
+    base = live.path.removeprefix(API)
+    job = client.post(f"{API}/simulate", json={}, headers={"prefer": "respond-async"}).json()["id"]
+    spare = make_live().path.removeprefix(API)
+    calls: list[tuple[str, str, dict[str, Any], int]] = [
+        ("GET", "/health", {}, 200),
+        ("POST", "/login", {"json": {"token": "any"}}, 401),
+        ("GET", "/scenarios", {}, 200),
+        ("GET", "/scenarios/circle", {}, 200),
+        ("POST", "/scenarios/parse", {"content": 'base = "circle"'}, 200),
+        ("GET", "/parts", {}, 200),
+        ("GET", "/schema", {}, 200),
+        ("POST", "/simulate", {"json": {}}, 200),
+        ("POST", "/whatif", {"json": {}}, 200),
+        ("GET", f"/jobs/{job}", {}, 200),
+        ("DELETE", f"/jobs/{job}", {}, 200),
+        ("POST", "/sessions", {"json": {"scenario": "nowhere"}}, 422),
+        ("GET", "/sessions", {}, 200),
+        ("GET", base, {}, 200),
+        ("DELETE", spare, {}, 204),
+        ("POST", f"{base}/step", {"json": {"ticks": 5}}, 200),
+        ("POST", f"{base}/play", {"json": {"speed": 10.0}}, 200),
+        ("POST", f"{base}/pause", {}, 200),
+        ("POST", f"{base}/push", {"json": {"axis": "x", "force": 2.0, "duration": 0.05}}, 200),
+        ("PATCH", f"{base}/parameters", {"json": CHANGE}, 200),
+        ("POST", f"{base}/undo", {}, 200),
+        ("GET", f"{base}/metrics", {}, 200),
+        ("GET", f"{base}/telemetry?format=csv", {}, 200),
+        ("GET", f"{base}/telemetry?format=parquet", {}, 200),
+        ("GET", f"{base}/scenario.toml", {}, 200),
+        ("POST", f"{base}/stop", {}, 200),
+        ("POST", f"{base}/reset", {}, 200),
+    ]
+    asked = set()
+    for method, path, options, status in calls:
+        response = client.request(method, API + path, **options)
+        assert response.status_code == status, f"{method} {path}: {response.text[:300]}"
+        operation = contract.operation(response.request)
+        assert operation is not None, path
+        asked.add(operation["operationId"])
+    assert asked | {"createSession"} == contract.operations
+
+
+def test_every_operation_tells_what_it_does(contract: Contract) -> None:
+    for path in contract.document["paths"].values():
+        for operation in path.values():
+            assert operation["summary"]
+            assert operation["description"]
+            assert {"401", "403"} <= set(operation["responses"])
+
+
+def test_every_reference_in_the_document_resolves(contract: Contract) -> None:
+    text = json.dumps(contract.document)
+    for reference in set(re.findall(r'"\$ref": "(.+?)"', text)):
+        here: Any = contract.document
+        for key in reference.removeprefix("#/").split("/"):
+            assert key in here, reference
+            here = here[key]
+
+
+def test_openapi_is_served_and_printed(
+    client: httpx.Client, capsys: pytest.CaptureFixture[str], contract: Contract
+) -> None:
+    assert client.get("/openapi.json").json() == contract.document
+    assert main(["openapi"]) == 0
+    assert json.loads(capsys.readouterr().out) == contract.document
+
+
+def test_asyncapi_describes_every_message(client: httpx.Client, contract: Contract) -> None:
+    document = client.get("/asyncapi.json").json()
+    channel = document["channels"]["stream"]
+    models = {model.__name__ for model in (*SERVER_MESSAGES, *CLIENT_MESSAGES)}
+    assert set(channel["messages"]) == models | {"frame"}
+    for name in models:
+        schema = document["components"]["schemas"][name]
+        assert schema == contract.document["components"]["schemas"][name]
+    operations = document["operations"].values()
+    listed = [m["$ref"].rsplit("/", 1)[1] for o in operations for m in o["messages"]]
+    assert sorted(listed) == sorted(models | {"frame"})
+
+
+def test_the_page_on_rest_names_every_route(contract: Contract) -> None:
+    text = (DOCS / "rest.md").read_text()
+    for path in contract.document["paths"]:
+        *_, last = (part for part in path.split("/") if not part.startswith("{"))
+        assert last in text, path
+
+
+# -- the documentation page -----------------------------------------------------------------------
+
+
+def test_the_documentation_works_offline(client: httpx.Client) -> None:
+    page = client.get("/docs")
+    assert page.status_code == 200
+    addresses = re.findall(r"""(?:src|href|url)\s*[=:]\s*["']([^"']+)""", page.text)
+    assert "/openapi.json" in addresses
+    assert len(addresses) >= 4
+    for address in addresses:
+        assert address.startswith("/")
+        assert not address.startswith("//")
+        assert client.get(address).status_code == 200
+    assert not re.findall(r"https?://", page.text)
+    script = client.get(next(a for a in addresses if a.endswith(".js")))
+    assert "javascript" in script.headers["content-type"]
+    assert len(script.content) > 100_000
+    style = client.get(next(a for a in addresses if a.endswith(".css"))).text
+    assert not re.findall(r"url\(\s*[\"']?(?:https?:)?//", style)
+    assert "@import" not in style
