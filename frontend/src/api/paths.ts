@@ -1,0 +1,118 @@
+/** Dotted paths into scenarios, and the difference between two scenarios. */
+
+import type { Changes, Scenario, Value } from './types';
+
+type Table = { [key: string]: Value };
+
+function isTable(value: unknown): value is Table {
+  return typeof value === 'object' && value !== null && !Array.isArray(value);
+}
+
+/** Returns what a path leads to, or undefined. */
+export function at(scenario: object | null, path: string): Value | undefined {
+  let here: unknown = scenario;
+  for (const key of path.split('.')) {
+    if (!isTable(here)) return undefined;
+    here = here[key];
+  }
+  return here as Value | undefined;
+}
+
+/** Returns the number that a path leads to, or NaN. */
+export function numberAt(scenario: object | null, path: string): number {
+  const value = at(scenario, path);
+  return typeof value === 'number' ? value : Number.NaN;
+}
+
+/** Returns a copy with one value replaced; what is not on the way is shared with the original. */
+export function withValue<T extends object>(scenario: T, path: string, value: Value): T {
+  const [key = '', ...rest] = path.split('.');
+  const inner = (scenario as Table)[key];
+  const next =
+    rest.length === 0 ? value : withValue(isTable(inner) ? inner : {}, rest.join('.'), value);
+  return { ...scenario, [key]: next };
+}
+
+/**
+ * Returns the scenario with changes applied. A part given by name is looked up in `parts` as
+ * `path=name`; unknown ones are left as they were, as only the server knows them.
+ */
+export function withChanges(
+  scenario: Scenario,
+  changes: Changes,
+  parts: Readonly<Record<string, Value>> = {},
+): Scenario {
+  let result = scenario;
+  // Parts before what lies inside them, as the server does.
+  for (const path of Object.keys(changes).sort()) {
+    let value = changes[path] as Value;
+    if (typeof value === 'string' && isTable(at(result, path))) {
+      const part = parts[`${path}=${value}`];
+      if (part === undefined) continue;
+      value = part;
+    }
+    result = withValue(result, path, value);
+  }
+  return result;
+}
+
+export function equal(a: unknown, b: unknown): boolean {
+  if (a === b) return true;
+  if (Array.isArray(a) && Array.isArray(b)) {
+    return a.length === b.length && a.every((item, i) => equal(item, b[i]));
+  }
+  if (isTable(a) && isTable(b)) {
+    const keys = Object.keys(a);
+    return keys.length === Object.keys(b).length && keys.every((key) => equal(a[key], b[key]));
+  }
+  return false;
+}
+
+export interface Difference {
+  path: string;
+  from: Value | undefined;
+  to: Value | undefined;
+}
+
+/** Texts that describe a scenario but do not change a run. */
+const WORDS = new Set(['title', 'description', 'label']);
+
+/**
+ * Lists the values in which two scenarios differ, in the order of the second.
+ *
+ * A part that goes by another name, such as another motor, is one difference, not its hundred values.
+ */
+export function difference(from: object, to: object): Difference[] {
+  const found: Difference[] = [];
+  walk(from as Table, to as Table, '', found);
+  return found;
+}
+
+function walk(from: Table, to: Table, prefix: string, found: Difference[]): void {
+  for (const key of new Set([...Object.keys(to), ...Object.keys(from)])) {
+    if (WORDS.has(key)) continue;
+    const path = prefix === '' ? key : `${prefix}.${key}`;
+    const [a, b] = [from[key], to[key]];
+    if (equal(a, b)) continue;
+    if (isTable(a) && isTable(b)) {
+      if (isPart(path) && a.name !== b.name && b.name !== 'custom') {
+        found.push({ path, from: a.name, to: b.name });
+      } else if (path === 'trajectory' && a.kind !== b.kind) {
+        found.push({ path, from: a.kind, to: b.kind });
+      } else {
+        walk(a, b, path, found);
+      }
+    } else if (key !== 'name' || prefix === '') {
+      found.push({ path, from: a, to: b });
+    }
+  }
+}
+
+function isPart(path: string): boolean {
+  return path === 'plant' || path.endsWith('.controller');
+}
+
+/** Whether a change needs a run from the start: the path and the draws are decided at tick 0. */
+export function needsRestart(path: string): boolean {
+  return !/^(plant|variants|load)(\.|$)/.test(path);
+}

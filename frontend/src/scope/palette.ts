@@ -1,0 +1,37 @@
+/** Colours of curves, read from the tokens of app.css so that canvases follow the theme. */
+
+export type Ink =
+  | 'a'
+  | 'b'
+  | 'difference'
+  | 'reference'
+  | 'phase-a'
+  | 'phase-b'
+  | 'phase-c'
+  | 'grid'
+  | 'axis'
+  | 'text'
+  | 'panel';
+
+const INKS: readonly Ink[] = [
+  'a',
+  'b',
+  'difference',
+  'reference',
+  'phase-a',
+  'phase-b',
+  'phase-c',
+  'grid',
+  'axis',
+  'text',
+  'panel',
+];
+
+export type Palette = Record<Ink, string>;
+
+/** Returns the colours that hold for an element now. */
+export function readPalette(element: Element): Palette {
+  const style = getComputedStyle(element);
+  const colours = INKS.map((ink) => [ink, style.getPropertyValue(`--${ink}`).trim()]);
+  return Object.fromEntries(colours) as Palette;
+}

@@ -1,0 +1,193 @@
+/** Which scopes are shown, over which time, and where the pointer is. */
+
+import { lab } from '../lab/lab.svelte';
+import { PERIOD } from '../lab/session.svelte';
+import { AXES, type Axis } from '../api/types';
+import { Ring } from '../stream/ring';
+import { fromAddress, load, save, setAddress } from '../ui/storage';
+import { fieldOf, ownerOf } from '../tuning/fields';
+import { columnsOf, DEFAULT_SCOPES, SCOPES, scopeOf, type ScopeId } from './catalog';
+import type { Moment } from './chart';
+import { loop } from './loop';
+import type { Range } from './range';
+import { LiveSource, type Source } from './source';
+
+export const SPANS = [1, 2, 5, 10, 20, 30] as const;
+
+/** Curves' readouts change this often at most, ms. */
+const READOUT = 100;
+
+/** How much of a live session the plane shows, s. */
+const TRAIL = 6;
+
+const NO_RING = new Ring(16, []);
+
+class View {
+  shown = $state.raw<readonly ScopeId[]>(keptScopes());
+  variant = $state(load('variant', 'B'));
+  axis = $state<Axis>(load('axis', 'x'));
+  span = $state<number>(load('span', 10));
+  zoom = $state.raw<Range | null>(null);
+  follow = $state(true);
+  mark = $state<number | null>(null);
+  /** Time under the pointer; plain, as it moves with every event. */
+  cursor: number | null = null;
+  /** Counts up to ten times a second while something moves: what readouts depend on. */
+  beat = $state(0);
+  /** Frames a second, and script ms a frame, over the last second. */
+  rate = $state(0);
+  script = $state(0);
+  private readonly live = new LiveSource(() => lab.session.client?.ring ?? NO_RING, PERIOD);
+
+  /** The variant that currents and forces are shown of. */
+  readonly subject = $derived(
+    lab.variants.includes(this.variant) ? this.variant : (lab.variants[0] ?? 'A'),
+  );
+
+  readonly scopes = $derived(
+    this.shown.map((id) => scopeOf(id, lab.variants, this.subject, this.axis)),
+  );
+
+  readonly columns = $derived(columnsOf(this.scopes, lab.variants));
+
+  /** Columns of a what-if: those, and what the trajectory's peaks are read off. */
+  readonly previewColumns = $derived([
+    ...new Set([
+      ...this.columns,
+      ...AXES.flatMap((axis) => [`${axis}.velocity_reference`, `${axis}.acceleration_reference`]),
+    ]),
+  ]);
+
+  readonly moments = $derived.by((): readonly Moment[] => {
+    const planned = (lab.scenario?.schedule ?? []).map(({ time, set }) => ({
+      time,
+      label: Object.keys(set).map(shortName).join(', '),
+    }));
+    if (lab.mode === 'whatif') return planned;
+    const changes = (lab.session.info?.changes ?? []).map(({ tick, set }) => ({
+      time: tick * PERIOD,
+      label: Object.keys(set).map(shortName).join(', '),
+    }));
+    return [...planned, ...changes, ...lab.session.pushes].sort((a, b) => a.time - b.time);
+  });
+
+  get source(): Source | null {
+    return lab.mode === 'whatif' ? (lab.whatif.answer?.source ?? null) : this.live;
+  }
+
+  /** What the time axis covers. */
+  range(): Range {
+    if (this.zoom) return this.zoom;
+    const { source } = this;
+    if (!source) return { from: 0, to: this.span };
+    if (lab.mode === 'whatif') {
+      return { from: source.start, to: source.start + source.last * source.step };
+    }
+    const to = Math.max(source.last * source.step, this.span);
+    return { from: to - this.span, to };
+  }
+
+  /** What the plane shows of that: of a live session the last laps only, the others lie below them. */
+  trail(): Range {
+    const range = this.range();
+    if (lab.mode === 'whatif' || this.zoom) return range;
+    return { from: Math.max(range.from, lab.session.time - TRAIL), to: range.to };
+  }
+
+  /** The moment that readouts tell of: under the pointer, else the newest. */
+  moment(): number {
+    const { from, to } = this.range();
+    if (this.cursor !== null && this.cursor >= from && this.cursor <= to) return this.cursor;
+    const { source } = this;
+    if (!source) return Number.NaN;
+    const newest = source.start + source.last * source.step;
+    return lab.mode === 'live' ? Math.min(newest, to) : Number.NaN;
+  }
+
+  toggle(id: ScopeId): void {
+    const rest = this.shown.filter((other) => other !== id);
+    if (rest.length === 0) return;
+    const next = rest.length < this.shown.length ? rest : [...rest, id];
+    this.shown = SCOPES.map((scope) => scope.id).filter((each) => next.includes(each));
+    save('scopes', this.shown);
+    setAddress({ scopes: this.shown.join(',') });
+  }
+
+  setSubject(variant: string, axis: Axis): void {
+    this.variant = variant;
+    this.axis = axis;
+    save('variant', variant);
+    save('axis', axis);
+  }
+
+  setSpan(span: number): void {
+    this.span = span;
+    this.zoom = null;
+    save('span', span);
+  }
+
+  /** Zooms the time axis about the pointer, or about its middle. */
+  zoomBy(ratio: number): void {
+    const { from, to } = this.range();
+    const centre = this.cursor ?? (from + to) / 2;
+    const within = Math.min(to, Math.max(from, centre));
+    this.zoom = {
+      from: Math.max(0, within - (within - from) * ratio),
+      to: within + (to - within) * ratio,
+    };
+  }
+
+  /** Moves the time axis by a share of its length. */
+  moveBy(share: number): void {
+    const { from, to } = this.range();
+    const shift = Math.max(-from, share * (to - from));
+    this.zoom = { from: from + shift, to: to + shift };
+  }
+
+  toggleMark(): void {
+    const { from, to } = this.range();
+    const at = this.moment();
+    this.mark = this.mark === null ? (Number.isFinite(at) ? at : (from + to) / 2) : null;
+  }
+
+  /** Back to the whole window or the newest samples, axes following the data. */
+  reset(): void {
+    this.zoom = null;
+    this.follow = true;
+    this.mark = null;
+  }
+
+  /** Starts the readouts; returns what stops them. */
+  start(): () => void {
+    let frames = loop.counts.frames;
+    let script = loop.counts.script;
+    let second = performance.now();
+    let seen = '';
+    const timer = setInterval(() => {
+      const key = `${this.source?.version} ${this.cursor} ${this.moment()}`;
+      if (key !== seen) this.beat += 1;
+      seen = key;
+      const now = performance.now();
+      if (now - second < 1000) return;
+      const drawn = loop.counts.frames - frames;
+      this.rate = (1000 * drawn) / (now - second);
+      this.script = drawn > 0 ? (loop.counts.script - script) / drawn : 0;
+      ({ frames, script } = loop.counts);
+      second = now;
+    }, READOUT);
+    return () => clearInterval(timer);
+  }
+}
+
+function shortName(path: string): string {
+  return `${ownerOf(path)} ${fieldOf(path).label.replace('_', '')}`.trim();
+}
+
+function keptScopes(): readonly ScopeId[] {
+  const address = fromAddress('scopes')?.split(',');
+  const wanted: readonly string[] = address ?? load<string[]>('scopes', [...DEFAULT_SCOPES]);
+  const known = SCOPES.map((scope) => scope.id).filter((id) => wanted.includes(id));
+  return known.length > 0 ? known : DEFAULT_SCOPES;
+}
+
+export const view = new View();

@@ -1,0 +1,198 @@
+/**
+ * One session's stream: connects, subscribes, acknowledges, and comes back by itself.
+ *
+ * After a lost connection it asks for the ticks from where the ring ends; what the server no longer
+ * has stays a gap.
+ */
+
+import type { ClientMessage, ServerMessage, SessionInfo } from '../api/types';
+import { Backoff } from './backoff';
+import { decodeFrame } from './frame';
+import { Ring, type Difference } from './ring';
+
+export type Connection = 'connecting' | 'connected' | 'lost' | 'closed';
+
+export interface Subscription {
+  columns: readonly string[];
+  differences: readonly Difference[];
+}
+
+export interface StreamEvents {
+  connection(state: Connection): void;
+  session(info: SessionInfo): void;
+  reset(): void;
+  problem(detail: string): void;
+}
+
+/** The part of a WebSocket that is used; tests bring their own. */
+export interface Socket {
+  binaryType: BinaryType;
+  onopen: ((event: Event) => void) | null;
+  onmessage: ((event: MessageEvent) => void) | null;
+  onclose: ((event: CloseEvent) => void) | null;
+  send(data: string): void;
+  close(): void;
+}
+
+export interface StreamOptions {
+  /** Asked before each further attempt: whether the session is still worth connecting to. */
+  alive(): Promise<boolean>;
+  capacity: number;
+  socket?: (url: string) => Socket;
+  backoff?: Backoff;
+  now?: () => number;
+}
+
+export class StreamClient {
+  ring: Ring;
+  /** Counts since the client was made; who reads them takes differences. */
+  readonly counts = { frames: 0, samples: 0, dropped: 0, reconnects: 0 };
+  /** When the newest frame came in, in ms of performance.now(). */
+  receivedAt = 0;
+  private socket: Socket | null = null;
+  private timer: ReturnType<typeof setTimeout> | null = null;
+  private subscription: Subscription = { columns: [], differences: [] };
+  /** What the frames now coming in consist of; null until the server has confirmed. */
+  private confirmed: Subscription | null = null;
+  private wanted: Subscription | null = null;
+  private closed = false;
+  private greeted = false;
+  private readonly backoff: Backoff;
+
+  constructor(
+    private readonly url: string,
+    private readonly events: StreamEvents,
+    private readonly options: StreamOptions,
+  ) {
+    this.ring = new Ring(options.capacity, []);
+    this.backoff = options.backoff ?? new Backoff();
+  }
+
+  connect(): void {
+    this.closed = false;
+    this.events.connection('connecting');
+    this.open();
+  }
+
+  close(): void {
+    this.closed = true;
+    if (this.timer !== null) clearTimeout(this.timer);
+    this.socket?.close();
+    this.socket = null;
+    this.events.connection('closed');
+  }
+
+  /** Asks for other columns; samples that the server still holds come again with them. */
+  subscribe(subscription: Subscription): void {
+    const { columns } = this.subscription;
+    const same = columns.join() === subscription.columns.join();
+    this.subscription = subscription;
+    // One question at a time: what is asked meanwhile is sent once the answer is there.
+    if (this.greeted && !same && this.wanted === null) this.send();
+  }
+
+  private open(): void {
+    const make = this.options.socket ?? ((url) => new WebSocket(url));
+    const socket = make(this.url);
+    this.socket = socket;
+    this.greeted = false;
+    this.confirmed = null;
+    this.wanted = null;
+    socket.binaryType = 'arraybuffer';
+    socket.onmessage = (event) => {
+      if (socket !== this.socket) return;
+      if (typeof event.data === 'string') this.message(JSON.parse(event.data) as ServerMessage);
+      else this.frame(event.data as ArrayBuffer);
+    };
+    socket.onclose = () => {
+      if (socket === this.socket && !this.closed) this.lost();
+    };
+  }
+
+  private lost(): void {
+    this.socket = null;
+    this.events.connection('lost');
+    this.timer = setTimeout(() => void this.retry(), this.backoff.next());
+  }
+
+  private async retry(): Promise<void> {
+    const alive = await this.options.alive();
+    if (this.closed) return;
+    if (!alive) {
+      this.lost();
+      return;
+    }
+    this.counts.reconnects += 1;
+    this.open();
+  }
+
+  private send(): void {
+    const { columns } = this.subscription;
+    this.wanted = this.subscription;
+    const resumes = this.matches(columns) && this.ring.end > this.ring.start;
+    const from_tick = resumes ? this.ring.end : this.ring.start;
+    this.say({ type: 'subscribe', columns: [...columns], from_tick });
+  }
+
+  private say(message: ClientMessage): void {
+    this.socket?.send(JSON.stringify(message));
+  }
+
+  private matches(columns: readonly string[]): boolean {
+    return columns.length === this.ring.names.length && columns.every((c) => this.ring.has(c));
+  }
+
+  private message(message: ServerMessage): void {
+    switch (message.type) {
+      case 'hello':
+        this.greeted = true;
+        this.backoff.reset();
+        this.events.connection('connected');
+        this.events.session(message.session);
+        // A session that went back while nobody listened is another timeline.
+        if (message.session.tick < this.ring.end) this.ring.clear();
+        if (this.subscription.columns.length > 0) this.send();
+        break;
+      case 'subscribed': {
+        const wanted = this.wanted;
+        if (!wanted) break;
+        const same =
+          message.columns.length === this.ring.names.length &&
+          message.columns.every((column, i) => column === this.ring.names[i]);
+        if (!same) {
+          this.ring = new Ring(this.options.capacity, message.columns, wanted.differences);
+        }
+        this.confirmed = wanted;
+        this.wanted = null;
+        if (this.subscription.columns.join() !== wanted.columns.join()) this.send();
+        break;
+      }
+      case 'gap':
+        this.counts.dropped += message.frames;
+        break;
+      case 'session':
+        this.events.session(message.session);
+        break;
+      case 'reset':
+        this.ring.clear();
+        this.events.reset();
+        break;
+      case 'error':
+        this.wanted = null;
+        this.events.problem(message.problem.detail);
+        break;
+      default:
+        message satisfies never;
+    }
+  }
+
+  private frame(data: ArrayBuffer): void {
+    const frame = decodeFrame(data);
+    this.say({ type: 'ack', sequence: frame.sequence });
+    if (!this.confirmed || frame.columns.length !== this.ring.names.length) return;
+    this.ring.write(frame.tick, frame.columns);
+    this.counts.frames += 1;
+    this.counts.samples += frame.samples;
+    this.receivedAt = (this.options.now ?? performance.now.bind(performance))();
+  }
+}

@@ -1,0 +1,94 @@
+import { describe, expect, it } from 'vitest';
+import { Ring } from './ring';
+
+function ramp(from: number, count: number): Float32Array {
+  return Float32Array.from({ length: count }, (_, i) => from + i);
+}
+
+function reduce(ring: Ring, name: string, from: number, size: number, bins: number) {
+  const minimum = new Float32Array(bins);
+  const maximum = new Float32Array(bins);
+  ring.reduce(name, from, size, bins, minimum, maximum);
+  return { minimum: [...minimum], maximum: [...maximum] };
+}
+
+describe('Ring', () => {
+  it('holds the last samples by tick', () => {
+    const ring = new Ring(64, ['p']);
+    for (let tick = 1000; tick < 1100; tick += 10) ring.write(tick, [ramp(tick, 10)]);
+    expect([ring.start, ring.end]).toEqual([1036, 1100]);
+    expect(ring.at('p', 1099)).toBe(1099);
+    expect(ring.at('p', 1036)).toBe(1036);
+    expect(ring.at('p', 1035)).toBeNaN();
+    expect(ring.at('p', 1100)).toBeNaN();
+    expect(ring.at('q', 1099)).toBeNaN();
+  });
+
+  it('reduces by blocks to what the samples say', () => {
+    const ring = new Ring(128, ['p']);
+    const values = Float32Array.from({ length: 300 }, (_, i) => Math.sin(i) * i);
+    for (let tick = 0; tick < 300; tick += 7) ring.write(tick, [values.slice(tick, tick + 7)]);
+    const { minimum, maximum } = reduce(ring, 'p', 192, 32, 3);
+    for (let bin = 0; bin < 3; bin++) {
+      const part = values.slice(192 + 32 * bin, 192 + 32 * (bin + 1));
+      expect(minimum[bin]).toBe(Math.min(...part));
+      expect(maximum[bin]).toBe(Math.max(...part));
+    }
+  });
+
+  it('keeps a spike of one tick', () => {
+    const ring = new Ring(1024, ['p']);
+    const values = new Float32Array(1000);
+    values[777] = 5;
+    ring.write(0, [values]);
+    expect(Math.max(...reduce(ring, 'p', 0, 64, 15).maximum)).toBe(5);
+  });
+
+  it('leaves skipped ticks empty', () => {
+    const ring = new Ring(256, ['p']);
+    ring.write(0, [ramp(0, 64)]);
+    ring.write(128, [ramp(128, 64)]);
+    expect(ring.at('p', 100)).toBeNaN();
+    const { minimum } = reduce(ring, 'p', 0, 32, 6);
+    expect(minimum).toEqual([0, 32, Number.NaN, Number.NaN, 128, 160]);
+  });
+
+  it('starts anew after a jump longer than itself, and when it goes back', () => {
+    const ring = new Ring(64, ['p']);
+    ring.write(0, [ramp(0, 10)]);
+    ring.write(1000, [ramp(1000, 10)]);
+    expect([ring.start, ring.end]).toEqual([1000, 1010]);
+    ring.write(5, [ramp(5, 5)]);
+    expect([ring.start, ring.end]).toEqual([5, 10]);
+  });
+
+  it('overwrites what is sent again', () => {
+    const ring = new Ring(64, ['p']);
+    ring.write(0, [ramp(0, 20)]);
+    ring.write(10, [ramp(50, 5)]);
+    expect([ring.at('p', 9), ring.at('p', 10), ring.at('p', 19)]).toEqual([9, 50, 19]);
+    expect(ring.end).toBe(20);
+  });
+
+  it('takes a frame longer than itself', () => {
+    const ring = new Ring(64, ['p']);
+    ring.write(0, [ramp(0, 200)]);
+    expect([ring.start, ring.end, ring.at('p', 136), ring.at('p', 199)]).toEqual([
+      136, 200, 136, 199,
+    ]);
+  });
+
+  it('computes differences as samples arrive', () => {
+    const ring = new Ring(64, ['A', 'B'], [{ name: 'A-B', minuend: 'A', subtrahend: 'B' }]);
+    ring.write(0, [ramp(10, 5), ramp(3, 5)]);
+    expect(ring.at('A-B', 4)).toBe(7);
+  });
+
+  it('forgets on clear', () => {
+    const ring = new Ring(64, ['p']);
+    ring.write(0, [ramp(0, 20)]);
+    ring.clear();
+    expect(ring.at('p', 3)).toBeNaN();
+    expect(reduce(ring, 'p', 0, 16, 1).minimum).toEqual([Number.NaN]);
+  });
+});

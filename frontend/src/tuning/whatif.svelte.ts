@@ -1,0 +1,81 @@
+/** What-if: the scenario simulated anew while a control moves; the newest question wins. */
+
+import { ApiError, type Api } from '../api/client';
+import type { Changes, ProblemField, Scenario } from '../api/types';
+import { Newest } from './newest';
+import { readPreview, type Preview } from './preview';
+
+/** Bins of each curve while a control moves: about one for each pixel of a wide screen. */
+const COARSE = 1500;
+/** Bins of what stands: every tick of a window of 10 s, so that it can be zoomed into. */
+const FINE = 20_000;
+/** So long after the last question it counts as the last, ms. */
+const REST = 200;
+const TIMEOUT = 60_000;
+
+export interface Question {
+  scenario: Scenario;
+  set: Changes;
+  columns: string[];
+}
+
+interface Job {
+  question: Question;
+  points: number;
+}
+
+export interface Answered extends Preview {
+  question: Question;
+}
+
+/**
+ * `waiting`: nothing yet. `preview`: curves stand that the last change has not reached, or a control
+ * still moves. `exact`: what stands is the result of what the controls say. `failed`: the last
+ * question has no answer; what stands is older.
+ */
+export type Standing = 'waiting' | 'preview' | 'exact' | 'failed';
+
+export class WhatIf {
+  answer = $state.raw<Answered | null>(null);
+  standing = $state<Standing>('waiting');
+  /** ms from question to answer, for the newest. */
+  took = $state(0);
+  private readonly queue = new Newest<Job>((job) => this.run(job));
+  private rest: ReturnType<typeof setTimeout> | null = null;
+
+  constructor(
+    private readonly api: Api,
+    private readonly refused: (fields: ProblemField[], detail: string) => void,
+  ) {}
+
+  /** Asks for curves soon, and for exact ones once the questions stop. */
+  ask(question: Question): void {
+    this.standing = 'preview';
+    if (this.rest !== null) clearTimeout(this.rest);
+    this.rest = setTimeout(() => {
+      this.rest = null;
+      this.queue.push({ question, points: FINE });
+    }, REST);
+    this.queue.push({ question, points: COARSE });
+  }
+
+  private async run({ question, points }: Job): Promise<void> {
+    const begin = performance.now();
+    try {
+      const signal = AbortSignal.timeout(TIMEOUT);
+      const buffer = await this.api.whatif({ ...question, points }, signal);
+      this.answer = { ...readPreview(buffer), question };
+      if (points === COARSE) this.took = performance.now() - begin;
+      if (points === FINE && this.rest === null && !this.queue.superseded) this.standing = 'exact';
+      this.refused([], '');
+    } catch (error) {
+      // A newer question is on its way; its answer counts.
+      if (this.queue.superseded) return;
+      this.standing = 'failed';
+      if (this.rest !== null) clearTimeout(this.rest);
+      this.rest = null;
+      if (error instanceof ApiError) this.refused(error.problem.errors, error.message);
+      else this.refused([], error instanceof Error ? error.message : String(error));
+    }
+  }
+}

@@ -1,0 +1,83 @@
+import { describe, expect, it } from 'vitest';
+import {
+  clean,
+  clock,
+  digits,
+  parseNumber,
+  percent,
+  prettyUnit,
+  scaleFor,
+  withUnit,
+} from './units';
+
+describe('withUnit', () => {
+  it.each([
+    [20.52e-6, 'm', '20.5 µm'],
+    [0.015, 'm', '15.0 mm'],
+    [-2.574e-6, 'm', '−2.57 µm'],
+    [50e-9, 'm', '50.0 nm'],
+    [200300, 'N/m', '200 kN/m'],
+    [3.1915, 'A', '3.19 A'],
+    [0.0314159, 'm/s', '31.4 mm/s'],
+    [0.0658, 'm/s^2', '65.8 mm/s²'],
+    [0, 'm', '0 m'],
+    [0.5, '1', '0.500'],
+    [999.7e-6, 'm', '1.00 mm'],
+    [Number.NaN, 'm', '– m'],
+  ])('writes %d %s as %s', (value, unit, text) => {
+    expect(withUnit(value, unit)).toBe(text);
+  });
+  it('writes a missing value as a dash', () => expect(withUnit(null, 's')).toBe('– s'));
+});
+
+describe('digits', () => {
+  it('keeps three significant digits', () => {
+    expect([123.4, 12.34, 1.234, 0.1234, 1234].map((x) => digits(x))).toEqual([
+      '123',
+      '12.3',
+      '1.23',
+      '0.123',
+      '1230',
+    ]);
+  });
+  it('does not gain a digit by rounding', () => expect(digits(9.996)).toBe('10.0'));
+});
+
+it('chooses no prefix for units that cannot take one', () => {
+  expect(scaleFor(1e-3, 'kg')).toEqual({ factor: 1, unit: 'kg' });
+  expect(prettyUnit('1')).toBe('');
+});
+
+it('writes a share with its sign', () => {
+  expect([-0.8746, 0, 18.1, 0.0449, null].map(percent)).toEqual([
+    '−87.5 %',
+    '0 %',
+    '+1810 %',
+    '+4.5 %',
+    '–',
+  ]);
+});
+
+it('writes a clock', () => {
+  expect([0, 42.35, 61.0004, 59.9999].map(clock)).toEqual([
+    '0:00.000',
+    '0:42.350',
+    '1:01.000',
+    '1:00.000',
+  ]);
+});
+
+describe('parseNumber', () => {
+  it('reads what people type', () => {
+    expect(['200.3', ' 1,5 ', '−2', '1e3', '.5'].map(parseNumber)).toEqual([
+      200.3, 1.5, -2, 1000, 0.5,
+    ]);
+  });
+  it('refuses what is no number', () => {
+    expect(['', 'abc', '1e999', 'NaN', '1 2', '0x10'].map(parseNumber)).toEqual(
+      new Array(6).fill(null),
+    );
+  });
+});
+
+it('cleans the noise of a change of unit', () => expect(clean(0.1 + 0.2)).toBe(0.3));
