@@ -2,6 +2,7 @@
 # Another Python: make setup PYTHON=python3.12
 
 PYTHON ?= python3
+PORT ?= 8000
 LOCK_FLAGS ?=
 
 PY := .venv/bin/python
@@ -14,13 +15,16 @@ HERE := $(shell pwd | cksum | cut -d ' ' -f 1)
 VENV_STAMP := .venv/made-$(HERE)
 DEPS_STAMP := .venv/locked-$(HERE)
 SETUP_STAMP := .venv/installed-$(HERE)
+PAGE := frontend/dist/index.html
+PAGE_SOURCES := $(shell find frontend -path frontend/node_modules -prune -o -path frontend/dist -prune -o \
+	-type f -print 2>/dev/null)
 LINT_STAMP := .venv/lint-$(HERE)
 # Empty when .venv is missing or its Python has gone from the system.
 VENV_RUNS := $(shell $(PY) -c 'print(1)' 2>/dev/null)
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup test lint bench lock schema FORCE
+.PHONY: help setup run test browser lint bench lock schema FORCE
 
 help: ## Show the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' Makefile
@@ -28,14 +32,25 @@ help: ## Show the targets
 setup: $(SETUP_STAMP) ## Create .venv with everything needed to run and test
 	@echo "Ready: .venv/bin/motionlab --help"
 
-test: $(SETUP_STAMP) ## Run the tests (PYTEST_ARGS="-k circle" for some of them)
+test: $(SETUP_STAMP) $(PAGE) ## Run the tests (PYTEST_ARGS="-k circle" for some of them)
+	@frontend/npm test --silent
 	@$(PY) -m pytest $(PYTEST_ARGS)
+
+browser: ## Install Debian's Chromium, and what drives it, for the browser tests (as root)
+	@{ command -v chromium && ldconfig -p | grep -q libatomic; } >/dev/null || { \
+		apt-get update -qq && DEBIAN_FRONTEND=noninteractive \
+		apt-get install -y -qq --no-install-recommends chromium libatomic1; }
+
+run: $(SETUP_STAMP) $(PAGE) ## Serve the lab at http://127.0.0.1:8000 (PORT=8001 elsewhere)
+	@.venv/bin/motionlab serve --port $(PORT)
 
 lint: $(LINT_STAMP) ## Check style, types and the direction of imports
 	@$(PY) -m ruff check
 	@$(PY) -m ruff format --check
 	@$(PY) -m basedpyright
 	@.venv/bin/lint-imports --no-cache
+	@frontend/npm run --silent check
+	@frontend/npm run --silent lint
 
 bench: $(SETUP_STAMP) ## Measure speed, each figure beside its reference
 	@$(PY) -m tests.bench
@@ -50,6 +65,8 @@ lock: build/uv/bin/uv ## Resolve the dependencies of pyproject.toml into hashed 
 		--output-file backend/requirements-test.lock
 	$(UV_COMPILE) --group lint --constraints backend/requirements.lock \
 		--constraints backend/requirements-test.lock --output-file backend/requirements-lint.lock
+	$(UV_COMPILE) --group node --constraints backend/requirements-lint.lock \
+		--output-file backend/requirements-node.lock
 
 $(VENV_STAMP): $(if $(VENV_RUNS),,FORCE)
 	@command -v "$(PYTHON)" >/dev/null || { \
@@ -74,6 +91,12 @@ $(SETUP_STAMP): $(DEPS_STAMP) pyproject.toml backend/motionlab/__init__.py
 $(LINT_STAMP): $(SETUP_STAMP) backend/requirements-lint.lock
 	@echo "Installing the lint tools into .venv ..."
 	@$(PIP_INSTALL) --require-hashes -r backend/requirements-lint.lock
+	@touch $@
+
+# The page is built with the system's node, or with one from the lock.
+$(PAGE): $(SETUP_STAMP) $(PAGE_SOURCES)
+	@echo "Building the page ..."
+	@frontend/npm run --silent build
 	@touch $@
 
 build/uv/bin/uv:
