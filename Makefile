@@ -24,7 +24,7 @@ VENV_RUNS := $(shell $(PY) -c 'print(1)' 2>/dev/null)
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup run test browser lint bench lock schema FORCE
+.PHONY: help setup run test browser lint bench lock schema types FORCE
 
 help: ## Show the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' Makefile
@@ -57,6 +57,11 @@ bench: $(SETUP_STAMP) ## Measure speed, each figure beside its reference
 
 schema: $(SETUP_STAMP) ## Write configs/scenario.schema.json from the config models
 	@$(PY) -m motionlab.config.schema
+
+types: $(SETUP_STAMP) ## Write frontend/src/api/schema.d.ts from the OpenAPI document
+	@mkdir -p build
+	@.venv/bin/motionlab openapi > build/openapi.json
+	@frontend/npm run --silent types
 
 # Pins stay as they are where they still fit; LOCK_FLAGS=--upgrade takes the newest.
 lock: build/uv/bin/uv ## Resolve the dependencies of pyproject.toml into hashed locks
