@@ -7,13 +7,20 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.config.controller import CompensationConfig, ControllerConfig, Law, ModelConfig
+from motionlab.config.controller import (
+    CompensationConfig,
+    ControllerConfig,
+    Law,
+    ModelConfig,
+    SharingConfig,
+)
+from motionlab.config.planar import AXES
 from motionlab.config.plant import (
     AmplifierConfig,
     AxisConfig,
-    ForceMapConfig,
     FrictionConfig,
     PlantConfig,
+    ResonanceConfig,
 )
 from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD, PLANT_STEP
@@ -25,14 +32,15 @@ from motionlab.control.compensation import (
     RESIDUAL,
     Compensation,
 )
-from motionlab.control.force_sharing import reachable_force
+from motionlab.control.notch import sampled_notch
+from motionlab.control.over_pitch import share_over
 from motionlab.control.position import PositionController
 from motionlab.lanes import WIDTH
 from motionlab.plant.current import Amplifiers
 from motionlab.plant.encoder import Encoder
 from motionlab.plant.friction import LuGre
-from motionlab.plant.magnetics import ForceMap
 from motionlab.plant.mechanics import Mechanics
+from motionlab.plant.resonance import Resonance, sampled
 from motionlab.simulation.kernel import (
     PARAMETER_ROWS,
     STATE_ROWS,
@@ -40,9 +48,9 @@ from motionlab.simulation.kernel import (
     Parameters,
     State,
 )
-from motionlab.trajectory.feasibility import Limits as MotionLimits
+from motionlab.simulation.maps import map_lanes, sharing_lanes
+from motionlab.trajectory.feasibility import MotionLimits
 
-AXES = ("x", "y")
 LANES_PER_VARIANT = len(AXES)
 VARIANTS_PER_BLOCK = WIDTH // LANES_PER_VARIANT
 
@@ -52,6 +60,9 @@ _FRICTIONLESS = LuGre(sigma_0=1.0, sigma_1=0.0, sigma_2=0.0, F_c=1e-60, F_s=1e-6
 _RESIDUAL_GAIN = 100.0  # 1/s
 _CANUDAS_DE_WIT_GAIN = 300.0  # 1/s
 _RESIDUAL_BRISTLE_LIMIT = 1.2  # of F_s/sigma_0
+_POSITIONS_PER_PITCH = 361
+_SURE = 0.99
+"""What the thrust may be less between these positions than at them, as a share."""
 
 
 def lane_parameters(scenario: Scenario) -> NDArray[np.float64]:
@@ -68,9 +79,9 @@ def lane_parameters(scenario: Scenario) -> NDArray[np.float64]:
         Lane ``2 i + a`` holds axis a of variant i; lanes left over repeat the first variant.
     """
     columns = [
-        [value for group in _lane(scenario, variant.controller, axis) for value in group]
+        column
         for variant in scenario.variants.values()
-        for axis in AXES
+        for column in mover_parameters(scenario, variant.controller)
     ]
     blocks = -(-len(columns) // WIDTH)
     while len(columns) < blocks * WIDTH:
@@ -79,23 +90,39 @@ def lane_parameters(scenario: Scenario) -> NDArray[np.float64]:
     return np.ascontiguousarray(lanes.transpose(0, 2, 1))
 
 
-def initial_state(blocks: int, start: tuple[float, float]) -> NDArray[np.float64]:
-    """Return the state of movers at rest at `start`, m; shape (blocks, STATE_ROWS, WIDTH)."""
-    state = np.zeros((blocks, STATE_ROWS, WIDTH))
-    state[:, State._fields.index("p")] = np.tile(start, VARIANTS_PER_BLOCK)
+def mover_parameters(scenario: Scenario, controller: ControllerConfig) -> list[list[float]]:
+    """Return the lane parameters of both axes of one variant, shape (2, PARAMETER_ROWS)."""
+    return [
+        [value for group in lane(scenario, controller, axis) for value in group] for axis in AXES
+    ]
+
+
+def initial_state(
+    blocks: int, start: tuple[float, float], *, width: int = WIDTH
+) -> NDArray[np.float64]:
+    """Return the state of movers at rest at `start`, m; shape (blocks, STATE_ROWS, `width`)."""
+    state = np.zeros((blocks, STATE_ROWS, width))
+    state[:, State._fields.index("p")] = np.tile(start, width // LANES_PER_VARIANT)
     state[:, State._fields.index("failed")] = -1.0
     return state
 
 
 def motion_limits(
-    plant: PlantConfig, model: ModelConfig, *, force_limit: float, current_limit: float
+    plant: PlantConfig,
+    model: ModelConfig,
+    *,
+    sharing: SharingConfig,
+    force_limit: float,
+    current_limit: float,
 ) -> MotionLimits:
     """Return what a motor can do under a controller with this model and these limits.
 
-    The thrust that can be had is what the controller's map gives at its force limit, which
-    depends on the position in the pole pitch.
+    The thrust that can be had is what the controller's law of sharing gives on its map at its force
+    limit, which depends on the position in the pole pitch.
     """
     axes = (plant.x, plant.y)
+    maps = [map_lanes(axis.force_map) for axis in (model.x, model.y)]
+    laws = [sharing_lanes(sharing, axis.force_map) for axis in (model.x, model.y)]
 
     def friction(axis: int, v: NDArray[np.float64]) -> NDArray[np.float64]:
         return _steady_friction(axes[axis].friction, v)
@@ -105,8 +132,21 @@ def motion_limits(
     ) -> NDArray[np.float64]:
         if plant.force == "ideal":
             return np.full_like(position, force_limit)
-        force_map = _force_map((model.x if axis == 0 else model.y).force_map)
-        return reachable_force(force_map, current_limit, position, sign * force_limit)
+        found = maps[axis]
+        shared = share_over(
+            found.force_map,
+            found.table,
+            laws[axis],
+            current_limit=current_limit,
+            position=position,
+            force=sign * force_limit,
+        )
+        return np.abs(shared.force)
+
+    def sure(axis: int) -> float:
+        pitch = np.linspace(0.0, maps[axis].force_map.tau, _POSITIONS_PER_PITCH)
+        least = min(float(available(axis, pitch, np.full_like(pitch, s)).min()) for s in (-1, 1))
+        return _SURE * least
 
     return MotionLimits(
         stroke=(plant.x.stroke, plant.y.stroke),
@@ -115,16 +155,18 @@ def motion_limits(
         mass=(plant.x.mass, plant.y.mass),
         friction=friction,
         available_thrust=available,
+        sure_thrust=(sure(0), sure(1)),
     )
 
 
-def _lane(scenario: Scenario, controller: ControllerConfig, axis: str) -> Parameters:
+def lane(scenario: Scenario, controller: ControllerConfig, axis: str) -> Parameters:
     """Return the parameter groups of one axis of one variant, as plain numbers."""
     plant: AxisConfig = getattr(scenario.plant, axis)
     model = getattr(controller.model, axis)
+    truth, believed = map_lanes(plant.force_map), map_lanes(model.force_map)
     return Parameters(
         friction=_friction(plant.friction),
-        force_map=_force_map(plant.force_map),
+        force_map=truth.force_map,
         amplifiers=_amplifiers(plant.amplifiers),
         encoder=Encoder(
             resolution=plant.encoder.resolution,
@@ -137,11 +179,16 @@ def _lane(scenario: Scenario, controller: ControllerConfig, axis: str) -> Parame
             stop_stiffness=plant.stop_stiffness,
             stop_damping=plant.stop_damping,
         ),
+        resonance=_resonance(plant.resonance, plant.mass),
         controller=_position_controller(scenario, controller, axis),
+        notch=sampled_notch(**getattr(controller, axis).notch.model_dump()),
         compensation=_compensation(controller.compensation, model.friction),
         model_friction=_friction(model.friction),
-        model_force_map=_force_map(model.force_map),
+        model_force_map=believed.force_map,
         limits=Limits(current=controller.current_limit, error=scenario.divergence_error),
+        table=truth.table,
+        model_table=believed.table,
+        sharing=sharing_lanes(controller.sharing, model.force_map),
     )
 
 
@@ -201,14 +248,20 @@ def _friction(config: FrictionConfig) -> LuGre:
     return LuGre(**config.model_dump(exclude={"enabled"}))
 
 
-def _force_map(config: ForceMapConfig) -> ForceMap:
-    return ForceMap(**config.model_dump())
-
-
 def _amplifiers(config: AmplifierConfig) -> Amplifiers:
     half = 0.5 * PLANT_STEP
     rest = 0.0 if config.bandwidth is None else math.exp(-2.0 * math.pi * config.bandwidth * half)
     return Amplifiers(rest, *config.gain, *config.offset, config.limit)
+
+
+def _resonance(config: ResonanceConfig, mass: float) -> Resonance:
+    return sampled(
+        frequency=config.frequency,
+        damping=config.damping,
+        coupling=config.coupling,
+        mass=mass,
+        h=PLANT_STEP,
+    )
 
 
 def _alpha(bandwidth: float) -> float:

@@ -105,3 +105,11 @@ class Infeasible(MotionLabError):
 
 class StoreError(MotionLabError):
     """A record that cannot be written or read."""
+
+
+class StoreFull(StoreError):
+    """No room for another record, or none on the disk."""
+
+
+class ExperimentFailed(MotionLabError):
+    """An experiment on the motor that gave nothing to evaluate."""

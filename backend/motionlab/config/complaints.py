@@ -139,8 +139,9 @@ def _walk(
         at = members[0]
         path.append(str(step))
         if isinstance(at, type) and issubclass(at, BaseModel):
-            siblings = list(at.model_fields)
-            info = at.model_fields.get(str(step))
+            named = {known.alias or name: known for name, known in at.model_fields.items()}
+            siblings = list(named)
+            info = named.get(str(step))
             at = info.annotation if info is not None else Any
         else:
             arguments = typing.get_args(at)

@@ -6,10 +6,31 @@ from typing import Literal
 
 from pydantic import Field
 
-from motionlab.config.plant import OURS, PAPER, ForceMapConfig, FrictionConfig
-from motionlab.config.quantity import Config, quantity
+from motionlab.config.force_map import AnyForceMapConfig
+from motionlab.config.plant import FrictionConfig
+from motionlab.config.quantity import OURS, PAPER, Config, quantity
 
 Law = Literal["off", "lugre-observer", "published-k", "residual-k", "canudas-de-wit"]
+SharingLaw = Literal["least-norm", "force-per-ampere", "sine", "cubic"]
+
+
+class NotchConfig(Config):
+    """A notch filter on PD and disturbance observer, against a resonance; not in the paper."""
+
+    frequency: float = quantity(
+        "Frequency that is held back", unit="Hz", source=OURS, default=250.0, ge=1, le=900
+    )
+    damping: float = quantity(
+        "Damping ratio of its poles: half its relative width",
+        unit="1",
+        source=OURS,
+        default=0.5,
+        gt=0,
+        le=2,
+    )
+    gain: float = quantity(
+        "Gain at its frequency; 1 is no notch", unit="1", source=OURS, default=1.0, ge=0, le=1
+    )
 
 
 class GainsConfig(Config):
@@ -17,6 +38,7 @@ class GainsConfig(Config):
 
     k_p: float = quantity("Proportional gain", unit="N/m", source=f"{PAPER}, Table 1", ge=0, le=1e9)
     k_d: float = quantity("Derivative gain", unit="N s/m", source=f"{PAPER}, Table 1", ge=0, le=1e7)
+    notch: NotchConfig = NotchConfig()
 
 
 class AxisModelConfig(Config):
@@ -26,7 +48,7 @@ class AxisModelConfig(Config):
         "Moving mass", unit="kg", source=f"{PAPER}, section IV-A", ge=1e-3, le=1000
     )
     friction: FrictionConfig
-    force_map: ForceMapConfig
+    force_map: AnyForceMapConfig = Field(description="Thrust over position and current")
 
 
 class ModelConfig(Config):
@@ -90,6 +112,24 @@ class DisturbanceObserverConfig(Config):
     )
 
 
+class SharingConfig(Config):
+    """How a force command is shared among the phases; docs/sharing.md."""
+
+    law: SharingLaw = Field(
+        default="least-norm",
+        description="least-norm: in proportion to the square of what each phase can give; "
+        "force-per-ampere: least copper loss; sine, cubic: classical sharing functions",
+    )
+    overlap: float = quantity(
+        "Share of the pole pitch over which one phase hands over to the next (sine, cubic)",
+        unit="1",
+        source=f"{OURS}: a sixth is all that two phases have in common",
+        default=1 / 6,
+        ge=0.005,
+        le=1 / 6,
+    )
+
+
 class ControllerConfig(Config):
     """A position controller for both axes."""
 
@@ -102,6 +142,7 @@ class ControllerConfig(Config):
     compensation: CompensationConfig = CompensationConfig()
     feedforward: bool = Field(default=False, description="Add mass times reference acceleration")
     disturbance_observer: DisturbanceObserverConfig = DisturbanceObserverConfig()
+    sharing: SharingConfig = SharingConfig()
     delay: int = quantity(
         "Control periods between a measurement and the command made from it",
         unit="1",

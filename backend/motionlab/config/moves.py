@@ -29,12 +29,14 @@ def _start() -> PlanarLength:
     return quantity("Where the motion starts", unit="m", source=OURS, default=PlanarLength())
 
 
-def _dwell(description: str, *, gt: float | None = None) -> float:
+def dwell_field(description: str, *, gt: float | None = None, default: float = 1.0) -> float:
+    """Declare a time of standing still; zero is allowed unless `gt` says otherwise."""
     ge = 0.0 if gt is None else None
-    return quantity(description, unit="s", source=OURS, default=1.0, ge=ge, gt=gt, le=_HOUR)
+    return quantity(description, unit="s", source=OURS, default=default, ge=ge, gt=gt, le=_HOUR)
 
 
-def _v_max(*, default: float | None = None) -> float:
+def v_max_field(*, default: float | None = None) -> float:
+    """Declare the largest speed along a path; optional without a default."""
     return quantity(
         "Largest speed along the path",
         unit="m/s",
@@ -45,7 +47,8 @@ def _v_max(*, default: float | None = None) -> float:
     )
 
 
-def _a_max(*, default: float | None = None) -> float:
+def a_max_field(*, default: float | None = None) -> float:
+    """Declare the largest acceleration along a path; optional without a default."""
     return quantity(
         "Largest acceleration along the path",
         unit="m/s^2",
@@ -83,7 +86,7 @@ class Step(Config):
     delay: float = quantity(
         "Time at the start before the step", unit="s", source=OURS, default=0.1, gt=0.0, le=_HOUR
     )
-    dwell: float = _dwell("Time after the step", gt=0.0)
+    dwell: float = dwell_field("Time after the step", gt=0.0)
 
 
 class Ramp(Config):
@@ -121,9 +124,9 @@ class Trapezoid(Config):
     kind: Literal["trapezoid"] = "trapezoid"
     start: PlanarLength = _start()
     end: PlanarLength = quantity("Where the line ends", unit="m", source=REQUIRED)
-    v_max: float = _v_max(default=0.15)
-    a_max: float = _a_max(default=1.6)
-    dwell: float = _dwell("Time at each end, before the first move too")
+    v_max: float = v_max_field(default=0.15)
+    a_max: float = a_max_field(default=1.6)
+    dwell: float = dwell_field("Time at each end, before the first move too")
     there_and_back: bool = quantity("Return to the start", unit="", source=OURS, default=True)
     cycles: int = quantity("Repetitions", unit="1", source=OURS, default=1, ge=1, le=1000)
 
@@ -152,9 +155,9 @@ class Staircase(Config):
     )
     count: int = quantity("Steps up", unit="1", source=OURS, default=5, ge=1, le=1000)
     there_and_back: bool = quantity("Come down again", unit="", source=OURS, default=True)
-    dwell: float = _dwell("Time on each level, the first included", gt=0.0)
-    v_max: float | None = _v_max()
-    a_max: float | None = _a_max()
+    dwell: float = dwell_field("Time on each level, the first included", gt=0.0)
+    v_max: float | None = v_max_field()
+    a_max: float | None = a_max_field()
 
     @model_validator(mode="after")
     def _climbs(self) -> Self:
@@ -168,9 +171,9 @@ class Staircase(Config):
 class _Edges(Config):
     """Timing shared by the motions made of single minimum-jerk edges."""
 
-    dwell: float = _dwell("Time at each point, the first and the last included")
-    v_max: float | None = _v_max()
-    a_max: float | None = _a_max()
+    dwell: float = dwell_field("Time at each point, the first and the last included")
+    v_max: float | None = v_max_field()
+    a_max: float | None = a_max_field()
     edge_time: float | None = quantity(
         "Time of every edge, instead of v_max and a_max",
         unit="s",

@@ -15,6 +15,9 @@ from pydantic import Field
 
 from motionlab.config.quantity import Config, quantity
 
+AXES = ("x", "y")
+"""The axes of the plane, in the order of every array that has a row or a column for each."""
+
 _CATCHES_SLIPS = "range chosen by this project to catch slips of unit; zero leaves the axis at rest"
 
 Coordinate = Annotated[float, Field(ge=-1.0, le=1.0)]

@@ -6,11 +6,9 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from motionlab.config.quantity import Config, quantity
+from motionlab.config.force_map import AnyForceMapConfig
+from motionlab.config.quantity import OURS, PAPER, Config, quantity
 from motionlab.config.timing import PLANT_STEP
-
-PAPER = "Huang et al., IEEE Access 2019"
-OURS = "this project's choice"
 
 _Gain = Annotated[float, Field(ge=0.0, le=2.0)]
 _Offset = Annotated[float, Field(ge=-10.0, le=10.0)]
@@ -48,58 +46,6 @@ class FrictionConfig(Config):
         if self.F_s < self.F_c:
             raise ValueError(f"F_s = {self.F_s:g} N is below F_c = {self.F_c:g} N")
         return self
-
-
-class ForceMapConfig(Config):
-    """Analytic thrust F(i) S(theta) of each phase; see docs/symbols.md."""
-
-    tau: float = quantity("Pole pitch", unit="m", source=f"{PAPER}, eq. (2)", gt=1e-4, le=0.1)
-    offset: float = quantity(
-        "Commutation offset: by how much the map is shifted against the encoder",
-        unit="m",
-        source=OURS,
-        default=0.0,
-        ge=-0.1,
-        le=0.1,
-    )
-    F_pk: float = quantity(
-        "Thrust of one phase at the peak current",
-        unit="N",
-        source=f"{PAPER}: finite elements 34.1 N, measured 38.4 N",
-        gt=1e-3,
-        le=1000,
-    )
-    N_pk: float = quantity(
-        "Normal force of one phase at the peak current, aligned",
-        unit="N",
-        source=f"{PAPER}: finite elements 380.1 N, measured 427.4 N",
-        ge=0,
-        le=1e5,
-    )
-    I_pk: float = quantity("Peak current", unit="A", source=f"{PAPER}, section II", gt=1e-3, le=100)
-    I_knee: float = quantity(
-        "Current at which saturation sets in",
-        unit="A",
-        source=f"{OURS}, from a finite-element model of the paper's geometry",
-        gt=1e-3,
-        le=1000,
-    )
-    h_2: float = quantity(
-        "Second harmonic of thrust over position",
-        unit="1",
-        source=OURS,
-        default=0.0,
-        ge=-0.3,
-        le=0.3,
-    )
-    h_3: float = quantity(
-        "Third harmonic of thrust over position",
-        unit="1",
-        source="0.039 follows from the paper's 43.1 N over 38.4 N = (1 + 2 h_3)/(1 - h_3)",
-        default=0.0,
-        ge=-0.3,
-        le=0.3,
-    )
 
 
 class AmplifierConfig(Config):
@@ -191,6 +137,31 @@ class EncoderConfig(Config):
     )
 
 
+class ResonanceConfig(Config):
+    """One flexible mode between guides and encoder, excited by the thrust; see docs/physics.md."""
+
+    frequency: float = quantity(
+        "Undamped natural frequency of the mode",
+        unit="Hz",
+        source=f"{OURS}; the paper prints none",
+        default=150.0,
+        ge=1,
+        le=2000,
+    )
+    damping: float = quantity(
+        "Damping ratio of the mode", unit="1", source=OURS, default=0.02, ge=0, le=0.9
+    )
+    coupling: float = quantity(
+        "Deflection seen by the encoder per deflection of the mode; 0 is no resonance, -1 the far "
+        "end of two masses on a spring, > 0 an encoder that moves with the thrust",
+        unit="1",
+        source=OURS,
+        default=0.0,
+        ge=-10,
+        le=10,
+    )
+
+
 class AxisConfig(Config):
     """One axis of the motor."""
 
@@ -233,9 +204,10 @@ class AxisConfig(Config):
         "Damping of the end stops", unit="N s/m", source=OURS, default=2e3, ge=0, le=1e4
     )
     friction: FrictionConfig
-    force_map: ForceMapConfig
+    force_map: AnyForceMapConfig = Field(description="Thrust over position and current")
     amplifiers: AmplifierConfig = AmplifierConfig()
     encoder: EncoderConfig = EncoderConfig()
+    resonance: ResonanceConfig = ResonanceConfig()
 
     @model_validator(mode="after")
     def _can_be_stepped(self) -> Self:

@@ -6,6 +6,9 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field
 
+PAPER = "Huang et al., IEEE Access 2019"
+OURS = "this project's choice"
+
 
 class Config(BaseModel):
     """Base of all config models: frozen, unknown keys refused, no silent conversion."""

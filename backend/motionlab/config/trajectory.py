@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from motionlab.config.drawn import DrawnPath
 from motionlab.config.figures import Circle, Polygon, Sine, Star
 from motionlab.config.moves import (
     REQUIRED,
@@ -34,7 +35,8 @@ Part = Annotated[
     | Staircase
     | Polygon
     | Star
-    | Waypoints,
+    | Waypoints
+    | DrawnPath,
     Field(discriminator="kind"),
 ]
 """Any motion but a sequence."""

@@ -1,0 +1,99 @@
+"""A path through points that a person draws or a file lists, and the time law to run it by.
+
+Lengths are in m from mid-stroke, times in s. Phases are rounded up to whole control periods, so the
+realised motion stays within its limits and every lap takes a whole number of them.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from motionlab.config.moves import OURS, REQUIRED, a_max_field, dwell_field, v_max_field
+from motionlab.config.planar import Point, refuse_repeats
+from motionlab.config.quantity import Config, quantity
+
+TimeLaw = Literal["minimum_jerk", "trapezoid", "jerk_limited", "constant_speed"]
+
+
+class DrawnPath(Config):
+    """Run along a polyline or a smooth curve through points by a time law.
+
+    With every law but `constant_speed` a polyline stops at each of its points and a spline at its
+    ends; a closed one ends, and stops, where it starts.
+    """
+
+    kind: Literal["path"] = "path"
+    points: Annotated[tuple[Point, ...], Field(strict=False, min_length=2, max_length=1000)] = (
+        quantity("Points (x, y) in the order of the visit", unit="m", source=REQUIRED)
+    )
+    closed: bool = quantity(
+        "Whether the last point is joined to the first", unit="", source=OURS, default=False
+    )
+    geometry: Literal["polyline", "spline"] = quantity(
+        "Straight edges, or the cubic spline through the points with continuous curvature",
+        unit="",
+        source=OURS,
+        default="polyline",
+    )
+    law: TimeLaw = quantity(
+        "Time law along the path; constant_speed eases from rest and to rest only at its very ends",
+        unit="",
+        source=OURS,
+        default="minimum_jerk",
+    )
+    v_max: float | None = v_max_field()
+    a_max: float | None = a_max_field()
+    j_max: float | None = quantity(
+        "Largest jerk along the path, of jerk_limited only",
+        unit="m/s^3",
+        source=REQUIRED,
+        default=None,
+        ge=1e-6,
+        le=1e6,
+    )
+    lap_time: float | None = quantity(
+        "Time along the path once, dwells left out, instead of v_max, a_max and j_max; the edges "
+        "of a polyline share it so that all have the same peak acceleration, ramps take a third "
+        "of each, and those of constant_speed half a lap each",
+        unit="s",
+        source=REQUIRED,
+        default=None,
+        gt=0.0,
+        le=3600.0,
+    )
+    laps: int = quantity(
+        "Times along a closed path; metrics leave out the first",
+        unit="1",
+        source=OURS,
+        default=1,
+        ge=1,
+        le=1000,
+    )
+    dwell: float = dwell_field("Time at each stop, the first and the last included", default=0.0)
+
+    @model_validator(mode="after")
+    def _goes_somewhere(self) -> Self:
+        if self.closed and len(self.points) < 3:
+            raise ValueError("a closed path needs three points or more")
+        refuse_repeats((*self.points, self.points[0]) if self.closed else self.points)
+        if self.laps > 1 and not self.closed:
+            raise ValueError("more than one lap needs a closed path")
+        return self
+
+    @model_validator(mode="after")
+    def _is_timed_once(self) -> Self:
+        limits = {"v_max": self.v_max, "a_max": self.a_max}
+        if self.law == "jerk_limited":
+            limits["j_max"] = self.j_max
+        elif self.j_max is not None:
+            raise ValueError("j_max belongs to law = 'jerk_limited' only")
+        given = [name for name, value in limits.items() if value is not None]
+        timed = self.lap_time is not None
+        if (timed and (given or self.j_max is not None)) or (
+            not timed and len(given) < len(limits)
+        ):
+            *others, last = limits
+            raise ValueError(f"give either lap_time, or {', '.join(others)} and {last} together")
+        return self
