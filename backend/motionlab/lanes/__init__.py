@@ -1,4 +1,4 @@
-"""Numbers that are eight lanes wide, and the functions that work on them."""
+"""Numbers that are eight or sixteen lanes wide, and the functions that work on them."""
 
 from __future__ import annotations
 
@@ -8,13 +8,16 @@ from typing import Any, TypeAlias
 import numba
 
 from motionlab.lanes.cache import model_hash, use_cache
+from motionlab.lanes.gather import load_four
 from motionlab.lanes.vector import (
+    WIDE,
     WIDTH,
     axes_at,
     flush_subnormals,
     pack,
     power_of_two,
     record,
+    recorded,
     restore_mode,
     round_down,
     round_nearest,
@@ -26,25 +29,28 @@ from motionlab.lanes.vector import (
 use_cache()  # before the first function is decorated
 
 Lanes: TypeAlias = Any
-"""A vector of WIDTH doubles: an LLVM vector when compiled, an array of shape (WIDTH,) otherwise."""
+"""A vector of WIDTH or WIDE doubles: an LLVM vector when compiled, otherwise an array."""
 
 Mask: TypeAlias = Any
-"""A vector of WIDTH truth values."""
+"""A vector of as many truth values."""
 
 compiled: Callable[[Any], Any] = numba.njit(error_model="numpy", forceinline=True)
 """Compile a function on lanes; division by zero gives inf or NaN, as in hardware."""
 
 __all__ = [
+    "WIDE",
     "WIDTH",
     "Lanes",
     "Mask",
     "axes_at",
     "compiled",
     "flush_subnormals",
+    "load_four",
     "model_hash",
     "pack",
     "power_of_two",
     "record",
+    "recorded",
     "restore_mode",
     "round_down",
     "round_nearest",

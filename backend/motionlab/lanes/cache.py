@@ -9,22 +9,27 @@ records of runs.
 from __future__ import annotations
 
 import atexit
+import contextlib
 import functools
 import hashlib
 import os
 import shutil
 import tempfile
 from pathlib import Path
+from typing import Any
 
-from numba.core import config
+from numba.core import caching, config
 
 _PACKAGE = Path(__file__).resolve().parent.parent
 _SOURCES = (
+    "analysis/tally.py",
     "config/timing.py",
     "control/*.py",
+    "design/fem/cells.py",
     "lanes/*.py",
     "plant/*.py",
     "simulation/kernel.py",
+    "simulation/score_kernel.py",
     "telemetry/channels.py",
 )
 
@@ -44,7 +49,8 @@ def use_cache() -> None:
     """Tell numba to keep compiled code under NUMBA_CACHE_DIR, the package, or the user's cache.
 
     Where none can be written it goes to a private folder that is removed at exit, never to a shared
-    one: numba unpickles what it finds, so another user's file would run as code.
+    one: numba unpickles what it finds, so another user's file would run as code. A file that is
+    damaged is compiled anew, and what cannot be written is done without.
     """
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     user = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
@@ -55,6 +61,34 @@ def use_cache() -> None:
         folder = Path(tempfile.mkdtemp(prefix="motionlab-"))
         atexit.register(shutil.rmtree, folder, ignore_errors=True)
     config.CACHE_DIR = str(folder)  # pyright: ignore[reportAttributeAccessIssue]
+    caching.IndexDataCacheFile = _CacheFile
+
+
+def cache_folder() -> Path:
+    """Return the folder where compiled code is kept."""
+    return Path(str(config.CACHE_DIR))  # pyright: ignore[reportAttributeAccessIssue]
+
+
+class _CacheFile(caching.IndexDataCacheFile):
+    """Index and data of one function; numba's own ends the program over a damaged one."""
+
+    def load(self, key: Any) -> Any:
+        """Return what is kept under a key; nothing where it cannot be read."""
+        try:
+            return super().load(key)
+        except Exception:  # damaged bytes make pickle raise anything
+            return None
+
+    def save(self, key: Any, data: Any) -> None:
+        """Keep data under a key, with a new index where the old one is damaged."""
+        with contextlib.suppress(OSError):  # a full disk costs the next start a compilation
+            try:
+                super().save(key, data)
+            except OSError:
+                raise
+            except Exception:
+                self.flush()
+                super().save(key, data)
 
 
 def _writable(root: Path) -> Path | None:

@@ -1,11 +1,14 @@
-"""The SIMD lane type: eight doubles that compiled code treats as one number.
+"""The SIMD lane type: eight or sixteen doubles that compiled code treats as one number.
 
 A *lane* is one axis of one controller of one run. The model is written once, as if for a single
 lane, with ``+ - * /``, comparisons, and the few functions below; where it branches it selects.
 Compiled by numba a value is one LLVM vector ``<8 x double>``, so that the vector unit is used by
 construction and a lane's bits cannot depend on what its neighbours do. With
 ``NUMBA_DISABLE_JIT=1`` the same code runs on numpy arrays of shape (8,), which is how the tests
-check one against the other.
+check one against the other. Batches use sixteen lanes, two such vectors side by side: twice the
+lanes wait for the same chain of operations, and each vector's code, so each lane's bits, stays
+what it is alone. A vector of sixteen would not do: of two products that may be fused with their
+sum, LLVM picks another one there.
 
 The floating-point liberties taken are fused multiply-add, reciprocals of shared divisors, and the
 sign of zero. numba's ``fastmath=True`` would fold ``isfinite`` to True and let NaN pass unseen.
@@ -13,6 +16,7 @@ sign of zero. numba's ``fastmath=True`` would fold ``isfinite`` to True and let 
 
 from __future__ import annotations
 
+import functools
 import operator
 import platform
 from typing import Any
@@ -25,61 +29,95 @@ from numba.core.typing.templates import AbstractTemplate, infer_global, signatur
 from numba.extending import models, register_model, type_callable
 
 WIDTH = 8
-"""Lanes in one vector."""
+"""Lanes in one vector: of a single run."""
+
+WIDE = 16
+"""Lanes of a batch: two vectors side by side."""
 
 _FLAGS = ("contract", "arcp", "nsz")
 _VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
 _SINGLE = ir.VectorType(ir.FloatType(), WIDTH)
-_PAIR = ir.VectorType(ir.DoubleType(), 2)
 _BITS = ir.VectorType(ir.IntType(64), WIDTH)
 _MASK = ir.VectorType(ir.IntType(1), WIDTH)
+_PAIR = ir.VectorType(ir.DoubleType(), 2)
 _ALIGN = 8  # numpy promises no more than the alignment of one double
 
 
 class LanesType(types.Type):
-    """numba's type of a vector of WIDTH doubles."""
+    """numba's type of `width` doubles side by side."""
 
-    def __init__(self) -> None:
-        super().__init__(name=f"Lanes{WIDTH}")
+    def __init__(self, width: int) -> None:
+        self.width = width
+        super().__init__(name=f"Lanes{width}")
 
 
 class MaskType(types.Type):
-    """numba's type of a vector of WIDTH truth values."""
+    """numba's type of `width` truth values side by side."""
 
-    def __init__(self) -> None:
-        super().__init__(name=f"Mask{WIDTH}")
+    def __init__(self, width: int) -> None:
+        self.width = width
+        super().__init__(name=f"Mask{width}")
 
 
-lanes_type = LanesType()
-mask_type = MaskType()
+def _side_by_side(vector: Any, width: int) -> Any:
+    """Return LLVM's type of `width` lanes: one vector, or an array of them."""
+    return vector if width == WIDTH else ir.ArrayType(vector, width // WIDTH)
 
 
 @register_model(LanesType)
 class _LanesModel(models.PrimitiveModel):
     def __init__(self, manager: Any, fe_type: Any) -> None:
-        super().__init__(manager, fe_type, _VECTOR)
+        super().__init__(manager, fe_type, _side_by_side(_VECTOR, fe_type.width))
 
 
 @register_model(MaskType)
 class _MaskModel(models.PrimitiveModel):
     def __init__(self, manager: Any, fe_type: Any) -> None:
-        super().__init__(manager, fe_type, _MASK)
+        super().__init__(manager, fe_type, _side_by_side(_MASK, fe_type.width))
+
+
+def _is_lanes(ty: Any) -> bool:
+    return isinstance(ty, LanesType)
 
 
 def _is_number(ty: Any) -> bool:
     return isinstance(ty, types.Float | types.Integer | types.IntegerLiteral)
 
 
-def _is_lanes_or_number(ty: Any) -> bool:
-    return ty is lanes_type or _is_number(ty)
+def _width(args: Any) -> int | None:
+    """Return how wide lanes among lanes and numbers are; None where they do not go together."""
+    widths = {arg.width for arg in args if _is_lanes(arg)}
+    fits = len(widths) == 1 and all(_is_lanes(arg) or _is_number(arg) for arg in args)
+    return widths.pop() if fits else None
 
 
-def _vector(context: Any, builder: Any, value: Any, ty: Any) -> Any:
-    """Return `value` as a vector, repeating a scalar in every lane."""
-    if ty is lanes_type:
-        return value
-    scalar = context.cast(builder, value, ty, types.float64)
-    return _repeat(builder, scalar, _VECTOR)
+def split_vectors(context: Any, builder: Any, value: Any, ty: Any, width: int) -> list[Any]:
+    """Return `value` vector by vector, repeating a scalar in every lane."""
+    count = width // WIDTH
+    if _is_number(ty):
+        scalar = context.cast(builder, value, ty, types.float64)
+        return [_repeat(builder, scalar, _VECTOR)] * count
+    if count == 1:
+        return [value]
+    return [builder.extract_value(value, i) for i in range(count)]
+
+
+def join_vectors(builder: Any, vectors: list[Any]) -> Any:
+    """Return vectors side by side as one value."""
+    if len(vectors) == 1:
+        return vectors[0]
+    value = ir.Constant(ir.ArrayType(vectors[0].type, len(vectors)), ir.Undefined)
+    for i, vector in enumerate(vectors):
+        value = builder.insert_value(value, vector, i)
+    return value
+
+
+def _emit_each(emit: Any, context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    """Return what `emit` gives of the arguments, vector by vector."""
+    width = sig.return_type.width
+    pairs = zip(args, sig.args, strict=True)
+    split = [split_vectors(context, builder, value, ty, width) for value, ty in pairs]
+    return join_vectors(builder, [emit(builder, *some) for some in zip(*split, strict=True)])
 
 
 def _repeat(builder: Any, scalar: Any, vector_type: Any) -> Any:
@@ -101,15 +139,11 @@ def _register_operator(op: Any, emit: Any, *, result: Any, arity: int = 2) -> No
     @infer_global(op)  # pyright: ignore[reportOptionalCall]
     class _Operator(AbstractTemplate):
         def generic(self, args: Any, kws: Any) -> Any:
-            fits = len(args) == arity and all(map(_is_lanes_or_number, args))
-            if fits and lanes_type in args:
-                return signature(result, *args)
-            return None
+            width = _width(args) if len(args) == arity else None
+            return None if width is None else signature(result(width), *args)
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return emit(
-            builder, *(_vector(context, builder, a, t) for a, t in zip(args, sig.args, strict=True))
-        )
+        return _emit_each(emit, context, builder, sig, args)
 
     scalars = (types.Float, types.Integer, types.IntegerLiteral)
     lower_builtin(op, *[LanesType] * arity)(lower)
@@ -138,7 +172,7 @@ for _op, _emit in (
     (operator.mul, lambda builder, a, b: builder.fmul(a, b, flags=_FLAGS)),
     (operator.truediv, lambda builder, a, b: builder.fdiv(a, b, flags=_FLAGS)),
 ):
-    _register_operator(_op, _emit, result=lanes_type)
+    _register_operator(_op, _emit, result=LanesType)
 for _op, _condition in (
     (operator.lt, "<"),
     (operator.le, "<="),
@@ -146,20 +180,19 @@ for _op, _condition in (
     (operator.ge, ">="),
     (operator.eq, "=="),
 ):
-    _register_operator(_op, _comparison(_condition), result=mask_type)
-_register_operator(operator.neg, lambda builder, a: builder.fneg(a), result=lanes_type, arity=1)
-_register_operator(abs, _intrinsic("llvm.fabs"), result=lanes_type, arity=1)
+    _register_operator(_op, _comparison(_condition), result=MaskType)
+_register_operator(operator.neg, lambda builder, a: builder.fneg(a), result=LanesType, arity=1)
+_register_operator(abs, _intrinsic("llvm.fabs"), result=LanesType, arity=1)
 
 
 def _register_mask_operator(op: Any, emit: Any, arity: int) -> None:
     @infer_global(op)  # pyright: ignore[reportOptionalCall]
     class _MaskOperator(AbstractTemplate):
         def generic(self, args: Any, kws: Any) -> Any:
-            if len(args) == arity and all(a is mask_type for a in args):
-                return signature(mask_type, *args)
-            return None
+            same = len(args) == arity and isinstance(args[0], MaskType) and len(set(args)) == 1
+            return signature(args[0], *args) if same else None
 
-    lower_builtin(op, *[MaskType] * arity)(lambda context, builder, sig, args: emit(builder, *args))
+    lower_builtin(op, *[MaskType] * arity)(functools.partial(_emit_each, emit))
 
 
 _register_mask_operator(operator.and_, lambda builder, a, b: builder.and_(a, b), 2)
@@ -179,26 +212,27 @@ def select(mask: Any, yes: Any, no: Any) -> Any:
 @type_callable(select)
 def _type_select(context: Any) -> Any:
     def typer(mask: Any, yes: Any, no: Any) -> Any:
-        if mask is mask_type and _is_lanes_or_number(yes) and _is_lanes_or_number(no):
-            return lanes_type
-        return None
+        if not isinstance(mask, MaskType):
+            return None
+        lanes = LanesType(mask.width)
+        return lanes if _width((lanes, yes, no)) == mask.width else None
 
     return typer
 
 
 @lower_builtin(select, MaskType, types.Any, types.Any)
 def _lower_select(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-    yes = _vector(context, builder, args[1], sig.args[1])
-    no = _vector(context, builder, args[2], sig.args[2])
-    return builder.select(args[0], yes, no)
+    return _emit_each(
+        lambda builder, mask, yes, no: builder.select(mask, yes, no), context, builder, sig, args
+    )
 
 
 def _register_unary(function: Any, emit: Any) -> None:
     @type_callable(function)
     def _type(context: Any) -> Any:
-        return lambda x: lanes_type if x is lanes_type else None
+        return lambda x: x if _is_lanes(x) else None
 
-    lower_builtin(function, LanesType)(lambda context, builder, sig, args: emit(builder, args[0]))
+    lower_builtin(function, LanesType)(functools.partial(_emit_each, emit))
 
 
 def square_root(x: Any) -> Any:
@@ -236,64 +270,85 @@ _register_unary(power_of_two, _emit_power_of_two)
 
 
 # -- memory ---------------------------------------------------------------------------------------
+# How wide the lanes of an array are its type does not say: what reads one is told, by a constant or
+# by lanes that are as wide.
 
 
-def _row_pointer(context: Any, builder: Any, array_type: Any, array: Any, row: Any) -> Any:
-    """Return the address of ``array.flat[row * WIDTH]`` of a C-contiguous array."""
+def _row(  # noqa: PLR0913, PLR0917 - numba's lowering, an array, where in it
+    context: Any, builder: Any, array_type: Any, array: Any, row: Any, width: int
+) -> list[Any]:
+    """Return the addresses of the vectors of ``array.flat[row * width :]``, C-contiguous."""
     data = context.make_array(array_type)(context, builder, array).data
-    return builder.gep(data, [builder.mul(row, ir.Constant(ir.IntType(64), WIDTH))])
+    first = builder.mul(row, _i64(width))
+    at = [builder.gep(data, [builder.add(first, _i64(i))]) for i in range(0, width, WIDTH)]
+    vector = _SINGLE if array_type.dtype == types.float32 else _VECTOR
+    return [builder.bitcast(address, vector.as_pointer()) for address in at]
 
 
-def _load_row(context: Any, builder: Any, array_type: Any, array: Any, row: Any) -> Any:
-    pointer = _row_pointer(context, builder, array_type, array, row)
-    return builder.load(builder.bitcast(pointer, _VECTOR.as_pointer()), align=_ALIGN)
+def _load_rows(context: Any, builder: Any, sig: Any, args: Any, first: Any) -> Any:
+    """Return rows of an array from `first` on as a named tuple of lanes."""
+    count, width = sig.return_type.count, sig.return_type.dtype.width
+    array_type, array = sig.args[1], args[1]
+    single = array_type.dtype == types.float32
+    values = []
+    for i in range(count):
+        at = _row(context, builder, array_type, array, builder.add(first, _i64(i)), width)
+        vectors = [builder.load(address, align=_ALIGN // 2) for address in at]
+        if single:
+            vectors = [builder.fpext(vector, _VECTOR) for vector in vectors]
+        values.append(join_vectors(builder, vectors))
+    return context.make_tuple(builder, sig.return_type, values)
 
 
 def _i64(value: int) -> Any:
     return ir.Constant(ir.IntType(64), value)
 
 
-def unpack(record: Any, array: Any, first: int = 0) -> Any:
-    """Return rows `first`, ... of `array`, shape (rows, WIDTH), as a named tuple of lanes."""
+def _register_reader(function: Any) -> None:
+    """Teach numba that `function` returns a named tuple of lanes, as wide as a constant says."""
+
+    @infer_global(function)  # pyright: ignore[reportOptionalCall]
+    class _Reader(AbstractTemplate):
+        def generic(self, args: Any, kws: Any) -> Any:
+            record, _, _, *width = args
+            lanes = LanesType(WIDTH)
+            if width and isinstance(width[0], LanesType):
+                lanes = width[0]
+            elif width and not isinstance(width[0], types.IntegerLiteral):
+                return None  # numba comes again with the constant
+            elif width:
+                lanes = LanesType(width[0].literal_value)
+            cls = record.instance_class
+            return signature(types.NamedUniTuple(lanes, len(cls._fields), cls), *args)
+
+
+def unpack(record: Any, array: Any, first: int = 0, width: Any = WIDTH) -> Any:
+    """Return rows `first`, ... of `array`, shape (rows, width), as a named tuple of lanes."""
     return record(*array[first : first + len(record._fields)])
 
 
-@type_callable(unpack)
-def _type_unpack(context: Any) -> Any:
-    def typer(record: Any, array: Any, first: Any) -> Any:
-        cls = record.instance_class
-        return types.NamedUniTuple(lanes_type, len(cls._fields), cls)
-
-    return typer
+_register_reader(unpack)
 
 
 @lower_builtin(unpack, types.NamedTupleClass, types.Array, types.Integer)
+@lower_builtin(unpack, types.NamedTupleClass, types.Array, types.Integer, types.Any)
 def _lower_unpack(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     first = context.cast(builder, args[2], sig.args[2], types.int64)
-    rows = [
-        _load_row(context, builder, sig.args[1], args[1], builder.add(first, _i64(i)))
-        for i in range(sig.return_type.count)
-    ]
-    return context.make_tuple(builder, sig.return_type, rows)
+    return _load_rows(context, builder, sig, args, first)
 
 
-def axes_at(record: Any, array: Any, tick: Any) -> Any:
+def axes_at(record: Any, array: Any, tick: Any, width: Any = WIDTH) -> Any:
     """Return ``array[tick]``, shape (fields, 2), as a named tuple: x in even lanes, y in odd."""
-    return record(*np.tile(array[tick], WIDTH // 2))
+    return record(*np.tile(array[tick], (width if isinstance(width, int) else len(width)) // 2))
 
 
-@type_callable(axes_at)
-def _type_axes_at(context: Any) -> Any:
-    def typer(record: Any, array: Any, tick: Any) -> Any:
-        cls = record.instance_class
-        return types.NamedUniTuple(lanes_type, len(cls._fields), cls)
-
-    return typer
+_register_reader(axes_at)
 
 
 @lower_builtin(axes_at, types.NamedTupleClass, types.Array, types.Integer)
+@lower_builtin(axes_at, types.NamedTupleClass, types.Array, types.Integer, types.Any)
 def _lower_axes_at(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-    count = sig.return_type.count
+    count, width = sig.return_type.count, sig.return_type.dtype.width
     tick = context.cast(builder, args[2], sig.args[2], types.int64)
     data = context.make_array(sig.args[1])(context, builder, args[1]).data
     data = builder.gep(data, [builder.mul(tick, _i64(2 * count))])
@@ -302,12 +357,13 @@ def _lower_axes_at(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     for i in range(count):
         address = builder.bitcast(builder.gep(data, [_i64(2 * i)]), _PAIR.as_pointer())
         pair = builder.load(address, align=_ALIGN)
-        fields.append(builder.shuffle_vector(pair, ir.Constant(_PAIR, ir.Undefined), order))
+        vector = builder.shuffle_vector(pair, ir.Constant(_PAIR, ir.Undefined), order)
+        fields.append(join_vectors(builder, [vector] * (width // WIDTH)))
     return context.make_tuple(builder, sig.return_type, fields)
 
 
 def pack(values: Any, array: Any) -> None:
-    """Write a named tuple of lanes into the rows of `array`, shape (fields, WIDTH)."""
+    """Write a named tuple of lanes into the rows of `array`, shape (fields, width)."""
     for row, value in zip(array, values, strict=True):
         row[:] = value
 
@@ -315,6 +371,11 @@ def pack(values: Any, array: Any) -> None:
 def record(values: Any, array: Any, tick: Any) -> None:
     """Write a named tuple of lanes into ``array[tick]``, in the array's own precision."""
     pack(values, array[tick])
+
+
+def recorded(record: Any, array: Any, tick: Any, width: Any = WIDTH) -> Any:
+    """Return ``array[tick]``, shape (fields, width), in single precision, as lanes."""
+    return record(*array[tick].astype(np.float64))
 
 
 @type_callable(pack)
@@ -327,16 +388,20 @@ def _type_record(context: Any) -> Any:
     return lambda values, array, tick: types.none
 
 
+_register_reader(recorded)
+
+
 def _store_rows(context: Any, builder: Any, sig: Any, args: Any, first: Any) -> Any:
-    single = sig.args[1].dtype == types.float32
-    target = _SINGLE if single else _VECTOR
+    lanes, array_type = sig.args[0].dtype, sig.args[1]
+    single = array_type.dtype == types.float32
     for i in range(sig.args[0].count):
         value = builder.extract_value(args[0], i)
-        if single:
-            value = builder.fptrunc(value, _SINGLE)
+        vectors = split_vectors(context, builder, value, lanes, lanes.width)
         row = builder.add(first, _i64(i))
-        pointer = _row_pointer(context, builder, sig.args[1], args[1], row)
-        builder.store(value, builder.bitcast(pointer, target.as_pointer()), align=_ALIGN // 2)
+        at = _row(context, builder, array_type, args[1], row, lanes.width)
+        for vector, address in zip(vectors, at, strict=True):
+            stored = builder.fptrunc(vector, _SINGLE) if single else vector
+            builder.store(stored, address, align=_ALIGN // 2)
     return context.get_dummy_value()
 
 
@@ -349,6 +414,13 @@ def _lower_pack(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 def _lower_record(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     tick = context.cast(builder, args[2], sig.args[2], types.int64)
     return _store_rows(context, builder, sig, args, builder.mul(tick, _i64(sig.args[0].count)))
+
+
+@lower_builtin(recorded, types.NamedTupleClass, types.Array, types.Integer)
+@lower_builtin(recorded, types.NamedTupleClass, types.Array, types.Integer, types.Any)
+def _lower_recorded(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    tick = context.cast(builder, args[2], sig.args[2], types.int64)
+    return _load_rows(context, builder, sig, args, builder.mul(tick, _i64(sig.return_type.count)))
 
 
 # -- rounding mode --------------------------------------------------------------------------------
@@ -407,14 +479,14 @@ def _lower_restore_mode(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 
 
 __all__ = [
+    "WIDE",
     "WIDTH",
     "axes_at",
     "flush_subnormals",
-    "lanes_type",
-    "mask_type",
     "pack",
     "power_of_two",
     "record",
+    "recorded",
     "restore_mode",
     "round_down",
     "round_nearest",
