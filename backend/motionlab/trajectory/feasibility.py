@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+import numba
 import numpy as np
+from numpy.typing import NDArray
 
+from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import Infeasible
 from motionlab.trajectory.path import Array
-from motionlab.trajectory.reference import AXES, Reference
+from motionlab.trajectory.reference import Reference
 
 STEP_MAX = 10e-6
 """Largest jump between two control periods, m (this project's limit for true steps)."""
@@ -22,7 +25,7 @@ _QUADRATURE = 4
 
 
 @dataclass(frozen=True)
-class Limits:
+class MotionLimits:
     """What the motor can do; pairs are (x, y).
 
     Attributes
@@ -40,6 +43,9 @@ class Limits:
     available_thrust : callable
         (axis index, positions (n,), signs (n,), each -1 or 1) to the largest thrust in that
         direction (n,), N, >= 0.
+    sure_thrust : tuple of float
+        Thrust that can be had everywhere and in both directions, N; below it nothing is asked of
+        `available_thrust`.
     """
 
     stroke: tuple[float, float]
@@ -48,30 +54,48 @@ class Limits:
     mass: tuple[float, float]
     friction: Callable[[int, Array], Array]
     available_thrust: Callable[[int, Array, Array], Array]
+    sure_thrust: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True)
-class _Demand:
-    """One quantity of one axis against its limits, tick by tick."""
+class Demand:
+    """One quantity of one axis against its limit, tick by tick.
+
+    Attributes
+    ----------
+    quantity : str
+        ``position``, ``step``, ``velocity``, ``acceleration`` or ``thrust``.
+    axis : int
+        Index of the axis.
+    value : ndarray, shape (ticks,)
+        What the motion asks for, in `unit`; a position has the end of the motion too.
+    limit : float or ndarray, shape (ticks,)
+        Largest magnitude allowed; of a thrust below the sure one just that one.
+    unit : str
+        Unit of value and limit.
+    """
 
     quantity: str
     axis: int
     value: Array
-    lower: Array
-    upper: Array
+    limit: float | Array
     unit: str
-    rounding: float
 
-    def first_violation(self, start: int) -> int | None:
-        """Return the first tick from `start` on outside the limits."""
-        outside = (self.value < self.lower - self.rounding) | (
-            self.value > self.upper + self.rounding
-        )
-        outside[:start] = False
-        return int(np.argmax(outside)) if outside.any() else None
+    def outside(self, start: int = 0) -> NDArray[np.bool_] | None:
+        """Return at which ticks from `start` on the limit is exceeded, None for nowhere."""
+        most = float(np.max(self.limit))
+        rounding = _POSITION_ROUNDING if self.unit == "m" else _RELATIVE_ROUNDING * most
+        size = np.abs(self.value)
+        beyond = size > self.limit + rounding
+        beyond[:start] = False
+        return beyond if beyond.any() else None
+
+    def limit_at(self, tick: int) -> float:
+        """Return the limit that holds at one tick."""
+        return float(self.limit[tick] if isinstance(self.limit, np.ndarray) else self.limit)
 
 
-def check(reference: Reference, limits: Limits, *, start: int = 0) -> None:
+def check(reference: Reference, limits: MotionLimits, *, start: int = 0) -> None:
     """Refuse a motion that leaves the stroke or asks for more than the motor can do.
 
     The thrust that the motion requires is M a + f_f(v), eq (16). Velocity that jumps between two
@@ -83,7 +107,7 @@ def check(reference: Reference, limits: Limits, *, start: int = 0) -> None:
     ----------
     reference : Reference
         The motion.
-    limits : Limits
+    limits : MotionLimits
         What the motor can do.
     start : int
         First tick at which these limits hold.
@@ -93,21 +117,26 @@ def check(reference: Reference, limits: Limits, *, start: int = 0) -> None:
     Infeasible
         With the first time and place at which anything is exceeded.
     """
-    first: tuple[int, _Demand] | None = None
-    for demand in _demands(reference, limits):
-        tick = demand.first_violation(start)
+    first: tuple[int, Demand] | None = None
+    for demand in demands(reference, limits):
+        outside = demand.outside(start)
+        tick = None if outside is None else int(np.argmax(outside))
         if tick is not None and (first is None or tick < first[0]):
             first = tick, demand
-    if first is None:
-        return
-    tick, demand = first
-    raise Infeasible(
+    if first is not None:
+        raise refusal(reference, first[1], first[0])
+
+
+def refusal(reference: Reference, demand: Demand, tick: int) -> Infeasible:
+    """Return the error that tells of one tick at which a demand is outside its limit."""
+    limit = demand.limit_at(tick)
+    return Infeasible(
         quantity=demand.quantity,
         axis=AXES[demand.axis],
         time=tick * CONTROL_PERIOD,
-        place=_place(reference, tick),
+        place=place_at(reference, tick),
         value=float(demand.value[tick]),
-        limit=(float(demand.lower[tick]), float(demand.upper[tick])),
+        limit=(-limit, limit),
         unit=demand.unit,
     )
 
@@ -149,52 +178,66 @@ def count_rate_warning(
     )
 
 
-def _demands(reference: Reference, limits: Limits) -> Iterator[_Demand]:
+def demands(reference: Reference, limits: MotionLimits) -> Iterator[Demand]:
     """Yield every quantity to check; the order decides between equals in time."""
     for axis in range(len(AXES)):
-        position = _with_end(reference, axis)
-        velocity = reference.velocity[:, axis]
-        acceleration = _largest(reference.acceleration[:, axis], _mean_acceleration(velocity))
-        force = limits.mass[axis] * reference.acceleration[:, axis] + limits.friction(
-            axis, velocity
+        velocity, acceleration, inertia, jumps = _asked(
+            reference.position[:, axis],
+            reference.velocity[:, axis],
+            reference.acceleration[:, axis],
+            limits.mass[axis],
         )
-        available = limits.available_thrust(
-            axis, reference.position[:, axis], np.where(force < 0, -1.0, 1.0)
-        )
-        yield _within("position", axis, position, limits.stroke[axis], "m")
-        yield _within("step", axis, _jumps(reference, axis), STEP_MAX, "m")
-        yield _within("velocity", axis, velocity, limits.v_max[axis], "m/s")
-        yield _within("acceleration", axis, acceleration, limits.a_max[axis], "m/s^2")
-        yield _within("thrust", axis, force, available, "N")
+        thrust = inertia + limits.friction(axis, velocity)
+        yield Demand("position", axis, _with_end(reference, axis), limits.stroke[axis], "m")
+        yield Demand("step", axis, jumps, STEP_MAX, "m")
+        yield Demand("velocity", axis, velocity, limits.v_max[axis], "m/s")
+        yield Demand("acceleration", axis, acceleration, limits.a_max[axis], "m/s^2")
+        yield Demand("thrust", axis, thrust, _available(reference, limits, axis, thrust), "N")
 
 
-def _within(quantity: str, axis: int, value: Array, limit: float | Array, unit: str) -> _Demand:
-    upper = np.broadcast_to(np.asarray(limit, dtype=np.float64), value.shape)
-    rounding = _POSITION_ROUNDING if unit == "m" else _RELATIVE_ROUNDING * float(upper.max())
-    return _Demand(quantity, axis, value, -upper, upper, unit, rounding)
+def _available(reference: Reference, limits: MotionLimits, axis: int, thrust: Array) -> Array:
+    """Return the thrust that can be had, computed only where the sure one does not do."""
+    sure = limits.sure_thrust[axis]
+    available = np.full(thrust.shape, sure)
+    hard = np.flatnonzero(np.abs(thrust) > sure) if sure > 0.0 else slice(None)
+    asked = thrust[hard]
+    if asked.size:
+        available[hard] = limits.available_thrust(
+            axis, reference.position[hard, axis], np.where(asked < 0, -1.0, 1.0)
+        )
+    return available
 
 
 def _with_end(reference: Reference, axis: int) -> Array:
     return np.append(reference.position[:, axis], reference.end[axis])
 
 
-def _jumps(reference: Reference, axis: int) -> Array:
-    """Return what no velocity between those of two ticks explains of the way to each tick."""
-    way = np.diff(reference.position[:, axis])
-    ways = CONTROL_PERIOD * reference.velocity[:, axis]
-    slow, fast = np.minimum(ways[1:], ways[:-1]), np.maximum(ways[1:], ways[:-1])
-    return np.concatenate(([0.0], way - np.clip(way, slow, fast)))
+@numba.njit(error_model="numpy", nogil=True, cache=True)
+def _asked(
+    position: Array, velocity: Array, acceleration: Array, mass: float
+) -> tuple[Array, Array, Array, Array]:
+    """Return velocity, largest acceleration, inertia force, and jumps, tick by tick.
+
+    The largest acceleration is the analytic one or that which takes the velocity from the tick
+    before; a jump is what no velocity between those of two ticks explains of the way.
+    """
+    n = len(position)
+    speed, largest, inertia, jumps = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    for k in range(n):
+        now, before = velocity[k], velocity[k - 1] if k > 0 else 0.0
+        mean = (now - before) / CONTROL_PERIOD
+        speed[k] = now
+        largest[k] = acceleration[k] if abs(acceleration[k]) >= abs(mean) else mean
+        inertia[k] = mass * acceleration[k]
+        jumps[k] = 0.0
+        if k > 0:
+            way = position[k] - position[k - 1]
+            slow, fast = CONTROL_PERIOD * min(now, before), CONTROL_PERIOD * max(now, before)
+            jumps[k] = way - min(max(way, slow), fast)
+    return speed, largest, inertia, jumps
 
 
-def _mean_acceleration(velocity: Array) -> Array:
-    """Return the acceleration that takes the velocity from the tick before to each tick."""
-    return np.diff(velocity, prepend=0.0) / CONTROL_PERIOD
-
-
-def _largest(first: Array, second: Array) -> Array:
-    return np.where(np.abs(first) >= np.abs(second), first, second)
-
-
-def _place(reference: Reference, tick: int) -> tuple[float, float]:
+def place_at(reference: Reference, tick: int) -> tuple[float, float]:
+    """Return the position at a tick, the end of the motion included, m."""
     place = reference.position[tick] if tick < reference.ticks else reference.end
     return float(place[0]), float(place[1])

@@ -5,9 +5,10 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
+import numba
 import numpy as np
 
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
@@ -39,23 +40,44 @@ class Piece:
         Duration, >= 1.
     still : bool
         Whether the reference stands.
+    stretches : tuple of (int, bool)
+        Ticks of each stretch and whether the reference stands in it, for a piece that stops and
+        goes on; the piece as a whole when left out.
     """
 
     path: Path
     law: Callable[[Array], Law]
     ticks: int
     still: bool = False
+    stretches: tuple[tuple[int, bool], ...] = ()
+
+    @property
+    def parts(self) -> tuple[tuple[int, bool], ...]:
+        """Ticks of each stretch between stops, and whether the reference stands in it."""
+        return self.stretches or ((self.ticks, self.still),)
 
     def at(self, ticks: Array) -> tuple[Array, Array, Array]:
         """Return position, velocity and acceleration, each (n, 2), by the chain rule."""
         q, rate, second = self.law(ticks)
         place, slope, bend = self.path(q)
-        rate, second = rate[:, None] / CONTROL_PERIOD, second[:, None] / CONTROL_PERIOD**2
-        return place, slope * rate, bend * rate**2 + slope * second
+        velocity, acceleration = _chain_rule(slope, bend, rate, second)
+        return place, velocity, acceleration
 
     def place_at(self, tick: int) -> Array:
         """Return the position (2,) at one tick of the piece."""
         return self.at(np.array([float(tick)]))[0][0]
+
+
+@numba.njit(error_model="numpy", nogil=True, cache=True)
+def _chain_rule(slope: Array, bend: Array, rate: Array, second: Array) -> tuple[Array, Array]:
+    velocity, acceleration = np.empty(slope.shape), np.empty(slope.shape)
+    for k in range(len(rate)):
+        r = rate[k] / CONTROL_PERIOD
+        s = second[k] / CONTROL_PERIOD**2
+        for axis in range(2):
+            velocity[k, axis] = slope[k, axis] * r
+            acceleration[k, axis] = bend[k, axis] * r**2 + slope[k, axis] * s
+    return velocity, acceleration
 
 
 def whole_ticks(seconds: float) -> int:
@@ -117,8 +139,7 @@ def chain(parts: Iterable[Sequence[Piece]]) -> list[Piece]:
             end = chained[-1].place_at(chained[-1].ticks)
             offset = end - pieces[0].place_at(0)
             pieces = [  # noqa: PLW2901 - the part, in its new place
-                Piece(_moved(piece.path, offset), piece.law, piece.ticks, piece.still)
-                for piece in pieces
+                replace(piece, path=_moved(piece.path, offset)) for piece in pieces
             ]
         chained += pieces
     return chained

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import assert_never
 
+from motionlab.config.drawn import DrawnPath
 from motionlab.config.figures import Circle, Polygon, Sine, Star
 from motionlab.config.moves import (
     Dwell,
@@ -28,6 +29,7 @@ from motionlab.config.planar import (
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.config.trajectory import Sequence, TrajectoryConfig
 from motionlab.trajectory import path
+from motionlab.trajectory.drawn import at_constant_speed, stop_and_go
 from motionlab.trajectory.motion import (
     EdgeRule,
     Piece,
@@ -55,11 +57,14 @@ class Plan:
         Ticks of one lap, 0 if the motion does not repeat.
     measured_laps : int
         Laps at the end that metrics use, 0 for the whole motion.
+    window : tuple of int, optional
+        Ticks that metrics use where they are not the last ones.
     """
 
     pieces: list[Piece]
     period: int = 0
     measured_laps: int = 0
+    window: tuple[int, int] | None = None
 
 
 def plan(config: TrajectoryConfig) -> Plan:  # noqa: PLR0911, PLR0912 - one for each kind
@@ -113,6 +118,8 @@ def plan(config: TrajectoryConfig) -> Plan:  # noqa: PLR0911, PLR0912 - one for 
                 start_angle=config.start_angle,
             )
             return _closed(vertices, frequency=config.frequency, laps=config.laps)
+        case DrawnPath():
+            return _drawn(config)
         case Sequence():
             return Plan(chain(plan(part).pieces for part in config.parts))
         case _:
@@ -163,6 +170,16 @@ def _closed(vertices: tuple[Vector, ...], *, frequency: float, laps: int) -> Pla
         for start, end in zip(vertices, ends, strict=True)
     ]
     return Plan(lap * laps, period=period, measured_laps=max(1, laps - 1))
+
+
+def _drawn(config: DrawnPath) -> Plan:
+    if config.law == "constant_speed":
+        pieces, window = at_constant_speed(config)
+        return Plan(pieces, window=window)
+    pieces, lap = stop_and_go(config)
+    if not config.closed:
+        return Plan(pieces)
+    return Plan(pieces, period=lap, measured_laps=max(1, config.laps - 1))
 
 
 def _edge_rule(config: Line | Waypoints) -> EdgeRule:

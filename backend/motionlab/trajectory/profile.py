@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,6 +24,7 @@ _PEAK_CURVATURE = 10 / math.sqrt(3)
 _ROUNDING = 1e-9
 
 
+@numba.njit(error_model="numpy", nogil=True, cache=True)
 def minimum_jerk(u: Samples, duration: float) -> Law:
     r"""Go from 0 to 1 at rest at both ends, with the least integral of squared jerk.
 
@@ -47,9 +49,11 @@ def minimum_jerk(u: Samples, duration: float) -> Law:
     Flash, Hogan, "The coordination of arm movements", J. Neurosci. 1985.
     """
     r = u / duration
-    s = r**3 * (10 - 15 * r + 6 * r**2)
-    rate = 30 * r**2 * (1 - r) ** 2 / duration
-    second = 60 * r * (1 - r) * (1 - 2 * r) / duration**2
+    left = 1 - r
+    square = r * r
+    s = square * r * (10 - 15 * r + 6 * square)
+    rate = 30 * square * (left * left) / duration
+    second = 60 * r * left * (1 - 2 * r) / duration**2
     return s, rate, second
 
 
@@ -87,6 +91,46 @@ def trapezoidal(u: Samples, ramp: float, cruise: float) -> Law:
     rate = top_rate * np.minimum(1.0, np.minimum(u, left) / ramp)
     second = (top_rate / ramp) * (speeding_up.astype(np.float64) - slowing_down)
     return s, rate, second
+
+
+def jerk_limited(u: Samples, jerk: float, ramp: float, travel: float) -> Law:
+    r"""Go from 0 to 1 with constant jerk, acceleration or velocity in each of seven phases.
+
+    The velocity is a box of width `travel` averaged over `ramp` and then over `jerk`, so that
+
+    .. math:: \dot s_{max} = \frac{1}{travel}, \quad
+              \ddot s_{max} = \frac{\dot s_{max}}{ramp}, \quad
+              \dddot s_{max} = \frac{\ddot s_{max}}{jerk}
+
+    and the move takes travel + ramp + jerk.
+
+    Parameters
+    ----------
+    u : ndarray
+        Time since the start, 0 <= u <= travel + ramp + jerk.
+    jerk : float
+        Time of each of the four phases of jerk, > 0.
+    ramp : float
+        Time in which the velocity would be reached without limit of jerk, >= jerk.
+    travel : float
+        Time that the way would take at full velocity, >= ramp + jerk.
+
+    Returns
+    -------
+    tuple of ndarray
+        s, ds/du and d2s/du2.
+    """
+    total = travel + ramp + jerk
+    slowing_down = u > total / 2
+    t = np.where(slowing_down, total - u, u)
+    scale = 1 / (6 * travel * ramp * jerk)
+    a = np.maximum(t - jerk, 0.0)
+    b = np.maximum(t - ramp, 0.0)
+    c = np.maximum(t - (ramp + jerk), 0.0)
+    s = scale * (t**3 - a**3 - b**3 + c**3)
+    rate = 3 * scale * (t**2 - a**2 - b**2 + c**2)
+    second = 6 * scale * (t - a - b + c)
+    return np.where(slowing_down, 1 - s, s), rate, np.where(slowing_down, -second, second)
 
 
 def smooth_start(u: Samples, lead_in: float) -> Law:
@@ -137,7 +181,7 @@ def minimum_jerk_ticks(length: float, *, v_max: float, a_max: float) -> int:
         Duration in whole control periods, rounded up.
     """
     duration = max(_PEAK_RATE * length / v_max, math.sqrt(_PEAK_CURVATURE * length / a_max))
-    return _ticks_at_least(duration)
+    return ticks_at_least(duration)
 
 
 def trapezoidal_ticks(length: float, *, v_max: float, a_max: float) -> tuple[int, int]:
@@ -158,12 +202,70 @@ def trapezoidal_ticks(length: float, *, v_max: float, a_max: float) -> tuple[int
     ramp, cruise : int
         Whole control periods of each ramp and of the cruise between them.
     """
-    ramp = _ticks_at_least(v_max / a_max)
+    ramp = ticks_at_least(v_max / a_max)
     if length >= v_max * ramp * CONTROL_PERIOD:
-        return ramp, max(_ticks_at_least(length / v_max) - ramp, 0)
-    return _ticks_at_least(math.sqrt(length / a_max)), 0
+        return ramp, max(ticks_at_least(length / v_max) - ramp, 0)
+    return ticks_at_least(math.sqrt(length / a_max)), 0
 
 
-def _ticks_at_least(seconds: float) -> int:
+def jerk_limited_ticks(
+    length: float, *, v_max: float, a_max: float, j_max: float
+) -> tuple[int, int, int]:
+    """Find the shortest jerk-limited move within all limits whose corners fall on ticks.
+
+    Parameters
+    ----------
+    length : float
+        Length of the path, m, > 0.
+    v_max, a_max, j_max : float
+        Limits of velocity, m/s, acceleration, m/s^2, and jerk, m/s^3, along the path.
+
+    Returns
+    -------
+    jerk, ramp, travel : int
+        Whole control periods as `jerk_limited` takes them.
+    """
+    jerk = a_max / j_max
+    ramp = v_max / a_max
+    if ramp < jerk:  # full acceleration is never reached
+        jerk = ramp = math.sqrt(v_max / j_max)
+    travel = length / v_max
+    if travel < ramp + jerk:  # full velocity is never reached
+        jerk = a_max / j_max
+        ramp = 0.5 * (math.sqrt(jerk**2 + 4 * length / a_max) - jerk)
+        if ramp < jerk:
+            jerk = ramp = (length / (2 * j_max)) ** (1 / 3)
+        travel = ramp + jerk
+    whole_jerk = ticks_at_least(jerk)
+    whole_ramp = max(whole_jerk, ticks_at_least(ramp))
+    return whole_jerk, whole_ramp, max(whole_jerk + whole_ramp, ticks_at_least(travel))
+
+
+def cruise_ticks(length: float, *, v_max: float, a_max: float) -> tuple[int, int]:
+    """Find the fastest run at constant speed with a smooth start and stop within both limits.
+
+    The speed rises and falls as in `smooth_start`; its acceleration peaks at 15/8 of the mean.
+
+    Parameters
+    ----------
+    length : float
+        Length of the path, m, > 0.
+    v_max, a_max : float
+        Limits of velocity, m/s, and acceleration, m/s^2, along the path.
+
+    Returns
+    -------
+    ramp, travel : int
+        Whole control periods of each ramp and of the whole path at full speed, travel >= ramp.
+    """
+    travel = length / v_max
+    ramp = _PEAK_RATE * v_max / a_max
+    if travel < ramp:
+        travel = ramp = math.sqrt(_PEAK_RATE * length / a_max)
+    whole_ramp = ticks_at_least(ramp)
+    return whole_ramp, max(whole_ramp, ticks_at_least(travel))
+
+
+def ticks_at_least(seconds: float) -> int:
     """Round a duration up to whole control periods, forgiving the rounding of the division."""
     return max(1, math.ceil(seconds / CONTROL_PERIOD * (1 - _ROUNDING)))

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
+from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.errors import ConfigError, FieldError
@@ -13,7 +15,6 @@ from motionlab.trajectory.motion import Piece
 from motionlab.trajectory.path import Array, Vector
 from motionlab.trajectory.plan import plan
 
-AXES = ("x", "y")
 LONGEST = 3600.0
 """Longest reference, s; its arrays take 350 MB."""
 
@@ -43,14 +44,16 @@ class Reference:
         Axes that move at all.
     window : tuple of int
         Ticks that metrics use by default: the last two periods of circle and sine, all laps but the
-        first of polygon and star, otherwise everything.
+        first of polygon, star and closed path, the laps at speed of a path at constant speed,
+        otherwise everything.
     holds : tuple of intervals
         Where the reference stands still after a commanded move.
     edges : tuple of intervals
         The moves themselves, in order; a true step has none.
     period : int
-        Ticks of one lap, 0 if the motion does not repeat. Laps of circle, polygon and star repeat
-        sample for sample; a sine keeps its exact frequency and does so only if its period is whole.
+        Ticks of one lap, 0 if the motion does not repeat. Laps of circle, polygon, star and path
+        repeat sample for sample; a sine keeps its exact frequency and does so only if its period is
+        whole.
     """
 
     position: Array
@@ -90,62 +93,81 @@ def sample(config: TrajectoryConfig) -> Reference:
     motion = plan(config)
     total = sum(piece.ticks for piece in motion.pieces)
     _refuse_too_long(total)
-    position, velocity, acceleration = (np.empty((total, 2)) for _ in range(3))
-    start = 0
-    for piece in motion.pieces:
-        here = slice(start, start + piece.ticks)
-        position[here], velocity[here], acceleration[here] = piece.at(
-            np.arange(piece.ticks, dtype=np.float64)
-        )
-        start += piece.ticks
+    position, velocity, acceleration = _samples(motion.pieces, total)
     for samples in (position, velocity, acceleration):
         samples.setflags(write=False)
 
     last = motion.pieces[-1]
     end = last.place_at(last.ticks)
-    travel = np.ptp(np.vstack((position, end)), axis=0)
+    travel = [
+        float(max(p.max(), e) - min(p.min(), e)) for p, e in zip(position.T, end, strict=True)
+    ]
     measured = motion.period * motion.measured_laps
+    window = motion.window or (max(total - measured, 0) if measured else 0, total)
     return Reference(
         position=position,
         velocity=velocity,
         acceleration=acceleration,
         end=(float(end[0]), float(end[1])),
         moving=tuple(axis for axis, way in zip(AXES, travel, strict=True) if way > _SAME_PLACE),
-        window=(max(total - measured, 0) if measured else 0, total),
-        holds=_holds(motion.pieces),
+        window=window,
+        holds=_holds(motion.pieces, position),
         edges=_edges(motion.pieces),
         period=motion.period,
     )
 
 
-def _holds(pieces: list[Piece]) -> tuple[Interval, ...]:
+def _samples(pieces: list[Piece], total: int) -> tuple[Array, Array, Array]:
+    """Return position, velocity and acceleration of all pieces, one after another."""
+    if len(pieces) == 1:
+        return pieces[0].at(np.arange(total, dtype=np.float64))
+    position, velocity, acceleration = (np.empty((total, 2)) for _ in range(3))
+    start = 0
+    sampled: dict[int, slice] = {}
+    for piece in pieces:
+        here = slice(start, start + piece.ticks)
+        there = sampled.setdefault(id(piece), here)
+        if there is here:
+            position[here], velocity[here], acceleration[here] = piece.at(
+                np.arange(piece.ticks, dtype=np.float64)
+            )
+        else:  # a lap like the one before
+            for samples in (position, velocity, acceleration):
+                samples[here] = samples[there]
+        start += piece.ticks
+    return position, velocity, acceleration
+
+
+def _holds(pieces: list[Piece], position: Array) -> tuple[Interval, ...]:
     """Find where the reference stands after a move, joining neighbours at the same place."""
     holds: list[Interval] = []
-    start, stands_at = 0, None
-    for piece in pieces:
-        stop = start + piece.ticks
-        place = piece.place_at(0) if piece.still else None
+    stands_at = None
+    for start, stop, still in _stretches(pieces):
+        place = position[start] if still else None
         if place is not None:
-            waits_on = stands_at is not None and np.allclose(
-                place, stands_at, rtol=0, atol=_SAME_PLACE
+            waits_on = (
+                stands_at is not None and float(np.abs(place - stands_at).max()) <= _SAME_PLACE
             )
             if not waits_on and start > 0:
                 holds.append((start, stop))
             elif holds and holds[-1][1] == start:
                 holds[-1] = (holds[-1][0], stop)
-        start, stands_at = stop, place
+        stands_at = place
     return tuple(holds)
 
 
 def _edges(pieces: list[Piece]) -> tuple[Interval, ...]:
     """Find the moves."""
-    edges: list[Interval] = []
+    return tuple((start, stop) for start, stop, still in _stretches(pieces) if not still)
+
+
+def _stretches(pieces: list[Piece]) -> Iterator[tuple[int, int, bool]]:
+    """Yield first tick, tick after the last, and whether the reference stands, in order."""
     start = 0
     for piece in pieces:
-        if not piece.still:
-            edges.append((start, start + piece.ticks))
-        start += piece.ticks
-    return tuple(edges)
+        for ticks, still in piece.parts:
+            yield start, start + ticks, still
+            start += ticks
 
 
 def _refuse_too_long(ticks: int) -> None:
