@@ -76,7 +76,7 @@ def _nearest(path: Array, here: Array, present: NDArray[np.int64], following_err
             while travelled < reach and 0 <= i + way < len(path):
                 i += way
                 b_x, b_y = path[i, 0] - here[n, 0], path[i, 1] - here[n, 1]
-                travelled += np.hypot(b_x - a_x, b_y - a_y)
+                travelled += np.sqrt((b_x - a_x) ** 2 + (b_y - a_y) ** 2)
                 best = min(best, _to_segment(x - a_x, y - a_y, b_x - a_x, b_y - a_y))
                 a_x, a_y = b_x, b_y
         distance[n] = np.sqrt(best)

@@ -9,8 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.analysis.contour import contour_error
+from motionlab.analysis.tally import (
+    MEASURED_ROWS,
+    Measured,
+    count_ticks,
+    new_tally,
+    tally_metrics,
+)
+from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.telemetry.recording import AXES, Recording, VariantRecord
+from motionlab.lanes import WIDTH
+from motionlab.telemetry.recording import Recording, VariantRecord
 from motionlab.trajectory.reference import Interval, Reference
 
 Array = NDArray[np.float64]
@@ -122,7 +131,7 @@ def variant_metrics(
     reference : Reference
         What it was to follow.
     window : tuple of int
-        Ticks [start, end).
+        Ticks [start, end), all of them recorded.
     settling_band : float
         Following error below which a move counts as settled, m.
 
@@ -139,63 +148,73 @@ def variant_metrics(
             "axes": {axis: dict(nothing) for axis in reference.moving},
             "contour": dict.fromkeys(CONTOUR_DEFINITIONS),
         }
-    axes = {
-        axis: _axis_metrics(record, axis, reference, window, settling_band)
-        for axis in reference.moving
-    }
-    errors = np.stack([_channel(record, "following_error", axis, window) for axis in AXES], axis=1)
+    record = record.cut(window[0] - recording.first_tick, window[1] - recording.first_tick)
+    plain = tally_metrics(_tally(record, reference.position[slice(*window)]), window[1] - window[0])
+    errors = np.stack([_channel(record, "following_error", axis) for axis in AXES], axis=1)
+    axes = {}
+    for axis in reference.moving:
+        index = AXES.index(axis)
+        found = {name: float(values[index]) for name, values in plain.items()} | hold_metrics(
+            errors[:, index], reference, axis, window, settling_band=settling_band
+        )
+        axes[axis] = {name: found[name] for name in DEFINITIONS}
     distance = contour_error(reference.position, errors, window)
-    contour = {"max": float(distance.max()), "rms": _rms(distance)}
+    contour = {"max": float(distance.max()), "rms": float(np.sqrt(np.mean(distance**2)))}
     return {"axes": axes, "contour": contour}
 
 
-def _axis_metrics(
-    record: VariantRecord, axis: str, reference: Reference, window: Interval, band: float
+def hold_metrics(
+    error: Array, reference: Reference, axis: str, window: Interval, *, settling_band: float
 ) -> dict[str, float | None]:
-    index = AXES.index(axis)
-    error = _channel(record, "following_error", axis, window)
-    position = _channel(record, "position", axis, window)
-    true_error = reference.position[slice(*window), index] - position
-    thrust = _channel(record, "thrust", axis, window)
-    currents = np.stack([_channel(record, f"current_{phase}", axis, window) for phase in "abc"])
-    saturated = np.maximum(
-        _channel(record, "force_saturated", axis, window),
-        _channel(record, "current_saturated", axis, window),
-    )
-    time = np.arange(len(error)) * CONTROL_PERIOD
-    holds = _holds_within(reference, index, window)
+    """Return the metrics of one axis that need holds; None where the window has none.
+
+    Parameters
+    ----------
+    error : ndarray, shape (ticks,)
+        Following error over the window, as recorded, m.
+    reference : Reference
+        What was to be followed.
+    axis : str
+        ``x`` or ``y``.
+    window : tuple of int
+        Ticks [start, end).
+    settling_band : float
+        Following error below which a move counts as settled, m.
+    """
+    holds = _holds_within(reference, AXES.index(axis), window)
     overshoot, relative_overshoot = _overshoot(error, holds)
     return {
-        "max_abs_following_error": _peak(error),
-        "min_following_error": float(error.min()),
-        "max_following_error": float(error.max()),
-        "mean_following_error": float(error.mean()),
-        "rms_following_error": _rms(error),
-        "itae": float(np.sum(time * np.abs(error)) * CONTROL_PERIOD),
-        "max_abs_position_error": _peak(true_error),
         "steady_state_error": _steady_state_error(error, holds),
-        "settling_time": _settling_time(error, holds, band),
+        "settling_time": _settling_time(error, holds, settling_band),
         "overshoot": overshoot,
         "relative_overshoot": relative_overshoot,
-        "max_abs_velocity": _peak(_channel(record, "velocity", axis, window)),
-        "rms_force": _rms(thrust),
-        "max_abs_force": _peak(thrust),
-        "rms_current": float(np.sqrt(np.mean((currents**2).sum(axis=0)))),
-        "max_current": _peak(currents),
-        "saturated_fraction": float(saturated.mean()),
     }
 
 
-def _channel(record: VariantRecord, name: str, axis: str, window: Interval) -> Array:
-    return record.channel(name, axis)[slice(*window)].astype(np.float64)
+def _tally(record: VariantRecord, target: Array) -> Array:
+    """Return the tally of a record's two axes, shape (TALLY_ROWS, 2)."""
+    samples = np.zeros((len(target), MEASURED_ROWS, WIDTH), dtype=np.float32)
+    for row, name in enumerate(Measured._fields):
+        for lane, axis in enumerate(AXES):
+            samples[:, row, lane] = (
+                np.maximum(
+                    record.channel("force_saturated", axis),
+                    record.channel("current_saturated", axis),
+                )
+                if name == "saturated"
+                else record.channel(name, axis)
+            )
+    tally = new_tally(WIDTH)
+    count_ticks(samples, np.ascontiguousarray(target[:, None, :]), 0, tally)
+    return tally[:, : len(AXES)]
+
+
+def _channel(record: VariantRecord, name: str, axis: str) -> Array:
+    return record.channel(name, axis).astype(np.float64)
 
 
 def _peak(values: Array) -> float:
     return float(np.abs(values).max())
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))
 
 
 def _holds_within(reference: Reference, index: int, window: Interval) -> list[Hold]:
