@@ -1,0 +1,1 @@
+"""Motor sizing: from requirements to dimensions, and from dimensions to limits."""

@@ -1,0 +1,1 @@
+"""Force maps by finite elements: thrust and normal force of one phase over position and current."""

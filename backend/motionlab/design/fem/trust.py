@@ -1,0 +1,58 @@
+"""What the paper prints of its forces, and how far this model of them is to be trusted."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from motionlab.config.quantity import Config
+from motionlab.design.fem.force_map import PresetName
+from motionlab.design.fem.geometry import Geometry
+
+_PAPERS = ("tau", "p", "g", "n", "l_m", "N", "i")
+"""Fields of the geometry that the paper prints; its peaks are those of a motor that has them."""
+
+
+class Published(Config):
+    """A pair of peaks that the paper prints, at 10 A."""
+
+    method: str
+    thrust: float = Field(description="N")
+    normal_force: float = Field(description="N")
+
+
+class Uncertainty(Config):
+    """How far the model is to be trusted, as a share; the mesh's part is far smaller."""
+
+    thrust: float = Field(description="1")
+    normal_force: float = Field(description="1")
+    reason: str
+
+
+PUBLISHED = (
+    Published(method="finite elements in three dimensions", thrust=34.1, normal_force=380.1),
+    Published(method="measured", thrust=38.4, normal_force=427.4),
+)
+"""Peaks at 10 A, of the abstract and section II-A of the paper, DOI 10.1109/ACCESS.2019.2899038."""
+
+UNCERTAINTY = Uncertainty(
+    thrust=0.15,
+    normal_force=0.10,
+    reason="the paper leaves the cross-section partly open, and the model is two-dimensional",
+)
+PREVIEW_UNCERTAINTY = Uncertainty(
+    thrust=0.4,
+    normal_force=0.3,
+    reason="a magnetic circuit: against finite elements up to 15 N of thrust off, near unaligned",
+)
+
+
+def published(geometry: Geometry) -> list[Published]:
+    """Return the paper's peaks if a geometry has everything that the paper prints of it."""
+    default = Geometry()
+    same = all(getattr(geometry, name) == getattr(default, name) for name in _PAPERS)
+    return list(PUBLISHED) if same else []
+
+
+def uncertainty(preset: PresetName) -> Uncertainty:
+    """Return how far a preset's maps are to be trusted."""
+    return PREVIEW_UNCERTAINTY if preset == "preview" else UNCERTAINTY

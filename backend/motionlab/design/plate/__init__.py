@@ -1,0 +1,1 @@
+"""Bending of the moving platforms under the movers' normal forces."""
