@@ -15,13 +15,14 @@ from motionlab.control.compensation import (
     estimate_friction,
     residual_force,
 )
-from motionlab.control.force_sharing import share_force
+from motionlab.control.notch import Notch, notched
 from motionlab.control.position import (
     PositionController,
     disturbance_estimate,
     estimate_motion,
     pd_force,
 )
+from motionlab.control.sharing import LEAST_NORM, Sharing, share_by_law
 from motionlab.lanes import (
     Lanes,
     axes_at,
@@ -33,12 +34,15 @@ from motionlab.lanes import (
     select,
     unpack,
 )
+from motionlab.lanes.bank import TABLES
 from motionlab.lanes.functions import clip
 from motionlab.plant.current import Amplifiers, half_step, settled_current
 from motionlab.plant.encoder import Encoder, measure
 from motionlab.plant.friction import LuGre, friction_force
-from motionlab.plant.magnetics import ForceMap, Phases, normal_force, thrust
+from motionlab.plant.magnetics import ForceMap, Phases
 from motionlab.plant.mechanics import Mechanics, advance, end_stop_force
+from motionlab.plant.resonance import Resonance, ring
+from motionlab.plant.table import TableMap, normal_force_of, thrust_of
 from motionlab.telemetry.channels import Sample
 
 T_S = CONTROL_PERIOD
@@ -64,6 +68,8 @@ class State(NamedTuple):
     p: Lanes  # plant: position, m
     v: Lanes  # velocity, m/s
     z: Lanes  # bristle state, m
+    y: Lanes  # deflection that the encoder sees, m
+    y_rate: Lanes  # m/s
     i_a: Lanes  # phase currents, A
     i_b: Lanes
     i_c: Lanes
@@ -73,6 +79,8 @@ class State(NamedTuple):
     z_hat: Lanes  # bristle estimate, m
     residual: Lanes  # filtered force balance, N
     d: Lanes  # disturbance estimate, N
+    n_1: Lanes  # the notch's memory, N
+    n_2: Lanes
     f_acting: Lanes  # in effect over the last period: realised force, N
     f_hat_acting: Lanes  # the friction estimate it was made with, N
     f_added_acting: Lanes  # the part of the estimate that was added, N
@@ -103,43 +111,91 @@ class Parameters(NamedTuple):
     amplifiers: Amplifiers
     encoder: Encoder
     mechanics: Mechanics
+    resonance: Resonance
     controller: PositionController
+    notch: Notch
     compensation: Compensation
     model_friction: LuGre
     model_force_map: ForceMap
     limits: Limits
+    table: TableMap
+    model_table: TableMap
+    sharing: Sharing
 
 
-_GROUPS: tuple[type, ...] = (
+_GROUPS: tuple[type[NamedTuple], ...] = (
     LuGre,
     ForceMap,
     Amplifiers,
     Encoder,
     Mechanics,
+    Resonance,
     PositionController,
+    Notch,
     Compensation,
     LuGre,
     ForceMap,
     Limits,
+    TableMap,
+    TableMap,
+    Sharing,
 )
+_NAMES = tuple(Parameters._fields)
 _SIZES = [len(group._fields) for group in _GROUPS]
-(_R0, _R1, _R2, _R3, _R4, _R5, _R6, _R7, _R8, _R9, PARAMETER_ROWS) = (
+(_R0, _R1, _R2, _R3, _R4, _R5, _R6, _R7, _R8, _R9, _R10, _R11, _R12, _R13, _R14, PARAMETER_ROWS) = (
     sum(_SIZES[:i]) for i in range(len(_SIZES) + 1)
 )
-FORCE_LIMIT_ROW = _R5 + PositionController._fields.index("force_limit")
 STATE_ROWS = len(State._fields)
 INPUT_ROWS = len(Inputs._fields)
 SAMPLE_ROWS = len(Sample._fields)
 
 
+def parameter_row(path: str) -> int:
+    """Return the row of a lane parameter, such as ``controller.k_p``, in a parameter array."""
+    group, _, field = path.partition(".")
+    index = _NAMES.index(group)
+    return sum(_SIZES[:index]) + _GROUPS[index]._fields.index(field)
+
+
+FORCE_LIMIT_ROW = parameter_row("controller.force_limit")
+_TABLED = [parameter_row(path) for path in ("table.thrust", "model_table.thrust", "sharing.law")]
+
+
 @compiled
-def tick(par: Parameters, s: State, at: Inputs) -> tuple[State, Sample]:
-    """Return the state one control period later, and the sample taken at the period's start."""
+def groups(parameters: NDArray[np.float64], width: Lanes) -> Parameters:
+    """Return the groups of `Parameters` of an array, (PARAMETER_ROWS, lanes), as wide as others."""
+    return Parameters(
+        unpack(LuGre, parameters, _R0, width),
+        unpack(ForceMap, parameters, _R1, width),
+        unpack(Amplifiers, parameters, _R2, width),
+        unpack(Encoder, parameters, _R3, width),
+        unpack(Mechanics, parameters, _R4, width),
+        unpack(Resonance, parameters, _R5, width),
+        unpack(PositionController, parameters, _R6, width),
+        unpack(Notch, parameters, _R7, width),
+        unpack(Compensation, parameters, _R8, width),
+        unpack(LuGre, parameters, _R9, width),
+        unpack(ForceMap, parameters, _R10, width),
+        unpack(Limits, parameters, _R11, width),
+        unpack(TableMap, parameters, _R12, width),
+        unpack(TableMap, parameters, _R13, width),
+        unpack(Sharing, parameters, _R14, width),
+    )
+
+
+@compiled
+def tick(
+    par: Parameters, s: State, at: Inputs, tables: NDArray[np.float64] | None
+) -> tuple[State, Sample]:
+    """Return the state one control period later, and the sample taken at the period's start.
+
+    Without `tables` every lane has analytic maps and shares its force by the closed form.
+    """
     controller, law, model = par.controller, par.compensation, par.model_friction
     first = s.age == 0.0
 
     # measure
-    p_meas = measure(par.encoder, s.p, at.encoder_noise)
+    p_meas = measure(par.encoder, s.p + s.y, at.encoder_noise)
     motion = estimate_motion(at.p_ref, p_meas, s.p_last, s.v_last, s.e_last, first, T_S)
 
     # compensate
@@ -159,11 +215,20 @@ def tick(par: Parameters, s: State, at: Inputs) -> tuple[State, Sample]:
     d = select(first, 0.0, d)
     wanted = u + added
     wanted = wanted + select(controller.feedforward > 0.0, controller.M * at.a_ref, 0.0)
-    wanted = wanted + select(controller.observer > 0.0, d, 0.0)
+    asked = select(controller.observer > 0.0, d, 0.0)
+    wanted, n_1, n_2 = notched(par.notch, wanted + asked, u + asked, s.n_1, s.n_2)
     f_command = clip(wanted, -controller.force_limit, controller.force_limit)
 
     # share
-    share = share_force(par.model_force_map, par.limits.current, p_meas, f_command)
+    share = share_by_law(
+        par.model_force_map,
+        par.model_table,
+        par.sharing,
+        tables,
+        par.limits.current,
+        p_meas,
+        f_command,
+    )
     ideal = controller.ideal_force > 0.0
     realised = select(ideal, f_command, share.force)
     late = controller.delay > 0.0
@@ -179,7 +244,8 @@ def tick(par: Parameters, s: State, at: Inputs) -> tuple[State, Sample]:
 
     # record
     current = Phases(s.i_a, s.i_b, s.i_c)
-    force = select(ideal, f_acting, thrust(par.force_map, s.p, current))
+    force = select(ideal, f_acting, thrust_of(par.force_map, par.table, tables, s.p, current))
+    attraction = normal_force_of(par.force_map, par.table, tables, s.p, current)
     f_friction = friction_force(par.friction, s.v, s.z)
     stop = end_stop_force(par.mechanics, s.p, s.v)
     sample = Sample(
@@ -199,7 +265,7 @@ def tick(par: Parameters, s: State, at: Inputs) -> tuple[State, Sample]:
         force_command=f_command,
         force_realised=f_acting,
         thrust=force,
-        normal_force=select(ideal, 0.0, normal_force(par.force_map, s.p, current)),
+        normal_force=select(ideal, 0.0, attraction),
         current_a=s.i_a,
         current_b=s.i_b,
         current_c=s.i_c,
@@ -213,13 +279,14 @@ def tick(par: Parameters, s: State, at: Inputs) -> tuple[State, Sample]:
     # drive and move
     disturbance = Phases(at.current_a, at.current_b, at.current_c)
     target = settled_current(par.amplifiers, command, disturbance)
-    p, v, z = s.p, s.v, s.z
+    p, v, z, y, y_rate = s.p, s.v, s.z, s.y, s.y_rate
     for _ in range(SUBSTEPS):
         middle = half_step(par.amplifiers, current, target)
         p_mid = p + (0.5 * H) * v
-        force = select(ideal, f_acting, thrust(par.force_map, p_mid, middle))
+        force = select(ideal, f_acting, thrust_of(par.force_map, par.table, tables, p_mid, middle))
         net = force - at.load + end_stop_force(par.mechanics, p_mid, v)
         p, v, z = advance(par.mechanics, par.friction, p, v, z, net, H)
+        y, y_rate = ring(par.resonance, y, y_rate, force)
         current = half_step(par.amplifiers, middle, target)
 
     healthy = (abs(motion.error) <= par.limits.error) & (abs(f_command) < np.inf)
@@ -227,6 +294,8 @@ def tick(par: Parameters, s: State, at: Inputs) -> tuple[State, Sample]:
         p=p,
         v=v,
         z=z,
+        y=y,
+        y_rate=y_rate,
         i_a=current.a,
         i_b=current.b,
         i_c=current.c,
@@ -236,6 +305,8 @@ def tick(par: Parameters, s: State, at: Inputs) -> tuple[State, Sample]:
         z_hat=estimate.z,
         residual=residual,
         d=d,
+        n_1=n_1,
+        n_2=n_2,
         f_acting=f_acting,
         f_hat_acting=f_hat_acting,
         f_added_acting=f_added_acting,
@@ -253,7 +324,12 @@ def tick(par: Parameters, s: State, at: Inputs) -> tuple[State, Sample]:
     return state, sample
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+def reads_tables(parameters: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return which of the lanes of `parameters` need the kernel with tables, shape (WIDTH,)."""
+    plant, model, law = (parameters[row] for row in _TABLED)
+    return (plant >= 0.0) | (model >= 0.0) | (law != LEAST_NORM)
+
+
 def run_ticks(
     parameters: NDArray[np.float64],
     state: NDArray[np.float64],
@@ -261,6 +337,10 @@ def run_ticks(
     samples: NDArray[np.float32],
 ) -> None:
     """Advance eight lanes by ``len(inputs)`` control periods.
+
+    Lanes that read no table run in a kernel of their own, and so give the same bits whatever lanes
+    are beside them: where both kinds meet, all eight run twice, and each lane's result is kept of
+    the run that is its own.
 
     Parameters
     ----------
@@ -273,22 +353,32 @@ def run_ticks(
     samples : ndarray of float32, shape (ticks, SAMPLE_ROWS, WIDTH)
         Overwritten by the samples of each tick.
     """
-    par = Parameters(
-        unpack(LuGre, parameters, _R0),
-        unpack(ForceMap, parameters, _R1),
-        unpack(Amplifiers, parameters, _R2),
-        unpack(Encoder, parameters, _R3),
-        unpack(Mechanics, parameters, _R4),
-        unpack(PositionController, parameters, _R5),
-        unpack(Compensation, parameters, _R6),
-        unpack(LuGre, parameters, _R7),
-        unpack(ForceMap, parameters, _R8),
-        unpack(Limits, parameters, _R9),
-    )
+    tabled = reads_tables(parameters)
+    if not tabled.any():
+        _run_ticks(parameters, state, inputs, samples, None)
+    elif tabled.all():
+        _run_ticks(parameters, state, inputs, samples, TABLES.values)
+    else:
+        other_state, other_samples = state.copy(), np.empty_like(samples)
+        _run_ticks(parameters, state, inputs, samples, None)
+        _run_ticks(parameters, other_state, inputs, other_samples, TABLES.values)
+        state[:, tabled] = other_state[:, tabled]
+        samples[:, :, tabled] = other_samples[:, :, tabled]
+
+
+@numba.njit(error_model="numpy", nogil=True, cache=True)
+def _run_ticks(
+    parameters: NDArray[np.float64],
+    state: NDArray[np.float64],
+    inputs: NDArray[np.float64],
+    samples: NDArray[np.float32],
+    tables: NDArray[np.float64] | None,
+) -> None:
     s = unpack(State, state, 0)
+    par = groups(parameters, s.p)
     mode = flush_subnormals()
     for k in range(inputs.shape[0]):
-        s, sample = tick(par, s, axes_at(Inputs, inputs, k))
+        s, sample = tick(par, s, axes_at(Inputs, inputs, k), tables)
         record(sample, samples, k)
     restore_mode(mode)
     pack(s, state)

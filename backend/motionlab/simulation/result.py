@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import functools
 import json
 from typing import Any
 
 from motionlab import __version__
 from motionlab.analysis.compare import compare
 from motionlab.analysis.metrics import variant_metrics
-from motionlab.config.load import resolve
+from motionlab.config.parts import resolve
+from motionlab.config.planar import AXES
 from motionlab.config.plant import PlantConfig
 from motionlab.config.scenario import Scenario, VariantConfig
 from motionlab.config.shipped import names
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.lanes import model_hash
-from motionlab.simulation.run import Prepared
-from motionlab.telemetry.recording import AXES, Divergence, Recording
+from motionlab.simulation.maps import maps_of
+from motionlab.simulation.prepare import Prepared
+from motionlab.telemetry.recording import Divergence, Recording
 from motionlab.trajectory.feasibility import count_rate_warning
 from motionlab.trajectory.reference import Reference
 
@@ -35,7 +38,7 @@ def document(prepared: Prepared, recording: Recording) -> dict[str, Any]:
     prepared : Prepared
         What was run.
     recording : Recording
-        What came of it.
+        What came of it; segments that it does not hold are left out, the window it must hold.
 
     Returns
     -------
@@ -49,14 +52,16 @@ def document(prepared: Prepared, recording: Recording) -> dict[str, Any]:
     return {
         "scenario": scenario.name,
         "seed": scenario.seed,
-        "plant": _plant_name(plant),
+        "plant": plant_name(plant),
         "plant_description": plant.description,
         "version": __version__,
         "model": model_hash(),
+        "maps": maps_of(_in_effect(prepared, window)),
         **measured,
         "segments": [
             measured if segment == window else _measure(prepared, recording, segment)
             for segment in _segments(prepared, window)
+            if recording.holds(segment)
         ],
     }
 
@@ -68,6 +73,7 @@ def metadata(prepared: Prepared) -> dict[str, str]:
         "seed": str(prepared.scenario.seed),
         "version": __version__,
         "model": model_hash(),
+        "maps": json.dumps(maps_of(prepared.scenario)),
     }
 
 
@@ -177,9 +183,13 @@ def _note_published_k(variants: dict[str, Any], first: str) -> None:
             variant["notes"].append(f"largest following error against {first}: " + ", ".join(worse))
 
 
-def _plant_name(plant: PlantConfig) -> str:
+def plant_name(plant: PlantConfig) -> str:
     """Return the plant's name, marked when it is no longer the shipped one of that name."""
     if plant.name not in names("motors"):
         return plant.name
-    shipped = resolve({"plant": plant.name})["plant"]
-    return plant.name if PlantConfig.model_validate(shipped) == plant else f"{plant.name} (changed)"
+    return plant.name if _shipped(plant.name) == plant else f"{plant.name} (changed)"
+
+
+@functools.cache
+def _shipped(name: str) -> PlantConfig:
+    return PlantConfig.model_validate(resolve({"plant": name})["plant"])

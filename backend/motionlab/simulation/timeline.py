@@ -41,12 +41,12 @@ class Timeline:
     def at(self, start: int, stop: int) -> tuple[Array, Array, Array, Array]:
         """Return position, velocity, acceleration reference and load over [start, stop), (n, 2)."""
         ticks = np.arange(start, stop)
-        index = self._index(ticks)
         reference = self._reference
+        index = self._index(ticks)
         position = reference.position[index]
         velocity = reference.velocity[index]
         acceleration = reference.acceleration[index]
-        load = self._load[np.minimum(ticks, len(self._load) - 1)]
+        load = self._load[np.minimum(ticks, len(self._load) - 1)]  # a copy, added to below
         for tick, force in self._loads:
             if tick < stop:
                 load[max(tick - start, 0) :] = force(stop, max(tick, start))
@@ -84,8 +84,14 @@ class Timeline:
         self.end = None
         return tick + int(np.ceil(seconds / CONTROL_PERIOD)) + 1
 
-    def _index(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
-        last = self._reference.ticks
+    def _index(self, ticks: NDArray[np.int64]) -> NDArray[np.int64] | slice:
+        """Return where ticks are in the trajectory; a slice, which is quick, where they can be."""
+        last, count = self._reference.ticks, len(ticks)
+        first = int(ticks[0]) if count else 0
+        if self._repeats_from is not None and first >= last:
+            first = self._repeats_from + (first - last) % (last - self._repeats_from)
+        if first + count <= last:
+            return slice(first, first + count)
         if self._repeats_from is None:
             return np.minimum(ticks, last - 1)
         lap = last - self._repeats_from

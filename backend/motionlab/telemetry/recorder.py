@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,10 +13,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, FieldError, StoreError
 from motionlab.telemetry.channels import CHANNELS, REFERENCES, Channel
-from motionlab.telemetry.recording import AXES, Recording
+from motionlab.telemetry.recording import Recording
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -32,19 +34,18 @@ class Column:
     values: NDArray[Any]
 
 
-def check_target(path: str) -> None:
+def check_target(path: str, suffixes: Sequence[str] = SUFFIXES) -> None:
     """Refuse a file that could not be written, before a run begins.
 
     Raises
     ------
     ConfigError
-        If the suffix is neither ``.parquet`` nor ``.csv``, or the folder is missing or read-only.
+        If the suffix is none of `suffixes`, or the folder is missing or read-only.
     """
     target = Path(path)
-    if target.suffix not in SUFFIXES:
-        raise ConfigError(
-            FieldError("--out", "unknown kind of file", path, "names ending in .parquet or .csv")
-        )
+    if target.suffix not in suffixes:
+        allowed = "names ending in " + " or ".join(suffixes)
+        raise ConfigError(FieldError("--out", "unknown kind of file", path, allowed))
     folder = target.absolute().parent
     if not folder.is_dir():
         raise ConfigError(FieldError("--out", "its folder does not exist", path))
@@ -95,13 +96,26 @@ def write(recording: Recording, path: str, *, metadata: dict[str, str]) -> None:
         If the file cannot be written.
     """
     check_target(path)
+    with complete_file(path) as partial:
+        _write(recording, partial, Path(path).suffix, metadata)
+
+
+@contextlib.contextmanager
+def complete_file(path: str) -> Iterator[Path]:
+    """Give a file to write that appears under the name `path` only when it is complete.
+
+    Raises
+    ------
+    StoreError
+        If the file cannot be written.
+    """
     target = Path(path).resolve()  # the file that a link points to, not the link
     try:
         handle, name = tempfile.mkstemp(dir=target.parent, prefix=".motionlab-")
         os.close(handle)
         partial = Path(name)
         try:
-            _write(recording, partial, target.suffix, metadata)
+            yield partial
             partial.chmod(_mode(target))
             partial.replace(target)
         finally:

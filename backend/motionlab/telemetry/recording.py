@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.telemetry.channels import CHANNELS
 
-AXES = ("x", "y")
 _INDEX = {channel.name: i for i, channel in enumerate(CHANNELS)}
 
 
@@ -57,6 +57,10 @@ class VariantRecord:
         """Return one channel of one axis, shape (ticks,)."""
         return self.samples[_INDEX[name], AXES.index(axis)]
 
+    def cut(self, start: int, stop: int) -> VariantRecord:
+        """Return samples [start, stop), counted from the first that there is; a view."""
+        return replace(self, samples=self.samples[:, :, start:stop])
+
 
 @dataclass(frozen=True)
 class Recording:
@@ -80,3 +84,7 @@ class Recording:
     def ticks(self) -> int:
         """Number of recorded ticks."""
         return self.references.shape[2]
+
+    def holds(self, window: tuple[int, int]) -> bool:
+        """Return whether all ticks of [start, end) are recorded."""
+        return self.first_tick <= window[0] and window[1] <= self.first_tick + self.ticks

@@ -31,14 +31,12 @@ class Ring:
 
     def append(self, columns: NDArray[np.float32]) -> None:
         """Add the next ticks, shape (columns, ticks); the oldest make room."""
-        for piece in np.array_split(
-            columns, max(1, -(-columns.shape[1] // self._capacity)), axis=1
-        ):
+        done, ticks = 0, columns.shape[1]
+        while done < ticks:
             start = self.end % self._capacity
-            count = piece.shape[1]
-            before_wrap = min(count, self._capacity - start)
-            self._data[:, start : start + before_wrap] = piece[:, :before_wrap]
-            self._data[:, : count - before_wrap] = piece[:, before_wrap:]
+            count = min(ticks - done, self._capacity - start)
+            self._data[:, start : start + count] = columns[:, done : done + count]
+            done += count
             self.end += count
         self.first = max(self.first, self.end - self._capacity)
 
@@ -55,10 +53,7 @@ class Ring:
         begin = start % self._capacity
         count = stop - start
         before_wrap = min(count, self._capacity - begin)
-        return np.concatenate(
-            (
-                self._data[:, begin : begin + before_wrap][columns],
-                self._data[:, : count - before_wrap][columns],
-            ),
-            axis=1,
-        )
+        data = self._data[:, begin : begin + before_wrap][columns]
+        if before_wrap == count:  # nearly always, and a concatenation takes longer than the rest
+            return data.copy()
+        return np.concatenate((data, self._data[:, : count - before_wrap][columns]), axis=1)

@@ -1,0 +1,43 @@
+"""Compile the kernels that a first simulation does not need, for later processes to find.
+
+``python -m motionlab.simulation.precompile``: those of batches, then those with tables.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from pathlib import Path
+
+from motionlab.config.load import load_scenario
+from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.lanes import WIDE
+from motionlab.lanes.cache import cache_folder
+from motionlab.simulation.batch import run_prepared
+from motionlab.simulation.prepare import prepare
+from motionlab.simulation.run import run
+
+
+def mark() -> Path:
+    """Return the file that is there once the kernels of batches have been compiled."""
+    return cache_folder() / "batches"
+
+
+def main() -> int:
+    """Compile what is not compiled yet, leaving the cores to others."""
+    with contextlib.suppress(OSError):
+        os.nice(10)
+    point = {"trajectory": {"kind": "point", "duration": CONTROL_PERIOD}}
+    for force_map in ({}, {"plant.force_map": "new-design"}):
+        prepared = prepare(load_scenario("circle", point | force_map))
+        run(prepared)
+        run_prepared([prepared])
+        run_prepared([prepared] * WIDE, threads=1)
+        with contextlib.suppress(OSError):
+            mark().touch()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

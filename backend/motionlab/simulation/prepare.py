@@ -1,0 +1,179 @@
+"""Checking a scenario and getting it ready to move."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.build import motion_limits
+from motionlab.config.controller import ModelConfig, SharingConfig
+from motionlab.config.load import phases
+from motionlab.config.plant import PlantConfig
+from motionlab.config.scenario import Scenario
+from motionlab.config.timing import CONTROL_PERIOD, to_ticks
+from motionlab.config.trajectory import TrajectoryConfig
+from motionlab.errors import ConfigError, FieldError
+from motionlab.simulation.maps import check_maps
+from motionlab.simulation.noise import load_force
+from motionlab.trajectory.feasibility import MotionLimits, check
+from motionlab.trajectory.reference import Reference, sample
+
+Array = NDArray[np.float64]
+Phases = tuple[tuple[int, Scenario], ...]
+_Deciding = tuple[PlantConfig, ModelConfig, SharingConfig, float, float]
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A scenario that has passed every check and is ready to move.
+
+    Attributes
+    ----------
+    scenario : Scenario
+        As validated.
+    reference : Reference
+        The sampled trajectory.
+    load : ndarray, shape (ticks, 2)
+        External load force without noise, N.
+    phases : tuple of (int, Scenario)
+        From which tick on which parameters hold.
+    """
+
+    scenario: Scenario
+    reference: Reference
+    load: Array
+    phases: Phases
+
+    @property
+    def duration(self) -> float:
+        """Simulated time, s."""
+        return self.reference.ticks * CONTROL_PERIOD
+
+    @property
+    def work(self) -> float:
+        """Simulated time summed over variants, s."""
+        return self.duration * len(self.scenario.variants)
+
+
+def prepare(scenario: Scenario) -> Prepared:
+    """Sample a scenario's trajectory and check that every variant can follow it.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Validated scenario.
+
+    Returns
+    -------
+    Prepared
+        Ready to run.
+
+    Raises
+    ------
+    Infeasible
+        With the first time and place at which the motion exceeds a limit.
+    ConfigError
+        If an event, a force step or the window lies outside the run.
+    """
+    reference = _sampled(scenario.trajectory)
+    changes = tuple(phases(scenario))
+    _check_feasibility(scenario.trajectory, changes)
+    _refuse_times_outside(scenario, changes, reference.ticks)
+    load = load_force(scenario.load, reference.ticks)
+    for tick, changed in changes[1:]:
+        load[tick:] = load_force(changed.load, reference.ticks)[tick:]
+    return Prepared(scenario, reference, load, changes)
+
+
+# A slider asks for the same motion again and again: the newest is kept, and what was found to fit.
+
+
+_sampled = cast("Callable[[TrajectoryConfig], Reference]", functools.lru_cache(maxsize=1)(sample))
+
+
+def _check_motion(  # noqa: PLR0913, PLR0917 - all that decides whether a motion is feasible
+    trajectory: TrajectoryConfig,
+    plant: PlantConfig,
+    model: ModelConfig,
+    sharing: SharingConfig,
+    force_limit: float,
+    current_limit: float,
+    start: int,
+) -> None:
+    limits = motion_limits(
+        plant, model, sharing=sharing, force_limit=force_limit, current_limit=current_limit
+    )
+    check(_sampled(trajectory), limits, start=start)
+
+
+_check = cast("Callable[..., None]", functools.lru_cache(maxsize=16)(_check_motion))
+
+
+def limit_sets(changes: Phases) -> list[tuple[int, MotionLimits]]:
+    """Return from which tick on which distinct limits hold, of every variant and phase."""
+    return [
+        (
+            tick,
+            motion_limits(plant, model, sharing=law, force_limit=force, current_limit=current),
+        )
+        for tick, (plant, model, law, force, current) in _deciding(changes)
+    ]
+
+
+def _check_feasibility(trajectory: TrajectoryConfig, changes: Phases) -> None:
+    """Check the motion against what each variant can do from each change on."""
+    for tick, decides in _deciding(changes):
+        _check(trajectory, *decides, tick)
+
+
+def _deciding(
+    changes: Phases,
+) -> list[tuple[int, _Deciding]]:
+    """Return all that decides whether a motion is feasible, and from which tick on, once each."""
+    found: list[tuple[int, _Deciding]] = []
+    for tick, scenario in changes:
+        check_maps(scenario)
+        for variant in scenario.variants.values():
+            controller = variant.controller
+            decides = (
+                scenario.plant,
+                controller.model,
+                controller.sharing,
+                controller.force_limit,
+                controller.current_limit,
+            )
+            if all(decides != other for _, other in found):
+                found.append((tick, decides))
+    return found
+
+
+def _refuse_times_outside(scenario: Scenario, changes: Phases, ticks: int) -> None:
+    end = ticks * CONTROL_PERIOD
+    times = [(f"schedule.{i}.time", e.time) for i, e in enumerate(scenario.schedule)]
+    for index, (_, changed) in enumerate(changes):
+        place = f"schedule.{index - 1}.set." if index else ""
+        times += [(f"{place}load.steps.{i}.time", s.time) for i, s in enumerate(changed.load.steps)]
+    if scenario.window is not None:
+        times += [("window.start", scenario.window.start)]
+    late = [
+        FieldError(loc, "lies after the end of the trajectory", time, f"< {end:g}", "s")
+        for loc, time in times
+        if to_ticks(time) >= ticks
+    ]
+    if scenario.window is not None and to_ticks(scenario.window.end) > ticks:
+        late.append(
+            FieldError(
+                "window.end",
+                "lies after the end of the trajectory",
+                scenario.window.end,
+                f"<= {end:g}",
+                "s",
+            )
+        )
+    if late:
+        raise ConfigError(*late)

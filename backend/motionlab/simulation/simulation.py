@@ -1,0 +1,210 @@
+"""The running state of a scenario: what a run from start to end and a live session share."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.build import LANES_PER_VARIANT, VARIANTS_PER_BLOCK, initial_state, lane_parameters
+from motionlab.config.scenario import Scenario
+from motionlab.lanes import WIDTH
+from motionlab.simulation.kernel import FORCE_LIMIT_ROW, SAMPLE_ROWS, State, run_ticks
+from motionlab.simulation.maps import check_maps
+from motionlab.simulation.noise import PAGE, load_force, page_inputs
+from motionlab.simulation.prepare import Phases, Prepared
+from motionlab.simulation.timeline import Timeline
+
+Array = NDArray[np.float64]
+
+_FAILED = State._fields.index("failed")
+BRAKING = 0.5
+"""Share of the largest acceleration with which a stop brakes."""
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """Where a simulation stands, to go on from there.
+
+    Attributes
+    ----------
+    tick : int
+        The next tick to come.
+    state : ndarray, shape (blocks, STATE_ROWS, WIDTH)
+        Everything that plant and controllers remember.
+    """
+
+    tick: int
+    state: Array
+
+
+class Simulation:
+    """The running state of a scenario; advances page by page.
+
+    Parameters
+    ----------
+    prepared : Prepared
+        What to run.
+    endless : bool
+        Whether to go on after the trajectory's end where the motion allows it.
+    start : Snapshot, optional
+        Where to begin, with the parameters in effect there; at rest at tick 0 when left out.
+    """
+
+    def __init__(
+        self, prepared: Prepared, *, endless: bool = False, start: Snapshot | None = None
+    ) -> None:
+        self.prepared = prepared
+        self.timeline = Timeline(prepared.reference, prepared.load, endless=endless)
+        self.tick = 0 if start is None else start.tick
+        self._released = False
+        self._forget_pages()
+        self._changes = _ready(prepared.phases)
+        self._apply_changes()
+        if start is None:
+            x, y = prepared.reference.position[0]
+            self._state = initial_state(len(self._parameters), (float(x), float(y)))
+        else:
+            self._state = start.state.copy()
+
+    def advance(self, samples: NDArray[np.float32]) -> int:
+        """Advance until the page, the run or the present parameters end, or `samples` is full.
+
+        Parameters
+        ----------
+        samples : ndarray of float32, shape (blocks, ticks, SAMPLE_ROWS, WIDTH)
+            Overwritten by the samples of as many ticks as were advanced.
+
+        Returns
+        -------
+        int
+            Number of ticks; 0 at the end of the run.
+        """
+        page, offset = divmod(self.tick, PAGE)
+        stop = min((page + 1) * PAGE, self.tick + samples.shape[1])
+        if self.timeline.end is not None:
+            stop = min(stop, self.timeline.end)
+        if self._changes:
+            stop = min(stop, self._changes[0][0])
+        count = stop - self.tick
+        if count <= 0:
+            return 0
+        inputs = self._inputs(page)[offset : offset + count]
+        for block, parameters in enumerate(self._parameters):
+            run_ticks(parameters, self._state[block], inputs, samples[block, :count])
+        self.tick = stop
+        self._apply_changes()  # now, so that what is asked at this tick finds them in effect
+        return count
+
+    def snapshot(self) -> Snapshot:
+        """Return where the simulation stands."""
+        return Snapshot(self.tick, self._state.copy())
+
+    @property
+    def scenario(self) -> Scenario:
+        """The parameters in effect."""
+        return self._scenario
+
+    def change(self, changes: Phases) -> None:
+        """Replace the parameters from the present tick on.
+
+        Parameters
+        ----------
+        changes : tuple of (int, Scenario)
+            From which tick on which parameters hold; the first is in effect at once.
+
+        Raises
+        ------
+        ConfigError
+            If a force map is not there; nothing has changed then.
+        """
+        for _, scenario in changes:
+            check_maps(scenario)
+        ready = _ready(changes)
+        if [scenario.load for _, scenario in changes] != [
+            self._scenario.load,
+            *(scenario.load for _, scenario, _ in self._changes),
+        ]:
+            for tick, scenario in changes:
+                self.timeline.load(tick, functools.partial(load_force, scenario.load))
+        self._changes = ready
+        self._apply_changes()
+
+    def push(self, axis: int, force: float, ticks: int) -> None:
+        """Push the mover of every variant with `force`, N, towards positive positions."""
+        self.timeline.push(self.tick, axis=axis, force=-force, ticks=ticks)
+        self._forget_pages()
+
+    def stop(self) -> int:
+        """Brake the reference to rest and return the tick at which it stands."""
+        plant = self._scenario.plant
+        limits = (BRAKING * plant.x.acceleration_max, BRAKING * plant.y.acceleration_max)
+        self._forget_pages()
+        return self.timeline.stop(self.tick, limits)
+
+    def release(self) -> None:
+        """Command no current from now on."""
+        self._released = True
+        self._parameters[:, FORCE_LIMIT_ROW] = 0.0
+
+    def asked(self, start: int, stop: int) -> NDArray[np.float32]:
+        """Return what the motor is asked to do over some ticks of one page; a view.
+
+        Returns
+        -------
+        ndarray of float32, shape (2 * 4, ticks)
+            Position, velocity and acceleration reference and load force of x, then those of y.
+        """
+        page, first = divmod(start, PAGE)
+        if self._asked[0] != page:
+            values = np.stack(self.timeline.at(page * PAGE, (page + 1) * PAGE))
+            columns = values.transpose(2, 0, 1).reshape(-1, PAGE)
+            self._asked = (page, columns.astype(np.float32))
+        return self._asked[1][:, first : first + stop - start]
+
+    def failed_tick(self, variant: int) -> int | None:
+        """Return the tick at which a variant diverged, or None while it has not."""
+        block, lane = _place(variant)
+        ticks = self._state[block, _FAILED, lane : lane + LANES_PER_VARIANT].tolist()
+        return min((int(tick) for tick in ticks if tick >= 0.0), default=None)
+
+    def _apply_changes(self) -> None:
+        while self._changes and self._changes[0][0] <= self.tick:
+            _, self._scenario, self._parameters = self._changes.pop(0)
+            if self._released:
+                self._parameters[:, FORCE_LIMIT_ROW] = 0.0
+            self._forget_pages()
+
+    def _forget_pages(self) -> None:
+        self._page = (-1, np.empty(0))
+        self._asked = (-1, np.empty((0, 0), dtype=np.float32))
+
+    def _inputs(self, page: int) -> Array:
+        if self._page[0] != page:
+            self._page = (page, page_inputs(self._scenario, self.timeline, page))
+        return self._page[1]
+
+
+def sample_page(variants: int) -> NDArray[np.float32]:
+    """Return room for one page of samples of some variants, as `Simulation.advance` takes it."""
+    blocks = -(-variants // VARIANTS_PER_BLOCK)
+    return np.empty((blocks, PAGE, SAMPLE_ROWS, WIDTH), dtype=np.float32)
+
+
+def variant_columns(samples: NDArray[np.float32], variant: int, count: int) -> NDArray[np.float32]:
+    """Return the first `count` ticks of one variant, shape (channels, axes, count)."""
+    block, lane = _place(variant)
+    return samples[block, :count, :, lane : lane + LANES_PER_VARIANT].transpose(1, 2, 0)
+
+
+def _ready(changes: Phases) -> list[tuple[int, Scenario, Array]]:
+    """Return each phase with its lanes' parameters: a map may be gone when its tick has come."""
+    return [(tick, scenario, lane_parameters(scenario)) for tick, scenario in changes]
+
+
+def _place(variant: int) -> tuple[int, int]:
+    """Return the block of a variant and its first lane there."""
+    block, place = divmod(variant, VARIANTS_PER_BLOCK)
+    return block, place * LANES_PER_VARIANT

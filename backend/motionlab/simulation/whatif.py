@@ -1,0 +1,103 @@
+"""What-if runs: the whole scenario where that is soon done, else its window from a stored state."""
+
+from __future__ import annotations
+
+import functools
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from motionlab.config.changes import check_schedulable
+from motionlab.config.load import load_scenario
+from motionlab.config.timing import to_ticks
+from motionlab.errors import ConfigError, FieldError
+from motionlab.simulation.prepare import Prepared, prepare
+from motionlab.simulation.result import main_window
+from motionlab.simulation.run import run
+from motionlab.simulation.simulation import Simulation, Snapshot, sample_page
+from motionlab.telemetry.recording import Recording
+
+SOON = to_ticks(30.0)
+"""Ticks that are simulated from the start all the same."""
+
+LEAD = to_ticks(1.0)
+"""Least number of ticks from a stored state to the window; a period where the motion has one."""
+
+
+def run_changed(
+    changed: Prepared,
+    source: str | Mapping[str, Any],
+    changes: Mapping[str, Any],
+    *,
+    exact: bool,
+    work_max: float,
+) -> Recording:
+    """Run a changed scenario, from its start or from a stored state of the unchanged one.
+
+    A state is used where the run up to the window's end is long and a running session would take
+    the changes. Then the unchanged scenario runs up to the state's tick and the changes hold from
+    there on: to the last bit what the same changes, scheduled for that tick, give.
+
+    Parameters
+    ----------
+    changed : Prepared
+        The scenario with the changes, checked.
+    source : str or mapping
+        The scenario before the changes: name of a shipped one, or its tables.
+    changes : mapping of str to value
+        Dotted path to value.
+    exact : bool
+        Whether to run from the start although that takes a while.
+    work_max : float
+        Simulated time, summed over variants, beyond which nothing runs from the start, s.
+
+    Raises
+    ------
+    ConfigError
+        If it would have to run from the start and is too long for that.
+
+    Returns
+    -------
+    Recording
+        The whole run, or from the state's tick, its `first_tick`, to the end of the window.
+    """
+    start, stop = main_window(changed)
+    tick = start - max(LEAD, changed.reference.period)
+    exact = exact and changed.work <= work_max
+    if not exact and stop > SOON and tick > 0 and _fits_a_running_session(changes):
+        variants, stored = _state(json.dumps(source), tick)
+        if stored is not None and variants == list(changed.scenario.variants):
+            return run(changed, start=stored, stop=stop)
+    if changed.work > work_max:
+        raise ConfigError(
+            FieldError(
+                loc="trajectory",
+                message="simulated time times variants is too large for a what-if from the start; "
+                "simulate makes it a job",
+                value=changed.work,
+                range=f"<= {work_max:g}",
+                unit="s",
+            )
+        )
+    return run(changed)
+
+
+def _fits_a_running_session(changes: Mapping[str, Any]) -> bool:
+    try:
+        check_schedulable(changes, "set")
+    except ConfigError:
+        return False
+    return True
+
+
+@functools.lru_cache(maxsize=4)
+def _state(source: str, tick: int) -> tuple[list[str], Snapshot | None]:
+    """Return the variants of a scenario, given as JSON, and its state unless one has diverged."""
+    prepared = prepare(load_scenario(json.loads(source)))
+    variants = list(prepared.scenario.variants)
+    simulation = Simulation(prepared)
+    page = sample_page(len(variants))
+    while simulation.advance(page[:, : tick - simulation.tick]):
+        pass
+    failed = any(simulation.failed_tick(i) is not None for i in range(len(variants)))
+    return variants, None if failed else simulation.snapshot()
