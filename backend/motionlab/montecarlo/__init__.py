@@ -1,0 +1,1 @@
+"""How sure a result is: many plausible plants under the same controllers."""
