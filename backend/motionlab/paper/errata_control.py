@@ -1,0 +1,150 @@
+"""Errata of section III: the published K, the stability proof, accuracy."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from motionlab.analysis.accuracy import sine_error
+from motionlab.paper import performance, stability
+from motionlab.paper.document import Erratum, ErratumStep
+from motionlab.paper.experiments import Experiments
+
+
+def _step(what: str, value: float | None, unit: str) -> ErratumStep:
+    return ErratumStep(what=what, value=value, unit=unit)
+
+
+def published_k(experiments: Experiments) -> Erratum:
+    """Return that K of (25) is singular, and what it does."""
+    quiet = stability.terms(experiments.run("circle", {}), "B", "x")
+    noiseless = stability.terms(experiments.run("circle", stability.NOISELESS), "B", "x")
+    run = experiments.run("circle-published-k", {}).document["variants"]
+    errors = [run[v]["axes"]["x"]["max_abs_following_error"] for v in "AB"]
+    assert quiet is not None and noiseless is not None, "the circle with K = 0 does not diverge"
+    speeds = quiet.singular_speeds
+    return Erratum(
+        id="eq25",
+        place="(25)",
+        as_scanned=False,
+        printed="K = u (M a - u)/(sigma_1 u + e k_d (sigma_1 abs(v)/g - sigma_0)) makes dV/dt <= 0",
+        corrected="the algebra is right, but K needs the acceleration that it causes itself, and "
+        "its denominator crosses zero",
+        steps=[
+            _step("zero crossings of the denominator, x, K = 0", quiet.singular_rate, "1/s"),
+            _step("the same without encoder counts or lag", noiseless.singular_rate, "1/s"),
+            _step("slowest speed at one", float(speeds.min()) if len(speeds) else None, "m/s"),
+            _step("fastest speed at one", float(speeds.max()) if len(speeds) else None, "m/s"),
+            _step("following error without compensation, x", errors[0], "m"),
+            _step("following error with K of (25), x", errors[1], "m"),
+        ],
+        shown=noiseless.singular_rate > 0.0 and (errors[1] is None or errors[1] > errors[0]),
+    )
+
+
+def bristle_error(_: Experiments) -> Erratum:
+    """Return that (28) needs sigma_1: put into (26), it gives e_z back."""
+    sigma_0, sigma_1, F_c = 118913.2532, 1162.3, 0.2399
+    e_z, K, u, decay = 3e-6, 1e-4, 2.0, 40.0
+    Ma = u - sigma_0 * e_z + sigma_1 * decay * e_z + sigma_1 * K
+
+    def solved(factor: float) -> float:
+        return (Ma - u - factor * K) / (sigma_1 * decay - sigma_0)
+
+    return Erratum(
+        id="eq28",
+        place="(28)",
+        as_scanned=True,
+        printed="sigma_lc K in the numerator",
+        corrected="sigma_1 K; the denominator is sigma_1 abs(v)/g - sigma_0",
+        steps=[
+            _step("e_z put into (26), abs(v)/g = 40/s, K = 0.1 mm/s", e_z, "m"),
+            _step("e_z by (28) with sigma_1", solved(sigma_1), "m"),
+            _step("e_z by (28) with F_c, the other reading", solved(F_c), "m"),
+        ],
+        shown=math.isclose(solved(sigma_1), e_z, rel_tol=1e-9)
+        and not math.isclose(solved(F_c), e_z, rel_tol=1e-2),
+    )
+
+
+def semidefinite(experiments: Experiments) -> Erratum:
+    """Return that V is zero away from the origin, and rises."""
+    found = stability.published(experiments, "x")
+    e, e_z = 10e-6, 0.0
+    V = 0.5 * (e * e_z) ** 2
+    steps = [_step("V at e = 10 um, e_z = 0", V, "m^4")]
+    shown = V == 0.0
+    if found is not None:
+        steps += [
+            _step("largest e_z where e passes through zero, x", found.zero_error_bristle, "m"),
+            _step("share of the time at which V rises, x", found.rising_share, "1"),
+            _step("V at the start of the window", float(found.V[0]), "m^4"),
+            _step("largest V after it", float(found.V.max()), "m^4"),
+        ]
+        shown = shown and found.zero_error_bristle > 0.0 and found.rising_share > 0.0
+    return Erratum(
+        id="eq37",
+        place="(30), (37), (38)",
+        as_scanned=False,
+        printed="V = (e e_z)^2/2 is positive definite, e e_z goes to 0 as t goes to 0, hence "
+        "global asymptotic stability",
+        corrected="V is zero wherever either factor is: semidefinite, and nothing follows for e "
+        "and e_z themselves; t goes to infinity is meant",
+        steps=steps,
+        shown=shown,
+    )
+
+
+def phase(experiments: Experiments) -> Erratum:
+    """Return that (42)'s phase needs two arguments: as printed it is off by pi."""
+    M, k_p, k_d = 5.9, 200.3e3, 1530.0
+    w = 2.0 * math.pi / 3.0
+    printed = math.atan(w * k_d / (M * w**2 - k_p))
+    right = sine_error(M, k_p, k_d, B=0.015, w=w).phase
+    run = experiments.run("circle", performance.NO_FRICTION)
+    measured = float(np.angle(performance.response(run, "x")))
+    return Erratum(
+        id="eq42",
+        place="(42)",
+        as_scanned=False,
+        printed="theta = arctan(w k k_d/(M w^2 - k k_p))",
+        corrected="theta = atan2(w k k_d, M w^2 - k k_p)",
+        steps=[
+            _step("phase as printed, x, circle", printed, "rad"),
+            _step("phase by atan2", right, "rad"),
+            _step("phase of the run without friction", measured, "rad"),
+        ],
+        shown=_apart(measured, right) < 0.05 < _apart(measured, printed),
+    )
+
+
+def _apart(one: float, other: float) -> float:
+    """Return how far apart two phases are, rad, 0 to pi."""
+    return abs(math.remainder(one - other, 2.0 * math.pi))
+
+
+def derivative(_: Experiments) -> Erratum:
+    """Return what (43) gives as scanned, steadily sliding."""
+    v = 0.05
+    F_c, F_s, v_s = 0.2399, 3.5908, 0.0436
+    sigma_0, sigma_1, sigma_2 = 118913.2532, 1162.3, 10.3128
+    steady = F_c + (F_s - F_c) * math.exp(-((v / v_s) ** 2))
+    z = steady / sigma_0
+    right = sigma_0 * z + sigma_2 * v
+    scanned = (sigma_0 + sigma_1) * z + sigma_2 * v
+    return Erratum(
+        id="eq43",
+        place="(43), (44)",
+        as_scanned=True,
+        printed="1162.3 z in (43), abs(p_l') in (44)",
+        corrected="1162.3 dz/dt, as (46) has it, and abs(p_x')",
+        steps=[
+            _step("steady friction at 50 mm/s by (20), dz/dt = 0", right, "N"),
+            _step("by (43) as scanned, N s/m added to N/m", scanned, "N"),
+        ],
+        shown=scanned > right,
+    )
+
+
+ERRATA = (published_k, bristle_error, semidefinite, phase, derivative)
