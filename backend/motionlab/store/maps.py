@@ -1,0 +1,242 @@
+"""Force maps that were computed before, by the hash of what they depend on."""
+
+from __future__ import annotations
+
+import functools
+import os
+import tempfile
+from pathlib import Path
+from typing import NamedTuple
+
+from motionlab.config.shipped import config_root, did_you_mean, is_name
+from motionlab.design.fem.compute import Progress, compute
+from motionlab.design.fem.force_map import ForceMap, PresetName, content_hash
+from motionlab.design.fem.geometry import Geometry
+from motionlab.errors import ConfigError, FieldError, StoreError, StoreFull
+from motionlab.store.files import data_root
+
+FOLDER_MOST = 50_000_000
+"""Most that kept maps take, bytes; one of the presets takes 25 kB."""
+
+
+Stamp = tuple[int, int]
+
+
+class MapStore:
+    """A folder of force maps; deleting it loses nothing but time.
+
+    Parameters
+    ----------
+    folder : Path
+        Where they lie; made when the first is kept.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def check_room(self) -> None:
+        """Refuse another map, before it is computed, where no more may be kept.
+
+        Raises
+        ------
+        StoreFull
+            If those that are kept take too much.
+        """
+        taken = sum(_size(path) for path in self._folder.glob("*.json"))
+        if taken >= FOLDER_MOST:
+            raise StoreFull(
+                f"{self._folder} holds {taken} bytes of force maps, {FOLDER_MOST} are the most; "
+                "delete some of them"
+            )
+
+    def find(self, geometry: Geometry, preset: PresetName) -> ForceMap | None:
+        """Return the map that was kept for a geometry; None without one, or if it is damaged."""
+        wanted = content_hash(geometry, preset)
+        path = self._folder / f"{wanted}.json"
+        if not path.is_file():
+            return None
+        try:
+            found = ForceMap.read(path)
+        except ConfigError:
+            return None
+        document = found.document
+        # The geometry too: a file may have been put there by hand.
+        same = (document.content_hash, document.geometry) == (wanted, geometry)
+        return found if same else None
+
+    def keep(self, force_map: ForceMap) -> Path:
+        """Keep a map; return its file.
+
+        Raises
+        ------
+        StoreFull
+            If those that are kept take too much.
+        StoreError
+            If it cannot be written.
+        """
+        self.check_room()
+        path = self._folder / f"{force_map.document.content_hash}.json"
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise StoreError(f"{self._folder} cannot be made: {error.strerror}") from error
+        save(force_map, path)
+        return path
+
+
+def map_names() -> list[str]:
+    """Return the names under which scenarios find a map: those that ship, and those kept."""
+    return sorted({path.stem for folder, _ in folders() for path in folder.glob("*.json")} - {""})
+
+
+def named_map(name: str, loc: str = "force_map") -> ForceMap:
+    """Return a map by its name: a shipped one, or a file below ``MOTIONLAB_DATA/maps``.
+
+    Parameters
+    ----------
+    name : str
+        File name without ``.json``; of a computed map the content hash.
+    loc : str
+        Field that asked for it, for the error.
+
+    Raises
+    ------
+    ConfigError
+        If there is none of that name, or it cannot be read.
+    """
+    file = map_file(name)
+    if file is not None:
+        try:
+            return read_map(file.path)
+        except ConfigError as error:
+            raise ConfigError(
+                *(FieldError(loc, f"map {name!r} cannot be used: {e}") for e in error.errors)
+            ) from None
+    known = map_names()
+    raise ConfigError(
+        FieldError(
+            loc=f"{loc}.name",
+            message=f"no force map of that name{did_you_mean(name, known)}",
+            value=name,
+            range="one of " + ", ".join(known) + "; `motionlab map` computes more",
+        )
+    )
+
+
+class MapFile(NamedTuple):
+    """Where a map lies."""
+
+    path: Path
+    shipped: bool
+
+
+def folders() -> tuple[tuple[Path, bool], ...]:
+    """Return where maps lie, and whether those there ship with the project; the first goes."""
+    return (config_root() / "maps", True), (data_root() / "maps", False)
+
+
+def map_file(name: str) -> MapFile | None:
+    """Return the file of a map by its name; None without one."""
+    if not is_name(name):
+        return None
+    files = (MapFile(folder / f"{name}.json", shipped) for folder, shipped in folders())
+    return next((file for file in files if file.path.is_file()), None)
+
+
+def stamp(path: Path) -> Stamp:
+    """Return what changes when a file does: time of its last change, ns, and size, bytes."""
+    found = path.stat()
+    return found.st_mtime_ns, found.st_size
+
+
+def read_map(path: Path) -> ForceMap:
+    """Return the map in a file, which is read again only after it has changed.
+
+    Raises
+    ------
+    ConfigError
+        If it cannot be read or is not a map.
+    """
+    return _read(path, stamp(path))
+
+
+@functools.lru_cache(maxsize=32)
+def _read(path: Path, _stamp: Stamp) -> ForceMap:
+    return ForceMap.read(path)
+
+
+def computed_or_kept(
+    store: MapStore,
+    geometry: Geometry,
+    preset: PresetName,
+    *,
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> tuple[ForceMap, bool]:
+    """Return a map and whether it was kept before; one that has to be computed is kept.
+
+    Raises
+    ------
+    NoConvergence, WorkerLost
+        See `motionlab.design.fem.compute.compute`.
+    StoreError
+        If it cannot be kept; `StoreFull`, before it is computed, where there is no room.
+    """
+    found = store.find(geometry, preset)
+    if found is not None:
+        return found, True
+    store.check_room()
+    made = compute(geometry, preset, workers=workers, progress=progress)
+    store.keep(made)
+    return made, False
+
+
+def _size(path: Path) -> int:
+    try:
+        return path.stat().st_size
+    except FileNotFoundError:  # deleted since it was listed
+        return 0
+
+
+def check_target(path: str) -> None:
+    """Refuse a file that could not be written, before a map is computed.
+
+    Raises
+    ------
+    ConfigError
+        If its name does not end in ``.json``, or its folder is missing or read-only.
+    """
+    target = Path(path)
+    folder = target.absolute().parent
+    if target.suffix != ".json":
+        raise ConfigError(
+            FieldError("--out", "unknown kind of file", path, "names ending in .json")
+        )
+    if not folder.is_dir():
+        raise ConfigError(FieldError("--out", "its folder does not exist", path))
+    if target.exists() and not target.is_file():
+        raise ConfigError(FieldError("--out", "is there already and is no regular file", path))
+    if not os.access(folder, os.W_OK):
+        raise ConfigError(FieldError("--out", "cannot be written", path))
+
+
+def save(force_map: ForceMap, path: Path) -> None:
+    """Write a map to a file, whole or not at all.
+
+    Raises
+    ------
+    StoreError
+        If it cannot be written.
+    """
+    made = None
+    try:
+        descriptor, made = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".part")
+        with os.fdopen(descriptor, "w", encoding="utf-8") as file:
+            file.write(force_map.text())
+        Path(made).chmod(0o644)
+        Path(made).replace(path)
+    except OSError as error:
+        raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error
+    finally:
+        if made is not None:
+            Path(made).unlink(missing_ok=True)
