@@ -1,0 +1,127 @@
+"""What the web process tells a scene's process, through a pipe, and what it answers.
+
+A message is a kind, one byte, a length, uint32 little-endian, and so many bytes: JSON for what is
+said once, float32 for what moves.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from dataclasses import asdict, dataclass
+from typing import Any, BinaryIO, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+Values = NDArray[np.float32]
+
+START, POSES, CLEAR = b"S", b"P", b"C"
+"""Kinds: what is shown, shape (poses, width); newer poses; what was shown before is void."""
+
+SHARED = ("position_reference", "load_force")
+OWN = ("position", "thrust", "friction")
+CURRENTS = ("current_a", "current_b", "current_c")
+"""Channels of a pose; `column_names` has their order."""
+
+RATE = 30.0
+"""Poses per second."""
+
+TRAIL_SECONDS = 4.0
+"""How much of the past the trace shows, s of wall clock at full rate."""
+
+_HEADER = struct.Struct("<cI")
+_LONGEST = 4_000_000
+
+
+@dataclass(frozen=True)
+class Axis:
+    """What is drawn of an axis.
+
+    Attributes
+    ----------
+    stroke : float
+        Largest distance from mid-stroke, m.
+    pitch : float
+        Pole pitch tau, m.
+    offset : float
+        Shift of the force map against the encoder, m.
+    """
+
+    stroke: float
+    pitch: float
+    offset: float
+
+
+@dataclass(frozen=True)
+class Start:
+    """What a scene shows, said once.
+
+    Attributes
+    ----------
+    origin : str
+        The only Origin that the scene's server speaks to.
+    axes : tuple of Axis
+        x and y.
+    variants : dict of str to str
+        Name of each stage and its label.
+    path : list of pairs
+        Commanded path, m.
+    """
+
+    origin: str
+    axes: tuple[Axis, Axis]
+    variants: dict[str, str]
+    path: list[tuple[float, float]]
+
+    def encode(self) -> bytes:
+        """Return the message."""
+        return message(START, json.dumps(asdict(self)).encode())
+
+    @classmethod
+    def decode(cls, payload: bytes) -> Self:
+        """Return what a message's payload says."""
+        told: dict[str, Any] = json.loads(payload)
+        x, y = (Axis(**axis) for axis in told.pop("axes"))
+        return cls(axes=(x, y), **told)
+
+
+def width(variants: int) -> int:
+    """Return how many numbers a pose of so many variants has."""
+    return 2 * (len(SHARED) + variants * (len(OWN) + len(CURRENTS)))
+
+
+def column_names(variants: list[str]) -> list[str]:
+    """Return the names of a pose's numbers, in their order."""
+    shared = [f"{axis}.{channel}" for channel in SHARED for axis in "xy"]
+    forces = [f"{axis}.{channel}" for channel in OWN for axis in "xy"]
+    currents = [f"{axis}.{channel}" for axis in "xy" for channel in CURRENTS]
+    return shared + [f"{name}.{column}" for name in variants for column in forces + currents]
+
+
+def message(kind: bytes, payload: bytes = b"") -> bytes:
+    """Return a message."""
+    return _HEADER.pack(kind, len(payload)) + payload
+
+
+def poses(values: Values) -> bytes:
+    """Return the message of some poses, shape (poses, width), oldest first."""
+    return message(POSES, np.ascontiguousarray(values, dtype="<f4").tobytes())
+
+
+def read(pipe: BinaryIO) -> tuple[bytes, bytes] | None:
+    """Return kind and payload of the next message, or None where the pipe has ended.
+
+    Raises
+    ------
+    ValueError
+        If a message is longer than any can be.
+    """
+    header = pipe.read(_HEADER.size)
+    if len(header) < _HEADER.size:
+        return None
+    kind, length = _HEADER.unpack(header)
+    if length > _LONGEST:
+        raise ValueError(f"a message of {length} bytes")
+    payload = pipe.read(length)
+    return (kind, payload) if len(payload) == length else None
