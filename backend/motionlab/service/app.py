@@ -19,15 +19,40 @@ from prometheus_client import CONTENT_TYPE_LATEST
 from motionlab import __version__
 from motionlab.config.load import load_scenario
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.service import messages, problems
+from motionlab.design.fem.compute import compute
+from motionlab.design.fem.geometry import Geometry
+from motionlab.service import messages, openapi, problems
 from motionlab.service.jobs import Jobs
+from motionlab.service.kernels import Kernels
 from motionlab.service.monitor import Monitor
 from motionlab.service.registry import Sessions
-from motionlab.service.routes import login, scenarios, sessions, simulate, whatif
+from motionlab.service.routes import (
+    design,
+    frequency,
+    identify,
+    jobs,
+    login,
+    loop,
+    maps,
+    montecarlo,
+    paper,
+    scenarios,
+    scene,
+    sessions,
+    sharing,
+    simulate,
+    trajectories,
+    tune,
+    whatif,
+)
+from motionlab.service.scenes import Scenes
 from motionlab.service.security import Guard
 from motionlab.service.settings import Settings
+from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
-from motionlab.simulation.run import prepare, run
+from motionlab.simulation.run import run
+from motionlab.store.files import data_root
+from motionlab.store.records import RecordStore
 
 PREFIX = "/api/v1"
 
@@ -47,10 +72,12 @@ def page_root() -> Path | None:
 
 
 def warm_up() -> None:
-    """Load, or on the first start compile, what every simulation needs."""
+    """Load, or on the first start compile, what simulations, paths and previews of maps need."""
     changes = {"trajectory": {"kind": "point", "duration": CONTROL_PERIOD}}
     prepared = prepare(load_scenario("circle", changes))
     document(prepared, run(prepared))
+    trajectories.warm_up()
+    compute(Geometry(), "preview")  # imports scipy and skfem, for which the start did not wait
 
 
 def create_app(settings: Settings | None = None) -> FastAPI:
@@ -71,14 +98,31 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         app.state.slots = asyncio.Semaphore(settings.running_max)
-        app.state.jobs = Jobs(waiting_max=settings.jobs_max, kept_max=settings.jobs_kept)
+        app.state.jobs = Jobs(
+            at_once=settings.jobs_at_once,
+            waiting_max=settings.jobs_max,
+            kept_max=settings.jobs_kept,
+            records=RecordStore(data_root() / "jobs"),
+        )
         app.state.sessions = Sessions(most=settings.sessions_max)
-        sweeper = asyncio.create_task(app.state.sessions.sweep())
-        warming = asyncio.create_task(run_in_threadpool(warm_up))
+        app.state.scenes = Scenes(most=settings.scenes_max)
+        sweepers = [
+            asyncio.create_task(kept.sweep()) for kept in (app.state.sessions, app.state.scenes)
+        ]
+        app.state.kernels = Kernels()
+
+        async def warm() -> None:
+            await run_in_threadpool(warm_up)
+            app.state.kernels.start()
+
+        warming = asyncio.create_task(warm())
         yield
-        sweeper.cancel()
+        for sweeper in sweepers:
+            sweeper.cancel()
+        await app.state.scenes.close()
         await warming
         await app.state.sessions.close()
+        app.state.kernels.close()
         app.state.jobs.close()
 
     app = FastAPI(
@@ -94,8 +138,26 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     monitor = app.state.monitor = Monitor()
     app.add_middleware(Guard, settings=settings)
     problems.install(app)
-    for module in (login, scenarios, simulate, whatif, sessions):
+    for module in (
+        login,
+        scenarios,
+        simulate,
+        jobs,
+        whatif,
+        trajectories,
+        sessions,
+        loop,
+        frequency,
+        design,
+        sharing,
+        maps,
+        identify,
+        montecarlo,
+        paper,
+        tune,
+    ):
         app.include_router(module.router, prefix=PREFIX)
+    app.include_router(scene.router)
     app.mount("/docs/assets", StaticFiles(directory=_SWAGGER))
 
     @app.get("/docs", include_in_schema=False)
@@ -121,27 +183,5 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     if page is not None:
         app.mount("/", StaticFiles(directory=page, html=True))
 
-    default_openapi = app.openapi
-
-    def openapi() -> dict[str, Any]:
-        if app.openapi_schema is None:
-            schema = default_openapi()
-            schemas = schema["components"]["schemas"]
-            for model in (problems.Problem, problems.ProblemField):
-                schemas[model.__name__] = model.model_json_schema(
-                    ref_template="#/components/schemas/{model}"
-                )
-                schemas[model.__name__].pop("$defs", None)
-            schemas.update(messages.schemas())
-            for unused in ("HTTPValidationError", "ValidationError"):
-                schemas.pop(unused, None)
-            for operations in schema["paths"].values():
-                for operation in operations.values():  # where FastAPI has put its own
-                    if "application/json" in operation["responses"].get("422", {}).get(
-                        "content", {}
-                    ):
-                        operation["responses"]["422"] = problems.responses(422)[422]
-        return app.openapi_schema or {}
-
-    app.openapi = openapi
+    openapi.install(app)
     return app

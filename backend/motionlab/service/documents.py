@@ -1,77 +1,17 @@
-"""The result document as a model, so that OpenAPI describes what simulate answers."""
+"""What the service answers besides the documents of lower layers."""
 
 from __future__ import annotations
 
-from typing import Any
+from pydantic import BaseModel, ConfigDict
 
-from pydantic import BaseModel, Field, create_model
-
-from motionlab.analysis.compare import RATIOS
-from motionlab.analysis.metrics import CONTOUR_DEFINITIONS, DEFINITIONS, Definition
+from motionlab.simulation.document import AxisComparison, VariantMetrics, Window
 
 
-def _metrics(name: str, doc: str, definitions: dict[str, Definition]) -> type[BaseModel]:
-    """Return a model with a nullable number for each metric."""
-    fields: dict[str, Any] = {
-        metric: (
-            float | None,
-            Field(description=definition.meaning, json_schema_extra={"unit": definition.unit}),
-        )
-        for metric, definition in definitions.items()
-    }
-    return create_model(name, __doc__=doc, **fields)
+class SessionMetrics(BaseModel):
+    """Metrics of a session's latest past; no variants before its first tick."""
 
-
-AxisMetrics = _metrics("AxisMetrics", "Metrics of one axis over a window.", DEFINITIONS)
-ContourMetrics = _metrics("ContourMetrics", "Distance from the path.", CONTOUR_DEFINITIONS)
-AxisComparison = _metrics(
-    "AxisComparison",
-    "The second variant over the first; null where one is missing or the first is 0.",
-    {f"{metric}_ratio": Definition("1", f"ratio of {metric}", "B/A") for metric in RATIOS},
-)
-
-
-class Divergence(BaseModel):
-    """Where and how a variant ended before its time."""
-
-    time: float = Field(description="First instant not to be trusted, s")
-    channel: str = Field(description="Axis and channel that failed")
-    last_states: list[dict[str, float | str]] = Field(description="Samples of the last ticks")
-
-
-class VariantResult(BaseModel):
-    """Result of one variant."""
-
-    label: str
-    law: str
-    diverged: Divergence | None
-    notes: list[str]
-    axes: dict[str, AxisMetrics]  # pyright: ignore[reportInvalidTypeForm]
-    contour: ContourMetrics  # pyright: ignore[reportInvalidTypeForm]
-
-
-class Window(BaseModel):
-    """The part of the run that metrics are taken over."""
-
-    start: float = Field(description="s")
-    end: float = Field(description="s")
-
-
-class Segment(BaseModel):
-    """Metrics of every variant over one window."""
+    model_config = ConfigDict(extra="forbid")
 
     window: Window
-    variants: dict[str, VariantResult]
+    variants: dict[str, VariantMetrics]
     comparison: dict[str, AxisComparison]  # pyright: ignore[reportInvalidTypeForm]
-
-
-class ResultDocument(Segment):
-    """What came of a run; the same as ``motionlab run --json`` prints."""
-
-    scenario: str
-    seed: int
-    plant: str
-    plant_description: str
-    version: str
-    model: str = Field(description="Hash of the model's sources")
-    segments: list[Segment] = Field(description="One for each interval between switches")

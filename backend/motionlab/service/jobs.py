@@ -1,30 +1,36 @@
-"""Work that outlives its request: queued, run one at a time, watched, cancelled."""
+"""Work that outlives its request: queued, run, watched, cancelled, and recorded when it is done."""
 
 from __future__ import annotations
 
+import logging
 import secrets
 import threading
+import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, Literal
+from datetime import UTC, datetime
+from typing import Any, Protocol
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, ValidationError
 
 from motionlab.errors import MotionLabError
+from motionlab.service.kinds import REPORT, REPORTS, JobReport, JobSummary, Kind, State
+from motionlab.store.records import RecordStore
 
-State = Literal["queued", "running", "done", "failed", "cancelled"]
-Progress = Callable[[float], None]
-Work = Callable[[Progress], dict[str, Any]]
+_LOG = logging.getLogger(__name__)
+
+_ESTIMATED_FROM = 0.02
+"""Share of the work that has to be done before the rest of its time is estimated."""
 
 
-class JobReport(BaseModel):
-    """What is known of a job."""
+class Progress(Protocol):
+    """How work tells of itself."""
 
-    id: str = Field(description="Identifier, part of its URL")
-    state: State = Field(description="queued, running, done, failed or cancelled")
-    progress: float = Field(description="Share of the work that is done, 0 to 1")
-    result: dict[str, Any] | None = Field(description="Result document of a job that is done")
-    error: str | None = Field(description="Why a job failed")
+    def __call__(self, share: float, partial: BaseModel | None = None) -> None:
+        """Take the share done, and what is there so far; end the work if it is cancelled."""
+
+
+Work = Callable[[Progress], BaseModel]
 
 
 class TooManyJobs(Exception):
@@ -38,23 +44,54 @@ class _Cancelled(Exception):
 class _Job:
     """State of one job; only its own thread and `Jobs` touch it, under the lock of `Jobs`."""
 
-    def __init__(self, work: Work) -> None:
+    def __init__(self, kind: Kind, request: dict[str, Any], work: Work) -> None:
         self.id = secrets.token_urlsafe(9)
+        self.kind: Kind = kind
+        self.request = request
         self.work = work
+        self.created = datetime.now(UTC)
         self.state: State = "queued"
         self.progress = 0.0
-        self.result: dict[str, Any] | None = None
+        self.began: float | None = None
+        self.ended: float | None = None
+        self.partial: BaseModel | None = None
+        self.result: BaseModel | None = None
         self.error: str | None = None
         self.cancelled = threading.Event()
 
+    @property
+    def active(self) -> bool:
+        return self.state in {"queued", "running"}
+
+    def end(self, state: State) -> None:
+        self.state = state
+        self.ended = time.monotonic()
+
+    def summary(self) -> dict[str, Any]:
+        elapsed = 0.0
+        if self.began is not None:
+            elapsed = (self.ended or time.monotonic()) - self.began
+        remaining = None
+        if self.state == "running" and self.progress >= _ESTIMATED_FROM:
+            remaining = elapsed * (1.0 - self.progress) / self.progress
+        return {
+            "id": self.id,
+            "kind": self.kind,
+            "state": self.state,
+            "progress": self.progress,
+            "created": self.created,
+            "elapsed": elapsed,
+            "remaining": remaining,
+            "request": self.request,
+            "error": self.error,
+        }
+
     def report(self) -> JobReport:
-        return JobReport(
-            id=self.id,
-            state=self.state,
-            progress=self.progress,
-            result=self.result,
-            error=self.error,
+        # Partial and result are documents already: nothing to check again.
+        made: Any = REPORTS[self.kind].model_construct(
+            None, **self.summary(), partial=self.partial, result=self.result
         )
+        return made
 
 
 class Jobs:
@@ -62,41 +99,53 @@ class Jobs:
 
     Parameters
     ----------
+    at_once : int
+        Jobs that run at once; the others wait.
     waiting_max : int
         Jobs that may be queued or running.
     kept_max : int
-        Finished jobs that are kept; the oldest go first.
+        Finished jobs that are kept in memory; the oldest go first.
+    records : RecordStore
+        Where jobs that are done stay beyond that, and beyond this process.
     """
 
-    def __init__(self, *, waiting_max: int, kept_max: int) -> None:
+    def __init__(
+        self, *, at_once: int, waiting_max: int, kept_max: int, records: RecordStore
+    ) -> None:
         self._waiting_max = waiting_max
         self._kept_max = kept_max
+        self._records = records
         self._jobs: dict[str, _Job] = {}
         self._lock = threading.Lock()
-        self._pool = ThreadPoolExecutor(max_workers=1, thread_name_prefix="job")
+        self._pool = ThreadPoolExecutor(max_workers=at_once, thread_name_prefix="job")
 
-    def submit(self, work: Work) -> JobReport:
+    def submit(self, kind: Kind, request: dict[str, Any], work: Work) -> JobReport:
         """Queue work.
 
         Parameters
         ----------
+        kind : str
+            What kind of work it is; decides the form of its report.
+        request : dict
+            What was asked for; a part of the report.
         work : callable
-            Called with a function that takes the share done; returns the result document.
+            Called with a function that takes the share done and, where there is any, a partial
+            result; returns the result document.
 
         Raises
         ------
         TooManyJobs
             If the queue is full.
         """
-        job = _Job(work)
+        job = _Job(kind, request, work)
         with self._lock:
-            active = [j for j in self._jobs.values() if j.state in {"queued", "running"}]
-            if len(active) >= self._waiting_max:
-                raise TooManyJobs(f"{len(active)} jobs wait or run already")
-            self._jobs[job.id] = job
-            finished = [j.id for j in self._jobs.values() if j not in active and j is not job]
+            active = sum(j.active for j in self._jobs.values())
+            if active >= self._waiting_max:
+                raise TooManyJobs(f"{active} jobs wait or run already")
+            finished = [j.id for j in self._jobs.values() if not j.active]
             for old in finished[: max(0, len(finished) - self._kept_max)]:
                 del self._jobs[old]
+            self._jobs[job.id] = job
             report = job.report()
         self._pool.submit(self._run, job)
         return report
@@ -105,21 +154,39 @@ class Jobs:
         """Return what is known of a job, or None if there is none of that id."""
         with self._lock:
             job = self._jobs.get(job_id)
-            return None if job is None else job.report()
+            if job is not None:
+                return job.report()
+        record = self._records.read(job_id)
+        try:
+            return None if record is None else REPORT.validate_json(record)
+        except ValidationError as error:
+            _LOG.warning("record %s is not of this version: %s", job_id, error)
+            return None
+
+    def summaries(self, kind: Kind | None = None) -> list[JobSummary]:
+        """Return all jobs that are known, of one kind where it is given; the newest first."""
+        with self._lock:
+            found = {job.id: JobSummary(**job.summary()) for job in self._jobs.values()}
+        for line in self._records.summaries():
+            try:
+                recorded = JobSummary.model_validate_json(line)
+            except ValidationError:
+                continue
+            found.setdefault(recorded.id, recorded)
+        wanted = [job for job in found.values() if kind in (None, job.kind)]
+        return sorted(wanted, key=lambda job: job.created, reverse=True)
 
     def cancel(self, job_id: str) -> JobReport | None:
         """Cancel a job that waits or runs; a finished one stays as it is."""
         with self._lock:
             job = self._jobs.get(job_id)
-            if job is None:
-                return None
-            if job.state in {"queued", "running"}:
+            if job is not None and job.active:
                 job.cancelled.set()
-                job.state = "cancelled"
-            return job.report()
+                job.end("cancelled")
+        return self.report(job_id)
 
     def close(self) -> None:
-        """Cancel everything and end the thread."""
+        """Cancel everything and end the threads."""
         with self._lock:
             for job in self._jobs.values():
                 job.cancelled.set()
@@ -130,11 +197,14 @@ class Jobs:
             if job.cancelled.is_set():
                 return
             job.state = "running"
+            job.began = time.monotonic()
 
-        def progress(share: float) -> None:
+        def progress(share: float, partial: BaseModel | None = None) -> None:
             if job.cancelled.is_set():
                 raise _Cancelled
-            job.progress = share
+            with self._lock:
+                job.progress = share
+                job.partial = job.partial if partial is None else partial
 
         try:
             result = job.work(progress)
@@ -143,8 +213,8 @@ class Jobs:
         except MotionLabError as error:
             self._finish(job, "failed", error=str(error))
         except Exception as error:
+            _LOG.exception("job %s (%s) failed", job.id, job.kind)
             self._finish(job, "failed", error=f"{type(error).__name__}: {error}")
-            raise
         else:
             self._finish(job, "done", result=result)
 
@@ -153,11 +223,16 @@ class Jobs:
         job: _Job,
         state: State,
         *,
-        result: dict[str, Any] | None = None,
+        result: BaseModel | None = None,
         error: str | None = None,
     ) -> None:
         with self._lock:
             if job.state == "cancelled":
                 return
-            job.state, job.result, job.error = state, result, error
+            job.end(state)
+            job.result, job.error = result, error
             job.progress = 1.0 if state == "done" else job.progress
+            report = job.report()
+        if state == "done":
+            summary = JobSummary(**job.summary()).model_dump_json().encode()
+            self._records.keep(job.id, summary, report.model_dump_json().encode())

@@ -9,10 +9,12 @@ from typing import Any
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
+from fastapi.routing import iter_route_contexts
 from pydantic import BaseModel, Field
 from starlette.exceptions import HTTPException
+from starlette.routing import compile_path
 
-from motionlab.errors import ConfigError, Infeasible, MotionLabError
+from motionlab.errors import ConfigError, Infeasible, MotionLabError, StoreError, StoreFull
 from motionlab.service.sessions import WrongState
 
 MEDIA_TYPE = "application/problem+json"
@@ -84,10 +86,7 @@ def install(app: FastAPI) -> None:
 
     @app.exception_handler(ConfigError)
     async def refuse_config(_: Request, error: ConfigError) -> JSONResponse:
-        fields = [
-            {"loc": e.loc, "message": e.message, "value": e.value, "range": e.range, "unit": e.unit}
-            for e in error.errors
-        ]
+        fields = [vars(field) for field in error.errors]
         return problem(HTTPStatus.UNPROCESSABLE_ENTITY, str(error), errors=fields)
 
     @app.exception_handler(Infeasible)
@@ -103,7 +102,7 @@ def install(app: FastAPI) -> None:
         return problem(HTTPStatus.UNPROCESSABLE_ENTITY, str(error), errors=[field])
 
     @app.exception_handler(RequestValidationError)
-    async def refuse_request(_: Request, error: RequestValidationError) -> JSONResponse:
+    async def refuse_request(request: Request, error: RequestValidationError) -> JSONResponse:
         fields = [
             {
                 "loc": ".".join(str(step) for step in e["loc"][1:]) or str(e["loc"][0]),
@@ -116,6 +115,12 @@ def install(app: FastAPI) -> None:
         ]
         if any(e["type"] == "json_invalid" for e in error.errors()):
             return problem(HTTPStatus.BAD_REQUEST, "the body is not JSON")
+        if isinstance(error.body, bytes):  # FastAPI has parsed it if it was said to be JSON
+            return problem(
+                HTTPStatus.UNSUPPORTED_MEDIA_TYPE,
+                f"a body of {request.headers.get('content-type', '')!r} cannot be read; "
+                "send Content-Type: application/json",
+            )
         return problem(
             HTTPStatus.UNPROCESSABLE_ENTITY,
             "the request is not of the documented form",
@@ -123,17 +128,45 @@ def install(app: FastAPI) -> None:
         )
 
     @app.exception_handler(HTTPException)
-    async def answer(_: Request, error: HTTPException) -> JSONResponse:
+    async def answer(request: Request, error: HTTPException) -> JSONResponse:
         headers = dict(error.headers) if error.headers else None
+        if error.status_code not in {HTTPStatus.NOT_FOUND, HTTPStatus.METHOD_NOT_ALLOWED}:
+            return problem(error.status_code, str(error.detail), headers=headers)
+        # The page's files are mounted at the root: they answer where no route has path and method.
+        allowed = _methods(request)
+        if allowed and request.method not in allowed:
+            detail = f"{request.method} is not among {', '.join(allowed)}"
+            headers = {"Allow": ", ".join(allowed)}
+            return problem(HTTPStatus.METHOD_NOT_ALLOWED, detail, headers=headers)
+        if error.status_code == HTTPStatus.METHOD_NOT_ALLOWED:
+            if request.url.path.startswith("/api/"):
+                return problem(HTTPStatus.NOT_FOUND, "Not Found")
+            headers = {"Allow": "GET, HEAD"}
         return problem(error.status_code, str(error.detail), headers=headers)
 
     @app.exception_handler(WrongState)
     async def refuse_state(_: Request, error: WrongState) -> JSONResponse:
         return problem(HTTPStatus.CONFLICT, str(error))
 
+    @app.exception_handler(StoreError)
+    async def refuse_to_keep(_: Request, error: StoreError) -> JSONResponse:
+        full = isinstance(error, StoreFull)
+        status = HTTPStatus.INSUFFICIENT_STORAGE if full else HTTPStatus.SERVICE_UNAVAILABLE
+        return problem(status, str(error))
+
     @app.exception_handler(MotionLabError)
     async def fail(_: Request, error: MotionLabError) -> JSONResponse:
         return problem(HTTPStatus.INTERNAL_SERVER_ERROR, str(error))
+
+
+def _methods(request: Request) -> list[str]:
+    """Return the methods that routes know at a request's path; a path without parameters wins."""
+    known: dict[str, set[str]] = {}
+    for route in iter_route_contexts(request.app.routes):
+        path, methods = getattr(route, "path", None), getattr(route, "methods", None)
+        if path and methods and compile_path(path)[0].match(request.url.path):
+            known.setdefault(path, set()).update(methods)
+    return sorted(known.get(request.url.path) or set().union(*known.values()))
 
 
 def _plain(value: Any) -> Any:

@@ -8,9 +8,12 @@ import time
 from fastapi import HTTPException
 
 from motionlab.service.sessions import Session
-from motionlab.simulation.run import Prepared
+from motionlab.simulation.prepare import Prepared
 
 IDLE_SECONDS = 1800.0
+"""Time after which a session ends that nobody has asked for or watched."""
+SPARE_SECONDS = 60.0
+"""The same, when its place is wanted."""
 _SWEEP_SECONDS = 30.0
 
 
@@ -27,10 +30,14 @@ class Sessions:
         self._most = most
         self._sessions: dict[str, Session] = {}
 
-    def create(self, prepared: Prepared) -> Session:
-        """Create a session, or answer 429."""
+    async def create(self, prepared: Prepared) -> Session:
+        """Create a session, in the place of one long idle if need be, or answer 429."""
         if len(self._sessions) >= self._most:
-            raise HTTPException(429, f"{self._most} sessions live already; delete one")
+            now = time.monotonic()
+            idlest = max(self.all(), key=lambda session: _idle(session, now))
+            if _idle(idlest, now) <= SPARE_SECONDS:
+                raise HTTPException(429, f"{self._most} sessions live already; delete one")
+            await self.remove(idlest)
         session = Session(prepared)
         self._sessions[session.id] = session
         return session
@@ -53,15 +60,29 @@ class Sessions:
         await session.close()
 
     async def sweep(self) -> None:
-        """End sessions that nobody has asked for or watched for a while; runs for ever."""
+        """End idle sessions now and then; runs for ever."""
         while True:
             await asyncio.sleep(_SWEEP_SECONDS)
-            for session in self.all():
-                idle = time.monotonic() - session.touched
-                if not session.listeners and idle > IDLE_SECONDS:
-                    await self.remove(session)
+            await self.expire(time.monotonic())
+
+    async def expire(self, now: float) -> None:
+        """End sessions that nobody has asked for or watched for a while.
+
+        Parameters
+        ----------
+        now : float
+            Time of the monotonic clock, s.
+        """
+        for session in self.all():
+            if _idle(session, now) > IDLE_SECONDS:
+                await self.remove(session)
 
     async def close(self) -> None:
         """End every session."""
         for session in self.all():
             await self.remove(session)
+
+
+def _idle(session: Session, now: float) -> float:
+    """Return for how long nobody has asked for a session or watched it, s."""
+    return 0.0 if session.listeners else now - session.touched

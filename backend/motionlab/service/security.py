@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import hmac
+import logging
 from http import HTTPStatus
-from http.cookies import CookieError, SimpleCookie
 from urllib.parse import urlsplit
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.exceptions import HTTPException
+from starlette.requests import cookie_parser
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from motionlab.service.problems import problem
@@ -20,8 +21,9 @@ COOKIE = "motionlab_token"
 OPEN_PATHS = frozenset({"/api/v1/health", "/api/v1/login"})
 """What of the API may be asked without a token; the page, which asks for it, may be loaded too."""
 
-_NEEDS_TOKEN = ("/api/", "/docs", "/openapi.json", "/asyncapi.json", "/metrics")
+_NEEDS_TOKEN = ("/api/", "/docs", "/openapi.json", "/asyncapi.json", "/metrics", "/scene")
 
+_LOG = logging.getLogger(__name__)
 _SAFE = frozenset({"GET", "HEAD", "OPTIONS"})
 _POLICY_VIOLATION = 1008
 _HEADERS = {
@@ -69,7 +71,7 @@ class Guard:
     def _refusal(self, scope: Scope) -> tuple[HTTPStatus, str] | None:
         """Return status and reason for turning a request away, or None."""
         headers = Headers(scope=scope)
-        host = headers.get("host", "")
+        host = headers.get("host", "").lower()
         if _name(host) not in self.settings.hosts:
             return HTTPStatus.FORBIDDEN, f"host {host!r} is not one of this server's names"
         origin = headers.get("origin")
@@ -93,7 +95,8 @@ class Guard:
             return True
         scheme, _, given = headers.get("authorization", "").partition(" ")
         if scheme.lower() != "bearer":
-            given = _cookie(headers.get("cookie", ""))
+            # Lenient: what other servers of this host have set may be no valid cookie.
+            given = cookie_parser(headers.get("cookie", "")).get(COOKIE, "")
         return hmac.compare_digest(given.strip().encode(), token.encode())
 
     async def _serve(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -110,7 +113,21 @@ class Guard:
                 )
             return message
 
-        await self.app(scope, bounded, _protected(send))
+        answered = False
+
+        async def sent(message: Message) -> None:
+            nonlocal answered
+            answered = True
+            await send(message)
+
+        try:
+            await self.app(scope, bounded, _protected(sent))
+        except Exception:
+            if scope["type"] == "websocket" or answered:
+                raise
+            _LOG.exception("%s %s failed", scope["method"], scope["path"])
+            failed = problem(HTTPStatus.INTERNAL_SERVER_ERROR, "unexpected; the server's log tells")
+            await failed(scope, receive, _protected(send))
 
 
 def _protected(send: Send) -> Send:
@@ -118,7 +135,9 @@ def _protected(send: Send) -> Send:
 
     async def protected(message: Message) -> None:
         if message["type"] == "http.response.start":
-            MutableHeaders(scope=message).update(_HEADERS)
+            headers = MutableHeaders(scope=message)
+            for name, value in _HEADERS.items():
+                headers.setdefault(name, value)
         await send(message)
 
     return protected
@@ -127,7 +146,7 @@ def _protected(send: Send) -> Send:
 def _origin_host(origin: str) -> str:
     """Return host and port of an Origin header; nothing where it is not one."""
     try:
-        return urlsplit(origin).netloc
+        return urlsplit(origin).netloc.lower()
     except ValueError:
         return ""
 
@@ -136,11 +155,3 @@ def _name(host: str) -> str:
     """Return a Host header without its port."""
     name, separator, port = host.rpartition(":")
     return name if separator and port.isdigit() else host
-
-
-def _cookie(header: str) -> str:
-    try:
-        morsel = SimpleCookie(header).get(COOKIE)
-    except CookieError:
-        return ""
-    return "" if morsel is None else morsel.value

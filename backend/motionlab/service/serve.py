@@ -2,19 +2,34 @@
 
 from __future__ import annotations
 
+import contextlib
+import ctypes
+import errno
 import ipaddress
 import os
+import re
 import socket
 import sys
 
 import uvicorn
+from fastapi import FastAPI
 
 from motionlab.errors import ConfigError, FieldError
-from motionlab.service.app import create_app
+from motionlab.service.app import create_app, page_root
+from motionlab.service.connection import Connection
 from motionlab.service.settings import LOOPBACK, Settings
 
 _TOKEN_MIN = 16
+_VISIBLE = re.compile("[!-~]+")
+_HOST_NAME = re.compile(r"[a-z0-9._-]+|\[[0-9a-f:.]+\]")
+MESSAGE_MAX = 128 * 1024
+"""Largest message of a stream's client, bytes; a subscription to every column has half of that."""
+
 _SEND_BUFFER = 64 * 1024  # bytes: what a slow client can leave unread in the kernel
+_FREED_KEPT = 64 * 1024 * 1024  # bytes of freed memory that the process keeps for what comes next
+_MMAP_THRESHOLD = 16 * 1024 * 1024  # bytes from which an array is mapped on its own
+_M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD = -1, -3  # names of both for glibc's mallopt
+_UNREAD_MAX = 60_000  # ms after which a client that reads nothing at all is given up
 
 
 def serve(host: str, port: int, names: frozenset[str]) -> None:
@@ -27,12 +42,14 @@ def serve(host: str, port: int, names: frozenset[str]) -> None:
     port : int
         Port; 0 takes a free one.
     names : frozenset of str
-        Further host names under which clients may reach the server.
+        Further host names under which clients may reach the server, beside those of
+        MOTIONLAB_HOSTS.
 
     Raises
     ------
     ConfigError
-        If another address than loopback has no token, or the address cannot be had.
+        If another address than loopback has no token, the token cannot serve as one, a name is
+        none, or the address cannot be had.
     """
     token = os.environ.get("MOTIONLAB_TOKEN") or None
     if token is None and not _is_loopback(host):
@@ -47,20 +64,50 @@ def serve(host: str, port: int, names: frozenset[str]) -> None:
         raise ConfigError(
             FieldError("MOTIONLAB_TOKEN", "is too short", range=f">= {_TOKEN_MIN} characters")
         )
-    listener = _listen(host, port)
+    if token is not None and not _VISIBLE.fullmatch(token):
+        raise ConfigError(
+            FieldError(
+                "MOTIONLAB_TOKEN",
+                "has a character that no header can carry",
+                range="ASCII without blanks and line ends",
+            )
+        )
+    names |= _names_in(os.environ.get("MOTIONLAB_HOSTS", ""))
+    listener = listen(host, port)
     address, taken = listener.getsockname()[:2]
     own = {f"[{address}]" if ":" in address else address}
-    settings = Settings(token=token, hosts=LOOPBACK | own | names)
+    settings = Settings(token=token, hosts=LOOPBACK | own | {name.lower() for name in names})
     shown = f"[{address}]" if ":" in address else address
-    print(f"Serving http://{shown}:{taken}/docs (Ctrl-C ends it)", file=sys.stderr, flush=True)
-    config = uvicorn.Config(
-        create_app(settings),
-        log_level="warning",
+    page = "" if page_root() is not None else "docs"  # without the page built there is the API
+    print(f"Serving http://{shown}:{taken}/{page} (Ctrl-C ends it)", file=sys.stderr, flush=True)
+    _keep_freed_memory()
+    with contextlib.suppress(KeyboardInterrupt):  # how it is meant to end
+        uvicorn.Server(configuration(create_app(settings))).run(sockets=[listener])
+
+
+def configuration(app: FastAPI, log_level: str = "warning") -> uvicorn.Config:
+    """Return how uvicorn serves an application."""
+    return uvicorn.Config(
+        app,
+        log_level=log_level,
+        http=Connection,
         ws="websockets-sansio",
         ws_per_message_deflate=False,
+        ws_max_size=MESSAGE_MAX,
         timeout_graceful_shutdown=5,
     )
-    uvicorn.Server(config).run(sockets=[listener])
+
+
+def _keep_freed_memory() -> None:
+    """Have glibc keep the memory of freed arrays, which it else gives back and clears anew.
+
+    A check or a what-if makes arrays of some hundred kB by the dozen; clearing fresh pages for them
+    takes as long as filling them.
+    """
+    with contextlib.suppress(OSError, AttributeError, TypeError):  # another C library
+        mallopt = ctypes.CDLL(None).mallopt
+        mallopt(_M_MMAP_THRESHOLD, _MMAP_THRESHOLD)
+        mallopt(_M_TRIM_THRESHOLD, _FREED_KEPT)
 
 
 def _is_loopback(host: str) -> bool:
@@ -72,18 +119,44 @@ def _is_loopback(host: str) -> bool:
         return False
 
 
-def _listen(host: str, port: int) -> socket.socket:
-    try:
-        family, kind, protocol, _, address = socket.getaddrinfo(
-            host, port, type=socket.SOCK_STREAM
-        )[0]
-        listener = socket.socket(family, kind, protocol)
-        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER)  # inherited
-        listener.bind(address)
-        listener.listen(socket.SOMAXCONN)
-    except OSError as error:
+def _names_in(text: str) -> frozenset[str]:
+    """Return the host names of a list with commas, as browsers write them."""
+    found = frozenset(name for part in text.split(",") if (name := part.strip().lower()))
+    wrong = [name for name in sorted(found) if not _HOST_NAME.fullmatch(name)]
+    if wrong:
+        rule = "names without scheme, port or path, comma between them"
         raise ConfigError(
-            FieldError("--host, --port", f"cannot be had: {error.strerror}", f"{host}:{port}")
-        ) from None
+            *(FieldError("MOTIONLAB_HOSTS", "is no host name", name, rule) for name in wrong)
+        )
+    return found
+
+
+def listen(host: str, port: int) -> socket.socket:
+    """Return a socket that listens at an address; what it accepts inherits its options.
+
+    Raises
+    ------
+    ConfigError
+        If the address cannot be had.
+    """
+    with contextlib.ExitStack() as opened:
+        try:
+            family, kind, protocol, _, address = socket.getaddrinfo(
+                host, port, type=socket.SOCK_STREAM
+            )[0]
+            listener = opened.enter_context(socket.socket(family, kind, protocol))
+            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER)
+            if sys.platform == "linux":
+                listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, _UNREAD_MAX)
+            listener.bind(address)
+            listener.listen(socket.SOMAXCONN)
+        except (OSError, UnicodeError) as error:  # also a name that no resolver takes
+            reason = getattr(error, "strerror", None) or str(error)
+            if getattr(error, "errno", None) == errno.EADDRINUSE:
+                reason += " (--port 0 or make run PORT=0 takes a free port)"
+            raise ConfigError(
+                FieldError("--host, --port", f"cannot be had: {reason}", f"{host}:{port}")
+            ) from None
+        opened.pop_all()
     return listener

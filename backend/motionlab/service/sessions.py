@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import dataclasses
 import secrets
 import time
 from collections.abc import Mapping
@@ -14,14 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
-from motionlab.analysis.compare import compare
-from motionlab.analysis.metrics import variant_metrics
-from motionlab.config.load import apply_changes, check_schedulable, phases, validate
+from motionlab.config.changes import apply_changes, check_schedulable
+from motionlab.config.load import phases, validate
+from motionlab.config.planar import AXES
+from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.errors import ConfigError, FieldError
-from motionlab.simulation.run import Prepared, Simulation, sample_page, variant_columns
+from motionlab.service.latest import latest_metrics
+from motionlab.simulation.prepare import Prepared
+from motionlab.simulation.simulation import Simulation, sample_page, variant_columns
 from motionlab.telemetry.channels import CHANNELS, REFERENCES, Channel
-from motionlab.telemetry.recording import AXES, Divergence, Recording, VariantRecord
+from motionlab.telemetry.recording import Divergence, Recording, VariantRecord
 from motionlab.telemetry.ring import Ring
 
 RING_SECONDS = 30.0
@@ -29,6 +31,8 @@ FRAME_SECONDS = 1.0 / 60.0
 CATCH_UP_SECONDS = 0.25
 """Time that a session may fall behind its clock before it lets go of it."""
 METRICS_SECONDS = 10.0
+CHANGES_MAX = 100
+"""Changes that can be undone; those before them stay in effect."""
 _RELEASE_TICKS = to_ticks(0.05)
 """Ticks from a stop's rest until the currents, commanded to zero, are taken to be gone."""
 
@@ -38,7 +42,7 @@ State = Literal["paused", "playing", "stopping", "stopped", "finished"]
 class Change(BaseModel):
     """A change of parameters during a session."""
 
-    tick: int = Field(description="First tick at which it holds")
+    tick: int = Field(description="First tick at which it holds; 0 after a reset")
     set: dict[str, Any] = Field(description="Dotted path to new value")
     previous: dict[str, Any] = Field(description="Dotted path to the value before")
 
@@ -48,16 +52,18 @@ class SessionInfo(BaseModel):
 
     id: str
     revision: int = Field(description="Grows with every change; of two reports the larger is newer")
+    timeline: int = Field(description="Counts resets; ticks of another timeline are other ticks")
     state: State
     tick: int
     time: float = Field(description="Simulated time, s")
     speed: float = Field(description="Simulated time per time")
     stream: str = Field(description="Path of its websocket")
+    watchers: int = Field(description="Streams and stages that are open")
     ends: int | None = Field(description="Tick at which it ends; null if it goes on")
-    changes: list[Change]
+    changes: list[Change] = Field(description="The latest, oldest first; undo takes back the last")
     diverged: dict[str, float | None] = Field(description="Time at which a variant diverged, s")
-    base: dict[str, Any] = Field(description="Resolved scenario it was created from")
-    scenario: dict[str, Any] = Field(description="Resolved scenario in effect")
+    base: Scenario = Field(description="What it was created from")
+    scenario: Scenario = Field(description="What is in effect")
 
 
 class WrongState(Exception):
@@ -83,6 +89,7 @@ class Session:
         self.state: State = "paused"
         self.speed = 1.0
         self.revision = 0
+        self.timeline = 0
         self.changes: list[Change] = []
         self.listeners: set[Listener] = set()
         self.touched = time.monotonic()
@@ -92,6 +99,7 @@ class Session:
         self._page = sample_page(len(self.variants))
         self._task: asyncio.Task[None] | None = None
         self._rest_tick = 0
+        self._start = prepared.scenario
         self._begin()
 
     @property
@@ -104,26 +112,26 @@ class Session:
         return SessionInfo(
             id=self.id,
             revision=self.revision,
+            timeline=self.timeline,
             state=self.state,
             tick=self.tick,
             time=self.tick * CONTROL_PERIOD,
             speed=self.speed,
             stream=f"/api/v1/sessions/{self.id}/stream",
+            watchers=len(self.listeners),
             ends=self.simulation.timeline.end,
             changes=self.changes,
             diverged={
-                name: None
-                if (tick := self.simulation.failed_tick(i)) is None
-                else tick * CONTROL_PERIOD
-                for i, name in enumerate(self.variants)
+                name: None if tick is None else tick * CONTROL_PERIOD
+                for name, tick in zip(self.variants, self._failed_ticks(), strict=True)
             },
-            base=self.prepared.scenario.model_dump(mode="json"),
-            scenario=self.simulation.scenario.model_dump(mode="json"),
+            base=self.prepared.scenario,
+            scenario=self.simulation.scenario,
         )
 
     def play(self, speed: float | None = None) -> None:
         """Run against the clock, at `speed` times real time."""
-        self._refuse_when("stopped", "finished")
+        self._refuse_when("stopping", "stopped", "finished")
         if speed is not None:
             self.speed = speed
         if self.state == "paused":
@@ -136,6 +144,7 @@ class Session:
         self._refuse_when("stopped", "stopping")
         if self.state == "playing":
             self.state = "paused"
+            self._stop_pacing()
         self._tell_state()
 
     def step(self, ticks: int) -> None:
@@ -145,9 +154,17 @@ class Session:
         self._tell_state()
 
     def reset(self) -> None:
-        """Go back to tick 0 of the scenario in effect."""
-        self.state = "paused"
+        """Go back to tick 0 with all changes, but for those that only fit a later schedule.
+
+        Raises
+        ------
+        ConfigError
+            If a force map is not there any more; nothing has changed then.
+        """
         self._begin()
+        self.state = "paused"
+        self._stop_pacing()
+        self.timeline += 1
         for listener in self.listeners:
             listener.reset()
         self._tell_state()
@@ -195,6 +212,8 @@ class Session:
                 previous[path] = value_at(before, path.removesuffix(".base"))
         self.simulation.change(tuple(phases(scenario, self.tick)))
         self.changes.append(Change(tick=self.tick, set=dict(changes), previous=previous))
+        if len(self.changes) > CHANGES_MAX:
+            self._start = _changed(self._start, self.changes.pop(0)) or self._start
         self._tell_state()
         return self.tick
 
@@ -202,44 +221,22 @@ class Session:
         """Take back the latest change, as a change of its own at the next tick."""
         if not self.changes:
             raise WrongState("nothing has been changed")
-        latest = self.changes.pop()
-        self.change(latest.previous)
-        self.changes.pop()
+        self.change(self.changes[-1].previous)
+        del self.changes[-2:]
         self._tell_state()
 
-    def metrics(self) -> dict[str, Any]:
-        """Return metrics of the last two periods, or ten seconds; before the first tick of none."""
+    async def metrics(self) -> dict[str, Any]:
+        """Return metrics of the last two periods, or ten seconds; before the first tick of none.
+
+        Samples are taken now and measured in a thread, so that streams need not wait.
+        """
         period = self.prepared.reference.period
         length = 2 * period if period else to_ticks(METRICS_SECONDS)
         recording = self.recording(max(self.ring.first, self.ring.end - length))
-        start = recording.first_tick
-        window = (0, recording.ticks)
-        if recording.ticks == 0:
-            now = start * CONTROL_PERIOD
-            return {"window": {"start": now, "end": now}, "variants": {}, "comparison": {}}
-        reference = dataclasses.replace(
-            self.prepared.reference,
-            position=recording.references[0].T,
-            velocity=recording.references[1].T,
-            acceleration=recording.references[2].T,
-            holds=(),
-            edges=(),
-            window=window,
-        )
         band = self.simulation.scenario.settling_band
-        variants = {
-            name: variant_metrics(recording, name, reference, window, settling_band=band)
-            for name in self.variants
-        }
-        first, *others = self.variants
-        return {
-            "window": {
-                "start": start * CONTROL_PERIOD,
-                "end": (start + recording.ticks) * CONTROL_PERIOD,
-            },
-            "variants": variants,
-            "comparison": compare(variants[first], variants[others[0]]) if others else {},
-        }
+        return await asyncio.to_thread(
+            latest_metrics, recording, self.prepared.reference, settling_band=band
+        )
 
     def recording(self, start: int | None = None) -> Recording:
         """Return what the ring holds from `start` on, or all of it."""
@@ -253,9 +250,7 @@ class Session:
             len(self.variants), len(AXES), len(CHANNELS), -1
         )
         records = {
-            name: VariantRecord(
-                np.ascontiguousarray(samples[i].transpose(1, 0, 2)), self._divergence(i)
-            )
+            name: VariantRecord(samples[i].transpose(1, 0, 2), self._divergence(i))
             for i, name in enumerate(self.variants)
         }
         braked = self.state in {"stopping", "stopped"}
@@ -277,18 +272,32 @@ class Session:
         tick = self.simulation.failed_tick(variant)
         return None if tick is None else Divergence(tick, "", ())
 
+    def _failed_ticks(self) -> list[int | None]:
+        return [self.simulation.failed_tick(i) for i in range(len(self.variants))]
+
     def _begin(self) -> None:
-        self.simulation = Simulation(self.prepared, endless=True)
-        if self.changes:
-            document = self.prepared.scenario.model_dump(mode="json")
-            for change in self.changes:
-                document = apply_changes(document, change.set)
-            self.simulation.change(tuple(phases(validate(document))))
+        scenario, kept = self._start, []
+        for change in self.changes:
+            changed = _changed(scenario, change)
+            if changed is not None:
+                scenario = changed
+                kept.append(change.model_copy(update={"tick": 0}))
+        simulation = Simulation(self.prepared, endless=True)
+        if scenario is not self.prepared.scenario:
+            simulation.change(tuple(phases(scenario)))
+        self.simulation, self.changes = simulation, kept
+        self._failed = self._failed_ticks()
         self.ring.clear()
 
     def _start_pacing(self) -> None:
         if self._task is None or self._task.done():
             self._task = asyncio.create_task(self._pace())
+
+    def _stop_pacing(self) -> None:
+        """End pacing now; time until another play does not count."""
+        if self._task is not None:
+            self._task.cancel()
+            self._task = None
 
     async def _pace(self) -> None:
         """Advance in frames so that simulated time keeps up with the clock times the speed."""
@@ -297,8 +306,6 @@ class Session:
         while self.state in {"playing", "stopping"}:
             due = max(due + FRAME_SECONDS, last)
             await asyncio.sleep(due - time.monotonic())
-            if self.state not in {"playing", "stopping"}:  # paused or reset meanwhile
-                break
             now = time.monotonic()
             passed = min(now - last, CATCH_UP_SECONDS)
             last = now
@@ -329,27 +336,29 @@ class Session:
             start = self.tick
             count = self.simulation.advance(room)
             if count == 0:
-                self.state = "finished"
-                self._tell_state()
                 break
             self.ring.append(self._columns(room, start, count))
+        failed = self._failed_ticks()
+        ended = self.tick == self.simulation.timeline.end
+        if ended:
+            self.state = "finished"
+        if ended or failed != self._failed:
+            self._failed = failed
+            self._tell_state()
         for listener in self.listeners:
             listener.wake.set()
 
     def _columns(self, samples: NDArray[np.float32], start: int, count: int) -> NDArray[np.float32]:
         """Return every column of the ring over some ticks, in the order of `column_names`."""
-        shared = np.stack(self.simulation.timeline.at(start, start + count))  # (4, ticks, axes)
         columns = np.empty((len(self.columns), count), dtype=np.float32)
-        references = shared.transpose(2, 0, 1).reshape(-1, count)
-        columns[: len(references)] = references
-        size = len(AXES) * len(CHANNELS)
-        for variant in range(len(self.variants)):
-            first = len(references) + variant * size
-            part = variant_columns(samples, variant, count).transpose(1, 0, 2)
-            columns[first : first + size] = part.reshape(size, count)
+        shared = len(AXES) * len(REFERENCES)
+        columns[:shared] = self.simulation.asked(start, start + count)
+        own = columns[shared:].reshape(len(self.variants), len(AXES), len(CHANNELS), count)
+        for variant, rows in enumerate(own):
+            rows[:] = variant_columns(samples, variant, count).transpose(1, 0, 2)
             failed = self.simulation.failed_tick(variant)
             if failed is not None:
-                columns[first : first + size, max(0, failed - start) :] = np.nan
+                rows[..., max(0, failed - start) :] = np.nan
         return columns
 
     def _refuse_when(self, *states: State) -> None:
@@ -379,6 +388,14 @@ class Listener:
         """Tell that state, speed or parameters have changed."""
         self.has_changed = True
         self.wake.set()
+
+
+def _changed(scenario: Scenario, change: Change) -> Scenario | None:
+    """Return a scenario with a change from its first tick on, or None where it does not fit."""
+    try:
+        return validate(apply_changes(scenario.model_dump(mode="json"), change.set))
+    except ConfigError:
+        return None
 
 
 def column_names(variants: list[str]) -> list[tuple[str, Channel]]:

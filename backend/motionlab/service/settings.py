@@ -21,24 +21,40 @@ class Settings:
         Largest request body, bytes.
     direct_max : float
         Simulated time beyond which a simulation becomes a job, s.
+    direct_work_max : float
+        The same for simulated time summed over variants, s; bounds the memory of all that runs at
+        once.
     work_max : float
         Largest simulated time summed over variants, s; bounds the memory of a run.
+    trials_max : float
+        Largest simulated time of one search for gains, summed over trials and axes, s.
     running_max : int
         Simulations that run at once; one more is refused.
+    jobs_at_once : int
+        Jobs that run at once; the others wait.
     jobs_max : int
         Jobs that may wait or run; one more is refused.
     jobs_kept : int
-        Finished jobs whose results are kept.
+        Finished jobs that are kept in memory; those that are done are recorded too.
+    map_vertices_max : int
+        Nodes of the mesh of a force map; the reference preset of the paper's motor has 12161.
     sessions_max : int
         Live sessions.
+    scenes_max : int
+        Sessions that are shown in 3-D at once, each by a process.
     """
 
     token: str | None = None
     hosts: frozenset[str] = field(default=LOOPBACK)
     body_max: int = 1_000_000
     direct_max: float = 300.0
+    direct_work_max: float = 600.0
     work_max: float = 7200.0
+    trials_max: float = 1e6
     running_max: int = 8
+    jobs_at_once: int = 2
     jobs_max: int = 16
     jobs_kept: int = 64
-    sessions_max: int = 16
+    map_vertices_max: int = 60_000
+    sessions_max: int = 32
+    scenes_max: int = 4

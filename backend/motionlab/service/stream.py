@@ -38,6 +38,9 @@ FRAME_TICKS_MAX = 4000
 ANSWERS_MAX = 64
 """Answers that wait for a client which asks without reading; older ones are dropped."""
 
+DETAIL_MAX = 200
+"""Characters of an error's detail, which may quote the client."""
+
 _GOING_AWAY, _POLICY_VIOLATION = 1001, 1008
 
 
@@ -66,6 +69,7 @@ class Stream:
         self._sequence = 0
         self._unacknowledged: deque[tuple[int, float]] = deque()
         self._lagging = False
+        self._skips = False
         self._answers: deque[ServerMessage] = deque(maxlen=ANSWERS_MAX)
         self._retry: asyncio.TimerHandle | None = None
 
@@ -127,23 +131,32 @@ class Stream:
                 case Acknowledge():
                     while self._unacknowledged and self._unacknowledged[0][0] <= message.sequence:
                         self._unacknowledged.popleft()
-                    self._listener.wake.set()
+                    if self._pending():
+                        self._listener.wake.set()
 
     def _subscribe(self, message: Subscribe) -> None:
         unknown = [name for name in message.columns if name not in self._rows]
         if unknown:
             self._refuse(f"no column {unknown[0]!r}")
             return
+        if len(set(message.columns)) < len(message.columns):
+            self._refuse("a column is named twice")
+            return
         self._take_reset()
         ring = self._session.ring
         self._columns = [self._rows[name] for name in message.columns]
         wanted = ring.end if message.from_tick is None else message.from_tick
         self._next = min(max(wanted, ring.first), ring.end)
+        self._skips = False  # where to go on has just been said
         self._answer(Subscribed(columns=message.columns, from_tick=self._next))
 
     def _refuse(self, detail: str) -> None:
         problem = Problem(
-            type="about:blank", title="Bad message", status=400, detail=detail, errors=[]
+            type="about:blank",
+            title="Bad message",
+            status=400,
+            detail=detail[:DETAIL_MAX],
+            errors=[],
         )
         self._answer(ErrorMessage(problem=problem))
 
@@ -181,17 +194,17 @@ class Stream:
     def _lags(self) -> bool:
         """Return whether the client is behind; once behind it must catch up wholly."""
         if not self._unacknowledged:
-            return False
-        age = time.monotonic() - self._unacknowledged[0][1]
-        self._lagging = self._lagging or age > LAG_SECONDS
+            self._lagging = False
+        elif not self._lagging and time.monotonic() - self._unacknowledged[0][1] > LAG_SECONDS:
+            self._lagging = self._skips = True
         return self._lagging
 
     async def _send_frame(self) -> None:
         ring = self._session.ring
         start = max(self._next, ring.first)
-        if self._lagging:
+        if self._skips:
             start = max(start, ring.end - round(FRAME_SECONDS / CONTROL_PERIOD))
-            self._lagging = False
+            self._skips = False
         stop = min(ring.end, start + FRAME_TICKS_MAX)
         frame = Frame(self._sequence, start, ring.read(self._columns, start, stop))
         skipped, self._next = self._next, stop

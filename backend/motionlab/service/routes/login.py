@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import hmac
+from typing import Literal
 
 from fastapi import APIRouter, HTTPException, Request, Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from motionlab import __version__
+from motionlab.service.bodies import JsonRoute
 from motionlab.service.problems import responses
 from motionlab.service.security import COOKIE
 
-router = APIRouter()
+router = APIRouter(route_class=JsonRoute)
 
 
 class Health(BaseModel):
     """That the server answers, and which version it is."""
 
-    status: str = Field(description="ok")
+    status: Literal["ok"]
     version: str = Field(description="Version of the project")
 
 
@@ -40,7 +42,7 @@ def get_health() -> Health:
     operation_id="login",
     tags=["server"],
     status_code=204,
-    responses=responses(400, 401, 413, 422),
+    responses=responses(400, 401, 413, 415, 422),
 )
 def login(request: Request, body: LoginRequest) -> Response:
     """Exchange the token for a cookie that scripts in the page cannot read."""

@@ -18,7 +18,14 @@ router = APIRouter(tags=["scenarios"])
 
 _PARTS: tuple[Kind, ...] = ("motors", "controllers", "trajectories")
 
-Name = Annotated[str, Path(pattern="^[a-z0-9-]{1,64}$", description="Name of a shipped scenario")]
+Name = Annotated[
+    str,
+    Path(
+        pattern="^[a-z0-9-]{1,64}$",
+        description="Name of a shipped scenario",
+        examples=["circle"],
+    ),
+]
 
 
 class ScenarioEntry(BaseModel):
@@ -80,9 +87,20 @@ def _about(kind: Kind, name: str) -> str:
 @router.post(
     "/scenarios/parse",
     operation_id="parseScenario",
-    responses=responses(400, 413, 422),
+    responses=responses(413, 422),
     openapi_extra={
-        "requestBody": {"content": {"text/plain": {"schema": {"type": "string"}}}, "required": True}
+        "requestBody": {
+            "content": {
+                "text/plain": {
+                    "schema": {
+                        "type": "string",
+                        "description": "A scenario as in docs/scenarios.md",
+                        "examples": ['base = "circle"'],
+                    }
+                }
+            },
+            "required": True,
+        }
     },
 )
 async def parse_scenario(request: Request) -> Scenario:

@@ -2,16 +2,31 @@
 
 from __future__ import annotations
 
+import pathlib
 import tempfile
-from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import tomli_w
-from fastapi import APIRouter, Body, Depends, HTTPException, Query, Request, Response, WebSocket
+from fastapi import (
+    APIRouter,
+    Body,
+    Depends,
+    HTTPException,
+    Path,
+    Query,
+    Request,
+    Response,
+    WebSocket,
+)
 from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import JSONResponse
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
+from motionlab.config.changes import SCHEDULABLE
+from motionlab.config.planar import AXES
+from motionlab.service.bodies import JsonRoute, whole
+from motionlab.service.described import ID, PATHS_MAX, Paths, links
+from motionlab.service.documents import SessionMetrics
 from motionlab.service.problems import responses
 from motionlab.service.routes.simulate import SimulateRequest, prepare_request
 from motionlab.service.sessions import Session, SessionInfo
@@ -19,8 +34,26 @@ from motionlab.service.stream import Stream, refuse
 from motionlab.simulation.result import metadata
 from motionlab.telemetry import recorder
 
-router = APIRouter(prefix="/sessions", tags=["sessions"])
-_AXES = ("x", "y")
+router = APIRouter(prefix="/sessions", tags=["sessions"], route_class=JsonRoute)
+_OF_A_SESSION = (
+    "getSession",
+    "deleteSession",
+    "play",
+    "pause",
+    "step",
+    "reset",
+    "stop",
+    "undo",
+    "push",
+    "changeParameters",
+    "getMetrics",
+    "getTelemetry",
+    "getScenarioFile",
+)
+
+SessionId = Annotated[
+    str, Path(json_schema_extra={"pattern": ID}, description="Identifier of a session")
+]
 _TELEMETRY = {"csv": "text/csv", "parquet": "application/vnd.apache.parquet"}
 
 
@@ -42,7 +75,9 @@ class PlayRequest(_Body):
 class StepRequest(_Body):
     """How far to step."""
 
-    ticks: int = Field(default=1, ge=1, le=20_000, description="Control periods")
+    ticks: Annotated[int, BeforeValidator(whole)] = Field(
+        default=1, ge=1, le=20_000, description="Control periods"
+    )
 
 
 class PushRequest(_Body):
@@ -56,7 +91,9 @@ class PushRequest(_Body):
 class ChangeRequest(_Body):
     """Changes of parameters, all or none."""
 
-    set: dict[str, Any] = Field(min_length=1, description="Dotted path to value, SI")
+    set: Annotated[dict[str, Any], Paths(*SCHEDULABLE)] = Field(
+        min_length=1, max_length=PATHS_MAX, description="Dotted path to value, SI"
+    )
 
 
 class TickAnswer(BaseModel):
@@ -65,7 +102,7 @@ class TickAnswer(BaseModel):
     tick: int = Field(description="First tick at which it holds")
 
 
-def find_session(request: Request, session_id: str) -> Session:
+def find_session(request: Request, session_id: SessionId) -> Session:
     """Return a session, or answer 404."""
     return request.app.state.sessions.find(session_id)
 
@@ -78,8 +115,11 @@ Found = Annotated[Session, Depends(find_session)]
     operation_id="createSession",
     status_code=201,
     responses={
-        201: {"headers": {"Location": {"schema": {"type": "string"}}}},
-        **responses(400, 413, 422, 429),
+        201: {
+            "headers": {"Location": {"schema": {"type": "string"}}},
+            "links": links("session_id", *_OF_A_SESSION),
+        },
+        **responses(400, 413, 415, 422, 429),
     },
 )
 async def create_session(
@@ -87,7 +127,7 @@ async def create_session(
 ) -> SessionInfo:
     """Create a live session, paused at tick 0; ``{}`` is the circle."""
     prepared = await run_in_threadpool(prepare_request, body, request.app.state.settings)
-    session = request.app.state.sessions.create(prepared)
+    session = await request.app.state.sessions.create(prepared)
     response.headers["Location"] = f"/api/v1/sessions/{session.id}"
     return session.info()
 
@@ -114,7 +154,7 @@ async def delete_session(request: Request, session: Found) -> Response:
 
 
 @router.post(
-    "/{session_id}/play", operation_id="play", responses=responses(400, 404, 409, 413, 422)
+    "/{session_id}/play", operation_id="play", responses=responses(400, 404, 409, 413, 415, 422)
 )
 async def play(session: Found, body: PlayRequest | None = None) -> SessionInfo:
     """Run against the clock."""
@@ -130,7 +170,7 @@ async def pause(session: Found) -> SessionInfo:
 
 
 @router.post(
-    "/{session_id}/step", operation_id="step", responses=responses(400, 404, 409, 413, 422)
+    "/{session_id}/step", operation_id="step", responses=responses(400, 404, 409, 413, 415, 422)
 )
 async def step(session: Found, body: StepRequest | None = None) -> SessionInfo:
     """Advance a paused session by some ticks."""
@@ -138,7 +178,7 @@ async def step(session: Found, body: StepRequest | None = None) -> SessionInfo:
     return session.info()
 
 
-@router.post("/{session_id}/reset", operation_id="reset", responses=responses(404))
+@router.post("/{session_id}/reset", operation_id="reset", responses=responses(404, 422))
 async def reset(session: Found) -> SessionInfo:
     """Go back to tick 0; changes stay."""
     session.reset()
@@ -159,27 +199,34 @@ async def undo(session: Found) -> SessionInfo:
     return session.info()
 
 
-@router.post("/{session_id}/push", operation_id="push", responses=responses(400, 404, 413, 422))
+@router.post(
+    "/{session_id}/push", operation_id="push", responses=responses(400, 404, 413, 415, 422)
+)
 async def push(session: Found, body: PushRequest) -> TickAnswer:
     """Push the mover of every variant."""
-    tick = session.push(_AXES.index(body.axis), body.force, body.duration)
+    tick = session.push(AXES.index(body.axis), body.force, body.duration)
     return TickAnswer(tick=tick)
 
 
 @router.patch(
     "/{session_id}/parameters",
     operation_id="changeParameters",
-    responses=responses(400, 404, 413, 422),
+    responses=responses(400, 404, 413, 415, 422),
 )
 async def change_parameters(session: Found, body: ChangeRequest) -> TickAnswer:
     """Change parameters at the next tick, all or none."""
     return TickAnswer(tick=session.change(body.set))
 
 
-@router.get("/{session_id}/metrics", operation_id="getMetrics", responses=responses(404))
-async def get_metrics(session: Found) -> JSONResponse:
+@router.get(
+    "/{session_id}/metrics",
+    operation_id="getMetrics",
+    response_model=SessionMetrics,
+    responses=responses(404),
+)
+async def get_metrics(session: Found) -> Response:
     """Return metrics over the last two periods, or ten seconds."""
-    return JSONResponse(session.metrics())
+    return JSONResponse(await session.metrics())
 
 
 @router.get(
@@ -187,7 +234,15 @@ async def get_metrics(session: Found) -> JSONResponse:
     operation_id="getTelemetry",
     response_class=Response,
     responses={
-        200: {"content": {media: {} for media in _TELEMETRY.values()}},
+        200: {
+            "description": "A row for each tick, a column for each channel; docs/recording.md",
+            "content": {
+                "text/csv": {"schema": {"type": "string"}},
+                "application/vnd.apache.parquet": {
+                    "schema": {"type": "string", "format": "binary"}
+                },
+            },
+        },
         **responses(404, 422),
     },
 )
@@ -200,7 +255,7 @@ async def get_telemetry(
 
     def written() -> bytes:
         with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / f"telemetry.{format}"
+            path = pathlib.Path(folder) / f"telemetry.{format}"
             recorder.write(recording, str(path), metadata=about)
             return path.read_bytes()
 
@@ -215,7 +270,13 @@ async def get_telemetry(
     "/{session_id}/scenario.toml",
     operation_id="getScenarioFile",
     response_class=Response,
-    responses={200: {"content": {"application/toml": {}}}, **responses(404)},
+    responses={
+        200: {
+            "description": "The scenario; docs/scenarios.md",
+            "content": {"application/toml": {"schema": {"type": "string"}}},
+        },
+        **responses(404),
+    },
 )
 async def get_scenario_file(session: Found) -> Response:
     """Return the scenario in effect as a TOML file that ``motionlab run`` takes."""

@@ -4,23 +4,28 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Body, Header, HTTPException, Request, Response
+from fastapi import APIRouter, Body, Header, Request, Response
 from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import JSONResponse
 from pydantic import BaseModel, ConfigDict, Field
 
 from motionlab.config.load import load_scenario
-from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError
-from motionlab.service.documents import ResultDocument
-from motionlab.service.jobs import JobReport, Jobs, Progress, TooManyJobs
+from motionlab.service.bodies import JsonRoute
+from motionlab.service.described import PATHS_MAX, Paths, ScenarioSource
+from motionlab.service.jobs import Progress
 from motionlab.service.monitor import Monitor
 from motionlab.service.problems import responses
+from motionlab.service.routes.jobs import ACCEPTED, as_job
 from motionlab.service.settings import Settings
+from motionlab.service.slots import free_slot
+from motionlab.simulation.document import ResultDocument
+from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.result import document
-from motionlab.simulation.run import Prepared, prepare, run
+from motionlab.simulation.run import run
 
-router = APIRouter()
+router = APIRouter(route_class=JsonRoute)
 
 
 class SimulateRequest(BaseModel):
@@ -33,12 +38,13 @@ class SimulateRequest(BaseModel):
         },
     )
 
-    scenario: str | dict[str, Any] = Field(
+    scenario: Annotated[str | dict[str, Any], ScenarioSource()] = Field(
         default="circle",
         description="Name of a shipped scenario, or its tables as in a TOML file; see /schema",
     )
-    set: dict[str, Any] = Field(
+    set: Annotated[dict[str, Any], Paths(*Scenario.model_fields)] = Field(
         default_factory=dict,
+        max_length=PATHS_MAX,
         description="Dotted path to value, SI; all applied together before validation",
     )
 
@@ -48,14 +54,7 @@ class SimulateRequest(BaseModel):
     operation_id="simulate",
     tags=["simulate"],
     response_model=ResultDocument,
-    responses={
-        202: {
-            "model": JobReport,
-            "description": "Accepted as a job, at its Location",
-            "headers": {"Location": {"schema": {"type": "string"}}},
-        },
-        **responses(400, 413, 422, 429),
-    },
+    responses={**ACCEPTED, **responses(400, 413, 415, 422, 429)},
 )
 async def simulate(
     request: Request,
@@ -64,52 +63,32 @@ async def simulate(
 ) -> Response:
     """Run a scenario and return its result document.
 
-    More than 300 s of simulated time, or ``Prefer: respond-async``, make it a job.
+    More than 300 s of simulated time, or 600 s summed over variants, or ``Prefer: respond-async``
+    make it a job.
     """
     settings: Settings = request.app.state.settings
     prepared = await run_in_threadpool(prepare_request, body, settings)
-    seconds = prepared.reference.ticks * CONTROL_PERIOD
-    if seconds > settings.direct_max or "respond-async" in prefer:
-        return _as_job(request.app.state.jobs, prepared)
-    slots = request.app.state.slots
-    if slots.locked():
-        raise HTTPException(429, f"{settings.running_max} simulations run already")
+    too_long = prepared.duration > settings.direct_max or prepared.work > settings.direct_work_max
+    if too_long or "respond-async" in prefer:
+        asked = body.model_dump()
+        return as_job(request, "simulate", asked, lambda progress: _simulated(prepared, progress))
+    slot = free_slot(request)
     monitor: Monitor = request.app.state.monitor
     monitor.simulations.inc()
-    async with slots:
+    async with slot:
         with monitor.simulation_seconds.time():
             return JSONResponse(await run_in_threadpool(_run, prepared, None))
-
-
-@router.get("/jobs/{job_id}", operation_id="getJob", tags=["jobs"], responses=responses(404))
-def get_job(request: Request, job_id: str) -> JobReport:
-    """Return the state, progress and, once it is done, the result of a job."""
-    return _found(request.app.state.jobs.report(job_id), job_id)
-
-
-@router.delete("/jobs/{job_id}", operation_id="cancelJob", tags=["jobs"], responses=responses(404))
-def cancel_job(request: Request, job_id: str) -> JobReport:
-    """Cancel a job that waits or runs; a finished one stays as it is."""
-    return _found(request.app.state.jobs.cancel(job_id), job_id)
-
-
-def _found(report: JobReport | None, job_id: str) -> JobReport:
-    if report is None:
-        raise HTTPException(404, f"no job {job_id!r}")
-    return report
 
 
 def prepare_request(body: SimulateRequest, settings: Settings) -> Prepared:
     """Return a request's scenario, checked, or raise what is wrong with it."""
     prepared = prepare(load_scenario(body.scenario, body.set))
-    seconds = prepared.reference.ticks * CONTROL_PERIOD
-    work = seconds * len(prepared.scenario.variants)
-    if work > settings.work_max:
+    if prepared.work > settings.work_max:
         raise ConfigError(
             FieldError(
                 loc="trajectory",
                 message="simulated time times variants is too large for one request",
-                value=work,
+                value=prepared.work,
                 range=f"<= {settings.work_max:g}",
                 unit="s",
             )
@@ -129,10 +108,5 @@ def _run(prepared: Prepared, progress: Progress | None) -> dict[str, Any]:
     return document(prepared, run(prepared, advanced))
 
 
-def _as_job(jobs: Jobs, prepared: Prepared) -> Response:
-    try:
-        report = jobs.submit(lambda progress: _run(prepared, progress))
-    except TooManyJobs as error:
-        raise HTTPException(429, str(error)) from None
-    location = f"/api/v1/jobs/{report.id}"
-    return JSONResponse(report.model_dump(), 202, {"Location": location})
+def _simulated(prepared: Prepared, progress: Progress) -> ResultDocument:
+    return ResultDocument.model_validate(_run(prepared, progress))

@@ -1,42 +1,54 @@
-"""What-if: a whole run at every move of a slider, its curves decimated, in one binary answer."""
+"""What-if: a run at every move of a slider, its curves decimated, in one binary answer."""
 
 from __future__ import annotations
 
-import json
-import struct
 from typing import Annotated
 
 import numpy as np
-from fastapi import APIRouter, Body, HTTPException, Request, Response
+from fastapi import APIRouter, Body, Request, Response
 from fastapi.concurrency import run_in_threadpool
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
+from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, FieldError
+from motionlab.service.binary import MEDIA_TYPE, packed
+from motionlab.service.bodies import JsonRoute, whole
 from motionlab.service.monitor import Monitor
 from motionlab.service.problems import responses
 from motionlab.service.routes.simulate import SimulateRequest, prepare_request
 from motionlab.service.sessions import column_names
 from motionlab.service.settings import Settings
+from motionlab.service.slots import free_slot
 from motionlab.simulation.result import document, main_window
-from motionlab.simulation.run import run
+from motionlab.simulation.whatif import run_changed
 from motionlab.telemetry.channels import REFERENCES
 from motionlab.telemetry.decimate import min_max
-from motionlab.telemetry.recording import AXES, Recording
+from motionlab.telemetry.recording import Recording
 
-router = APIRouter(tags=["simulate"])
+router = APIRouter(tags=["simulate"], route_class=JsonRoute)
 
-MEDIA_TYPE = "application/octet-stream"
-_ALIGNMENT = 8
+# Which of them there are depends on the variants.
+ColumnName = Annotated[
+    str, Field(json_schema_extra={"pattern": r"^([A-Z]\.)?[xy]\.[a-z0-9_]+$", "maxLength": 64})
+]
 
 
 class WhatIfRequest(SimulateRequest):
     """A scenario, changes to it, and the curves that are wanted."""
 
-    columns: list[str] = Field(
+    columns: list[ColumnName] = Field(
         default_factory=list, max_length=512, description="Names as in the stream's hello"
     )
-    points: int = Field(default=1500, ge=10, le=20_000, description="Bins over the window at most")
+    points: Annotated[int, BeforeValidator(whole)] = Field(
+        default=1500, ge=10, le=20_000, strict=True, description="Bins over the window at most"
+    )
+    exact: bool = Field(
+        default=False,
+        strict=True,
+        description="Run from the start, however long that takes; otherwise a long scenario whose "
+        "changes a running session would take begins at a stored state shortly before its window",
+    )
 
 
 @router.post(
@@ -45,20 +57,18 @@ class WhatIfRequest(SimulateRequest):
     response_class=Response,
     responses={
         200: {
-            "description": "Result document and curves; docs/stream.md",
+            "description": "Result document and curves; docs/rest.md",
             "content": {MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}},
         },
-        **responses(400, 413, 422, 429),
+        **responses(400, 413, 415, 422, 429),
     },
 )
 async def what_if(request: Request, body: Annotated[WhatIfRequest, Body()]) -> Response:
     """Run a scenario and return its result with curves over the metrics window."""
-    slots = request.app.state.slots
-    if slots.locked():
-        raise HTTPException(429, "too many simulations run already")
+    slot = free_slot(request)
     monitor: Monitor = request.app.state.monitor
     monitor.simulations.inc()
-    async with slots:
+    async with slot:
         with monitor.simulation_seconds.time():
             answer = await run_in_threadpool(_answer, body, request.app.state.settings)
     return Response(answer, media_type=MEDIA_TYPE)
@@ -70,17 +80,26 @@ def _answer(body: WhatIfRequest, settings: Settings) -> bytes:
     for index, name in enumerate(body.columns):
         if name not in known:
             raise ConfigError(FieldError(f"columns.{index}", "no column of that name", name))
-    recording = run(prepared)
+    recording = run_changed(
+        prepared,
+        body.scenario,
+        body.set,
+        exact=body.exact,
+        work_max=settings.direct_work_max,
+    )
+    begin = recording.first_tick
     start, stop = main_window(prepared)
     columns = np.array(
-        [_column(recording, name)[start:stop] for name in body.columns], dtype=np.float32
+        [_column(recording, name)[start - begin : stop - begin] for name in body.columns],
+        dtype=np.float32,
     ).reshape(len(body.columns), stop - start)
     low, high = min_max(columns, body.points)
     count = low.shape[1]
     size = max(1, -(-(stop - start) // body.points))
     head = {
         "result": document(prepared, recording),
-        "how": "whole",
+        "how": "window" if begin else "whole",
+        "begin": begin * CONTROL_PERIOD,
         "time": {"start": start * CONTROL_PERIOD, "step": size * CONTROL_PERIOD, "count": count},
         "columns": [
             {
@@ -92,10 +111,7 @@ def _answer(body: WhatIfRequest, settings: Settings) -> bytes:
             for index, name in enumerate(body.columns)
         ],
     }
-    text = json.dumps(head, allow_nan=False, separators=(",", ":")).encode()
-    text += b" " * (-len(text) % _ALIGNMENT)
-    curves = np.stack((low, high), axis=1).astype("<f4")
-    return struct.pack("<II", len(text), 0) + text + curves.tobytes()
+    return packed(head, [np.stack((low, high), axis=1)])
 
 
 def _column(recording: Recording, name: str) -> np.ndarray:

@@ -1,0 +1,30 @@
+"""Answers of a JSON head and float32 curves, as the page reads them without a copy."""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+MEDIA_TYPE = "application/octet-stream"
+_ALIGNMENT = 8
+
+
+def packed(head: dict[str, Any], curves: Sequence[NDArray[np.float32]]) -> bytes:
+    """Return the length of the head, 0, the head padded to a multiple of 8, and the curves.
+
+    Parameters
+    ----------
+    head : dict
+        What JSON can hold, without NaN and infinity.
+    curves : sequence of ndarray
+        Put one after another.
+    """
+    text = json.dumps(head, allow_nan=False, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % _ALIGNMENT)
+    values = [np.ascontiguousarray(curve, dtype="<f4").tobytes() for curve in curves]
+    return b"".join((struct.pack("<II", len(text), 0), text, *values))

@@ -1,0 +1,143 @@
+"""What OpenAPI says of input whose form only the parser of scenarios decides."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import BaseModel, Field, GetJsonSchemaHandler, TypeAdapter, create_model
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema
+
+from motionlab.config.scenario import Scenario
+from motionlab.config.schema import scenario_schema
+from motionlab.config.shipped import names
+from motionlab.config.trajectory import TrajectoryConfig
+
+ID = "^[A-Za-z0-9_-]{12}$"
+"""Form of the identifiers of sessions and jobs; another one is as unknown as any."""
+
+PATHS_MAX = 4096
+"""Changes in one request."""
+
+_PARTS = ("plant", "variants", "trajectory", "load", "schedule", "window")
+
+
+class Paths:
+    """Describes the keys of a mapping of dotted paths to values.
+
+    Parameters
+    ----------
+    *roots : str
+        What a path can begin with.
+    """
+
+    def __init__(self, *roots: str) -> None:
+        self.pattern = rf"^({'|'.join(roots)})(\.[A-Za-z0-9_-]+)*$"
+
+    def __get_pydantic_json_schema__(
+        self, core: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        """Return the schema of the mapping, with that of its keys."""
+        return handler(core) | {"propertyNames": {"pattern": self.pattern}}
+
+
+class ScenarioSource:
+    """Describes a scenario as a request gives it: by name, or as tables that may build on names."""
+
+    def __get_pydantic_json_schema__(
+        self, core: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        """Return the schema of both forms."""
+        name = {"type": "string", "enum": names("scenarios")}
+        table: dict[str, Any] = {"type": "object"}
+        fields = scenario_schema()["properties"]
+        tables = {
+            "type": "object",
+            "properties": {
+                "base": name,
+                **{key: field for key, field in fields.items() if key not in _PARTS},
+                "plant": {"anyOf": [{"type": "string", "enum": names("motors")}, table]},
+                "trajectory": {"anyOf": [{"type": "string", "enum": names("trajectories")}, table]},
+                "variants": {
+                    "type": "object",
+                    "patternProperties": {"^[A-Z]$": table},
+                    "additionalProperties": False,
+                },
+                "load": table,
+                "schedule": {"type": "array", "items": table, "maxItems": 100},
+                "window": {"anyOf": [table, {"type": "null"}]},
+            },
+            "additionalProperties": False,
+            "anyOf": [
+                {"required": ["base"]},
+                {"required": ["plant", "variants", "trajectory"]},
+            ],
+        }
+        return {"anyOf": [name, tables]}
+
+
+class DescribedTable:
+    """Describes a table as a model whose own parser checks it, naming field, unit and range.
+
+    Parameters
+    ----------
+    model : type
+        What the parser makes of the table.
+    """
+
+    def __init__(self, model: type[BaseModel]) -> None:
+        self._model = model
+
+    def __get_pydantic_json_schema__(
+        self, _: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        """Return the schema of the model."""
+        return handler(self._model.__pydantic_core_schema__)
+
+
+class Described(DescribedTable):
+    """Describes a table as a request that begins with a scenario; its own parser checks it.
+
+    Parameters
+    ----------
+    model : type
+        The request, with fields ``scenario`` and ``set``.
+    """
+
+    def __init__(self, model: type[BaseModel]) -> None:
+        paths = Field(
+            default_factory=dict, max_length=PATHS_MAX, description="Dotted path to value, SI"
+        )
+        fields: dict[str, Any] = {
+            "scenario": (Annotated[str | dict[str, Any], ScenarioSource()], "circle"),
+            "set": (Annotated[dict[str, Any], Paths(*Scenario.model_fields)], paths),
+        }
+        super().__init__(
+            create_model(model.__name__, __doc__=model.__doc__, __base__=model, **fields)
+        )
+
+
+class TrajectoryTable:
+    """Describes a trajectory as its models do, while the parser of scenarios reads it."""
+
+    def __get_pydantic_json_schema__(
+        self, core: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        """Return the schema of every kind of motion."""
+        return handler(TypeAdapter(TrajectoryConfig).core_schema)
+
+
+def links(parameter: str, *operations: str) -> dict[str, Any]:
+    """Return OpenAPI links from what was created to the operations on it.
+
+    Parameters
+    ----------
+    parameter : str
+        What the operations call the ``id`` of the answer.
+    *operations : str
+        Their operation ids.
+    """
+    return {
+        operation: {"operationId": operation, "parameters": {parameter: "$response.body#/id"}}
+        for operation in operations
+    }

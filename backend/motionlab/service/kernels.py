@@ -1,0 +1,56 @@
+"""The kernels of batches, compiled by a process of their own when the first server starts.
+
+Compiling them takes many seconds and holds the interpreter's lock: done in the server it would
+stop every session. The process leaves what it has compiled in the cache, where the server finds it.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+
+from pydantic import BaseModel
+
+from motionlab.service.jobs import Progress, Work
+from motionlab.simulation.precompile import mark
+
+COMMAND = (sys.executable, "-m", "motionlab.simulation.precompile")
+
+_POLL = 0.1  # s
+
+
+class Kernels:
+    """The process that compiles, while there is one."""
+
+    def __init__(self) -> None:
+        self._process: subprocess.Popen[bytes] | None = None
+        self._settled = mark().exists()
+
+    def start(self) -> None:
+        """Start compiling, unless that was done before."""
+        if not self._settled:
+            nothing = subprocess.DEVNULL
+            self._process = subprocess.Popen(COMMAND, stdin=nothing, stdout=nothing, stderr=nothing)
+
+    def before(self, work: Work) -> Work:
+        """Return work that begins once the kernels of batches are there."""
+
+        def waiting(progress: Progress) -> BaseModel:
+            while self._are_compiled_elsewhere():
+                progress(0.0)
+                time.sleep(_POLL)
+            return work(progress)
+
+        return waiting
+
+    def close(self) -> None:
+        """End the process."""
+        if self._process is not None:
+            self._process.kill()
+            self._process.wait()
+
+    def _are_compiled_elsewhere(self) -> bool:
+        ended = self._process is not None and self._process.poll() is not None
+        self._settled = self._settled or ended or mark().exists()
+        return not self._settled

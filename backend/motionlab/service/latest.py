@@ -1,0 +1,57 @@
+"""Metrics of a session's latest past."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+from motionlab.analysis.compare import compare
+from motionlab.analysis.metrics import variant_metrics
+from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.telemetry.recording import Recording
+from motionlab.trajectory.reference import Reference
+
+
+def latest_metrics(
+    recording: Recording, reference: Reference, *, settling_band: float
+) -> dict[str, Any]:
+    """Return the metrics of everything that a recording holds; of no variant where it is empty.
+
+    Holds and edges of the reference are left out: a motion that goes on has them elsewhere.
+
+    Parameters
+    ----------
+    recording : Recording
+        The latest past of a session.
+    reference : Reference
+        The motion that it was created with.
+    settling_band : float
+        Following error below which a move counts as settled, m.
+
+    Returns
+    -------
+    dict
+        ``window``, ``variants`` and ``comparison``, as in a result document.
+    """
+    start, end = recording.first_tick, recording.first_tick + recording.ticks
+    window = {"start": start * CONTROL_PERIOD, "end": end * CONTROL_PERIOD}
+    if recording.ticks == 0:
+        return {"window": window, "variants": {}, "comparison": {}}
+    whole = (0, recording.ticks)
+    followed = dataclasses.replace(
+        reference,
+        position=recording.references[0].T,
+        velocity=recording.references[1].T,
+        acceleration=recording.references[2].T,
+        holds=(),
+        edges=(),
+        window=whole,
+    )
+    shifted = dataclasses.replace(recording, first_tick=0)
+    variants = {
+        name: variant_metrics(shifted, name, followed, whole, settling_band=settling_band)
+        for name in recording.variants
+    }
+    first, *others = variants
+    comparison = compare(variants[first], variants[others[0]]) if others else {}
+    return {"window": window, "variants": variants, "comparison": comparison}

@@ -1,0 +1,160 @@
+"""Carries a browser's requests to a scene's process on loopback, which speaks to nobody else."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import socket
+
+from fastapi import Response, WebSocket
+from starlette.datastructures import Headers
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.exceptions import ConnectionClosed, InvalidHandshake
+from websockets.typing import Origin, Subprotocol
+
+from motionlab.service.scenes import Scene
+
+RECEIVE_BUFFER = 64 * 1024
+"""Bytes from the process that wait in the kernel for a slow viewer."""
+
+QUEUE_MESSAGES = 4
+"""Messages from the process that wait here; beyond, it has to wait with its own."""
+
+STALLED_SECONDS = 20.0
+"""How long a viewer may take nothing before it is turned away."""
+
+FAREWELL_SECONDS = 1.0
+
+MESSAGE_MAX = 1_000_000
+"""Largest message of a viewer, bytes."""
+
+PAGE_MAX = 32_000_000
+_PASSED_ON = ("content-type", "content-encoding", "content-length")
+_GOING_AWAY, _TOO_BIG, _TRY_AGAIN = 1001, 1009, 1013
+_NEVER_SENT = (1005, 1006, 1015)  # codes that only stand for how a connection was lost
+
+# The page runs inline scripts and workers of its own; it may reach this server and nobody else,
+# whatever its address is made to say.
+CONTENT_POLICY = (
+    "default-src 'self'; script-src 'self' 'unsafe-inline' 'unsafe-eval' blob: data:; "
+    "style-src 'self' 'unsafe-inline'; img-src 'self' blob: data:; font-src 'self' data:; "
+    "connect-src 'self' blob: data:; worker-src 'self' blob: data:; frame-ancestors 'self'"
+)
+
+
+async def fetch_page(scene: Scene, accept_encoding: str) -> Response:
+    """Return the page of a scene.
+
+    Raises
+    ------
+    OSError
+        If the process does not answer.
+    """
+    reader, writer = await asyncio.open_connection("127.0.0.1", scene.port, limit=PAGE_MAX)
+    try:
+        encoding = "gzip" if "gzip" in accept_encoding else "identity"
+        request = (
+            f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{scene.port}\r\nOrigin: {scene.origin}\r\n"
+            f"Accept-Encoding: {encoding}\r\nConnection: close\r\n\r\n"
+        )
+        writer.write(request.encode())
+        head = (await reader.readuntil(b"\r\n\r\n")).decode("latin-1").split("\r\n")
+        raw = [line.partition(":") for line in head[1:] if line]
+        headers = Headers(
+            raw=[(k.lower().encode(), v.strip().encode()) for k, _, v in raw],
+        )
+        body = await reader.readexactly(int(headers["content-length"]))
+    except (asyncio.IncompleteReadError, asyncio.LimitOverrunError, KeyError, ValueError) as error:
+        raise OSError(f"the scene's process gave no whole answer: {error}") from error
+    finally:
+        writer.close()
+    passed = {name: headers[name] for name in _PASSED_ON if name in headers}
+    more = {"Cache-Control": "no-cache", "Content-Security-Policy": CONTENT_POLICY}
+    return Response(body, int(head[0].split()[1]), passed | more)
+
+
+async def carry(websocket: WebSocket, scene: Scene) -> None:
+    """Carry one viewer's websocket until either side ends it."""
+    offered = [Subprotocol(name) for name in websocket.scope.get("subprotocols", [])]
+    try:
+        upstream = await _connect(scene, offered)
+    except (OSError, InvalidHandshake):
+        await websocket.close(_TRY_AGAIN, "the scene's process does not answer")
+        return
+    async with upstream:
+        await websocket.accept(upstream.subprotocol)
+        ways = [
+            asyncio.create_task(_outwards(websocket, upstream)),
+            asyncio.create_task(_inwards(websocket, upstream)),
+        ]
+        try:
+            done, _ = await asyncio.wait(ways, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            for way in ways:
+                way.cancel()
+            await asyncio.gather(*ways, return_exceptions=True)
+        closing = next((way.result() for way in done if not way.exception()), None)
+        if closing is not None:
+            # It may have gone first, or still not read.
+            with contextlib.suppress(RuntimeError, TimeoutError):
+                async with asyncio.timeout(FAREWELL_SECONDS):
+                    await websocket.close(*closing)
+        upstream.transport.abort()  # its own farewell would wait for what the viewer never read
+
+
+async def _connect(scene: Scene, offered: list[Subprotocol]) -> ClientConnection:
+    """Return a websocket to a scene's process with little room for what is not read."""
+    link = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
+    try:
+        link.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER)
+        link.setblocking(False)
+        await asyncio.get_running_loop().sock_connect(link, ("127.0.0.1", scene.port))
+        return await connect(
+            f"ws://127.0.0.1:{scene.port}/",
+            sock=link,
+            origin=Origin(scene.origin),
+            subprotocols=offered or None,
+            compression=None,
+            max_size=PAGE_MAX,
+            max_queue=QUEUE_MESSAGES,
+            ping_interval=None,
+            proxy=None,
+        )
+    except BaseException:
+        link.close()
+        raise
+
+
+async def _outwards(websocket: WebSocket, upstream: ClientConnection) -> tuple[int, str] | None:
+    """Send what the process says; nothing further is read from it until that is taken."""
+    try:
+        async for message in upstream:
+            async with asyncio.timeout(STALLED_SECONDS):
+                if isinstance(message, bytes):
+                    await websocket.send_bytes(message)
+                else:
+                    await websocket.send_text(message)
+    except TimeoutError:
+        return _TRY_AGAIN, "nothing was read for too long"
+    except ConnectionClosed:
+        pass  # with a code that says more than that it is over
+    if upstream.close_code in {None, *_NEVER_SENT}:
+        return _GOING_AWAY, "the scene's process has ended"
+    return upstream.close_code or _GOING_AWAY, upstream.close_reason or ""
+
+
+async def _inwards(websocket: WebSocket, upstream: ClientConnection) -> tuple[int, str] | None:
+    """Send what the viewer says, until it leaves."""
+    while True:
+        received = await websocket.receive()
+        if received["type"] == "websocket.disconnect":
+            return None
+        message = received.get("bytes")
+        if message is None:
+            message = received.get("text") or ""
+        if len(message) > MESSAGE_MAX:
+            return _TOO_BIG, f"more than {MESSAGE_MAX} bytes"
+        try:
+            await upstream.send(message)
+        except ConnectionClosed:
+            return _GOING_AWAY, "the scene's process has ended"

@@ -1,0 +1,104 @@
+"""The loop over frequency, and what eqs (39) to (42) promise of it."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, TypeVar
+
+from fastapi import APIRouter, Body, Request, Response
+from fastapi.concurrency import run_in_threadpool
+
+from motionlab.config.load import load_scenario
+from motionlab.config.scenario import Scenario
+from motionlab.errors import ConfigError, FieldError
+from motionlab.service.bodies import JsonRoute
+from motionlab.service.described import Described
+from motionlab.service.kinds import SweepJob
+from motionlab.service.problems import responses
+from motionlab.service.routes.jobs import ACCEPTED, as_job
+from motionlab.service.settings import Settings
+from motionlab.service.slots import free_slot
+from motionlab.simulation.linear import SLIDING, linearise
+from motionlab.simulation.prepare import prepare
+from motionlab.tune.accuracy import AccuracyDocument, accuracy
+from motionlab.tune.bode import ResponseDocument, SweepRequest, response, swept
+from motionlab.tune.request import AxisRequest, read_request
+
+router = APIRouter(tags=["simulate"], route_class=JsonRoute)
+
+_REFUSED = responses(400, 413, 415, 422, 429)
+_OfAxis = Annotated[
+    dict[str, Any], Described(AxisRequest), Body(examples=[{"scenario": "circle", "axis": "x"}])
+]
+
+
+@router.post("/loop/response", operation_id="getResponse", responses=_REFUSED)
+async def get_response(request: Request, body: _OfAxis) -> ResponseDocument:
+    """Return open loop, closed loop and sensitivity of one axis over frequency, linearised."""
+    async with free_slot(request):
+        return await run_in_threadpool(_response, body)
+
+
+@router.post("/loop/accuracy", operation_id="getAccuracy", responses=_REFUSED)
+async def get_accuracy(request: Request, body: _OfAxis) -> AccuracyDocument:
+    """Return crossover and steady-state errors by eqs (39) to (42), beside simulated ones."""
+    async with free_slot(request):
+        return await run_in_threadpool(_accuracy, body, request.app.state.settings)
+
+
+@router.post(
+    "/loop/sweep",
+    operation_id="sweepLoop",
+    status_code=202,
+    response_model=SweepJob,
+    responses={**ACCEPTED, **_REFUSED},
+)
+async def sweep_loop(
+    request: Request,
+    body: Annotated[
+        dict[str, Any], Described(SweepRequest), Body(examples=[{"frequencies": [10.0, 40.0]}])
+    ],
+) -> Response:
+    """Measure the loop of one axis by a frequency sweep of the simulation, as a job.
+
+    A slow motion goes on meanwhile. The job's report carries the points as they arrive.
+    """
+    checked, scenario = await run_in_threadpool(_sweep, body)
+    return as_job(request, "sweep", body, lambda progress: swept(checked, scenario, progress))
+
+
+def _response(body: dict[str, Any]) -> ResponseDocument:
+    checked, scenario = _loaded(AxisRequest, body)
+    v = SLIDING * getattr(scenario.plant, checked.axis).friction.v_s
+    return response(checked, scenario, v=v)
+
+
+def _accuracy(body: dict[str, Any], settings: Settings) -> AccuracyDocument:
+    checked, scenario = _loaded(AxisRequest, body)
+    duration = prepare(scenario).duration
+    if duration > settings.direct_max:
+        raise ConfigError(
+            FieldError(
+                loc="trajectory",
+                message="simulated time is too large for an answer at once",
+                value=duration,
+                range=f"<= {settings.direct_max:g}",
+                unit="s",
+            )
+        )
+    return accuracy(checked, scenario)
+
+
+def _sweep(body: dict[str, Any]) -> tuple[SweepRequest, Scenario]:
+    checked, scenario = _loaded(SweepRequest, body)
+    linearise(scenario, checked.chosen(scenario), checked.axis, v=checked.velocity)
+    return checked, scenario
+
+
+_Asked = TypeVar("_Asked", bound=AxisRequest)
+
+
+def _loaded(model: type[_Asked], body: dict[str, Any]) -> tuple[_Asked, Scenario]:
+    checked = read_request(model, body)
+    scenario = load_scenario(checked.scenario, checked.set)
+    checked.chosen(scenario)
+    return checked, scenario

@@ -1,0 +1,83 @@
+"""Friction identification, always as a job."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Body, Request, Response
+from fastapi.concurrency import run_in_threadpool
+
+from motionlab.errors import ConfigError, FieldError
+from motionlab.identify.document import PlanDocument
+from motionlab.identify.experiment import identify
+from motionlab.identify.plan import Experiment, plan, plan_document
+from motionlab.identify.request import IdentifyRequest, read_request
+from motionlab.service.bodies import JsonRoute
+from motionlab.service.described import Described
+from motionlab.service.kinds import IdentificationJob
+from motionlab.service.problems import responses
+from motionlab.service.routes.jobs import ACCEPTED, as_job
+from motionlab.service.settings import Settings
+
+router = APIRouter(tags=["identify"], route_class=JsonRoute)
+
+
+@router.post(
+    "/identify",
+    operation_id="identify",
+    status_code=202,
+    response_model=IdentificationJob,
+    responses={**ACCEPTED, **responses(400, 413, 415, 422, 429)},
+)
+async def identify_friction(
+    request: Request,
+    body: Annotated[
+        dict[str, Any],
+        Described(IdentifyRequest),
+        Body(examples=[{"scenario": "circle", "set": {"plant": "as-measured"}, "axis": "x"}]),
+    ],
+) -> Response:
+    """Identify friction by uniform motions and force ramps on the simulated motor.
+
+    The job's report carries the points measured so far, and at the end what is fitted to them.
+    """
+    settings: Settings = request.app.state.settings
+    experiment = await run_in_threadpool(_planned, body, settings)
+    return as_job(request, "identify", body, lambda progress: identify(experiment, progress))
+
+
+@router.post(
+    "/identify/plan",
+    operation_id="planIdentification",
+    response_model=PlanDocument,
+    responses=responses(400, 413, 415, 422),
+)
+async def plan_identification(
+    request: Request,
+    body: Annotated[
+        dict[str, Any],
+        Described(IdentifyRequest),
+        Body(examples=[{"scenario": "circle", "axis": "x", "time_max": 5.0}]),
+    ],
+) -> PlanDocument:
+    """Check an identification and say what it would do and how long that takes; nothing moves."""
+    settings: Settings = request.app.state.settings
+    return await run_in_threadpool(
+        lambda: plan_document(plan(read_request(body)), settings.work_max)
+    )
+
+
+def _planned(body: dict[str, Any], settings: Settings) -> Experiment:
+    """Return a request's experiment, checked, or raise what is wrong with it."""
+    experiment = plan(read_request(body))
+    if experiment.seconds > settings.work_max:
+        raise ConfigError(
+            FieldError(
+                loc="speeds",
+                message="simulated time of all of them is too large for one request",
+                value=experiment.seconds,
+                range=f"<= {settings.work_max:g}",
+                unit="s",
+            )
+        )
+    return experiment

@@ -1,0 +1,63 @@
+"""Monte Carlo studies, always as a job."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Body, Request, Response
+from fastapi.concurrency import run_in_threadpool
+
+from motionlab.errors import ConfigError, FieldError
+from motionlab.montecarlo.request import MonteCarloRequest, read_request
+from motionlab.montecarlo.study import Study, plan, study
+from motionlab.service.bodies import JsonRoute
+from motionlab.service.described import Described
+from motionlab.service.kinds import MonteCarloJob
+from motionlab.service.problems import responses
+from motionlab.service.routes.jobs import ACCEPTED, as_job
+
+router = APIRouter(tags=["montecarlo"], route_class=JsonRoute)
+
+WORK_MAX = 100_000.0
+"""Simulated time summed over cases and variants, s: a few minutes of four cores."""
+
+
+@router.post(
+    "/montecarlo",
+    operation_id="monteCarlo",
+    status_code=202,
+    response_model=MonteCarloJob,
+    responses={**ACCEPTED, **responses(400, 413, 415, 422, 429)},
+)
+async def monte_carlo(
+    request: Request,
+    body: Annotated[
+        dict[str, Any],
+        Described(MonteCarloRequest),
+        Body(examples=[{"scenario": "circle", "cases": 300, "spec": {"x": 12e-6, "y": 15e-6}}]),
+    ],
+) -> Response:
+    """Run every controller of a scenario on many plausible plants.
+
+    The job ends with quantiles of every metric, bands of the following error over time, how likely
+    the spec is met, and the worst cases with what makes them.
+    """
+    planned = await run_in_threadpool(_planned, body)
+    work = request.app.state.kernels.before(lambda progress: study(planned, progress))
+    return as_job(request, "monte-carlo", body, work)
+
+
+def _planned(body: dict[str, Any]) -> Study:
+    """Return a request's study, checked, or raise what is wrong with it."""
+    planned = plan(read_request(body))
+    if planned.seconds > WORK_MAX:
+        raise ConfigError(
+            FieldError(
+                loc="cases",
+                message="simulated time of all cases and variants is too large for one request",
+                value=planned.seconds,
+                range=f"<= {WORK_MAX:g}",
+                unit="s",
+            )
+        )
+    return planned

@@ -1,0 +1,61 @@
+"""Force sharing over a pole pitch, and the analytic map fitted to a table."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Body, HTTPException, Path, Request
+from fastapi.concurrency import run_in_threadpool
+
+from motionlab.service.bodies import JsonRoute
+from motionlab.service.described import DescribedTable
+from motionlab.service.problems import responses
+from motionlab.service.slots import free_slot
+from motionlab.simulation.sharing import (
+    FitDocument,
+    SharingDocument,
+    SharingRequest,
+    fit,
+    read_sharing_request,
+    sharing,
+)
+from motionlab.store.maps import map_names
+
+router = APIRouter(tags=["design"], route_class=JsonRoute)
+
+
+@router.post(
+    "/design/sharing", operation_id="shareForce", responses=responses(400, 413, 415, 422, 429)
+)
+async def share_force(
+    request: Request,
+    body: Annotated[
+        dict[str, Any],
+        DescribedTable(SharingRequest),
+        Body(
+            examples=[
+                {"force": 20.0},
+                {"controller": "nominal", "plant": "new-design", "law": "force-per-ampere"},
+            ]
+        ),
+    ],
+) -> SharingDocument:
+    """Share a force among the phases over one pole pitch: currents, forces, ripple, copper loss.
+
+    An empty table is 20 N on the nominal motor.
+    """
+    wanted = read_sharing_request(body)
+    async with free_slot(request):
+        return await run_in_threadpool(sharing, wanted)
+
+
+@router.get("/maps/{name}/fit", operation_id="fitMap", responses=responses(404, 422, 429))
+async def fit_map(
+    request: Request,
+    name: Annotated[str, Path(pattern="^[a-z0-9-]{1,64}$", description="Name or content hash")],
+) -> FitDocument:
+    """Fit the analytic map's F_pk, I_knee, h_2 and h_3 to a table."""
+    if name not in map_names():
+        raise HTTPException(404, f"no force map is called {name!r}")
+    async with free_slot(request):
+        return await run_in_threadpool(fit, name)

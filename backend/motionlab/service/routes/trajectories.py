@@ -1,0 +1,228 @@
+"""Trajectories: whether the motor can follow one, how slow it has to be, and those kept by name."""
+
+from __future__ import annotations
+
+import functools
+import json
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Body, HTTPException, Path, Request, Response
+from fastapi.concurrency import run_in_threadpool
+from pydantic import BaseModel, Field
+from starlette.convertors import StringConvertor, register_url_convertor
+
+from motionlab.config.load import load_scenario, phases, validate_trajectory
+from motionlab.config.shipped import names, read
+from motionlab.config.trajectory import TrajectoryConfig
+from motionlab.errors import ConfigError
+from motionlab.service.binary import MEDIA_TYPE, packed
+from motionlab.service.bodies import JsonRoute
+from motionlab.service.described import TrajectoryTable
+from motionlab.service.problems import responses
+from motionlab.service.routes.simulate import SimulateRequest
+from motionlab.service.slots import free_slot
+from motionlab.simulation.prepare import limit_sets
+from motionlab.store.files import data_root
+from motionlab.store.trajectories import TrajectoryStore
+from motionlab.trajectory.examination import Examination, LimitSets, examine
+from motionlab.trajectory.slowing import slow_down
+
+
+class _NameConvertor(StringConvertor):
+    """Leaves the names of calls to the calls."""
+
+    regex = "(?!(?:check|slow)$)[^/]+"
+
+
+register_url_convertor("trajectory", _NameConvertor())
+
+router = APIRouter(prefix="/trajectories", tags=["trajectories"], route_class=JsonRoute)
+
+Name = Annotated[str, Path(pattern="^[a-z0-9-]{1,64}$", description="Name of a trajectory")]
+Table = Annotated[dict[str, Any], TrajectoryTable()]
+
+
+class CheckRequest(SimulateRequest):
+    """A trajectory, and the scenario whose motor and controllers are to follow it."""
+
+    trajectory: Table = Field(description="`kind` and its numbers")
+    points: int = Field(default=600, ge=10, le=20_000, description="Bins of each profile at most")
+
+
+class Entry(BaseModel):
+    """One trajectory that is kept."""
+
+    name: str = Field(description="Name")
+    shipped: bool = Field(description="Whether it ships with the project and cannot be changed")
+    kind: str = Field(description="Kind of motion; empty where the file does not say")
+
+
+class Kept(Entry):
+    """A trajectory with its numbers."""
+
+    trajectory: Table = Field(description="As a scenario takes it, every field given")
+
+
+class Slowed(BaseModel):
+    """A trajectory that the motor can follow."""
+
+    trajectory: Table = Field(description="The same path with slower numbers")
+    stretch: float = Field(ge=1.0, description="Stretch of time; 1 if it was feasible already")
+    duration: float = Field(description="Time of the slower motion, s")
+
+
+@router.post(
+    "/check",
+    operation_id="checkTrajectory",
+    response_class=Response,
+    responses={
+        200: {
+            "description": "Profiles, peaks and everything infeasible; docs/trajectories.md",
+            "content": {MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}},
+        },
+        **responses(400, 413, 415, 422, 429),
+    },
+)
+async def check_trajectory(request: Request, body: Annotated[CheckRequest, Body()]) -> Response:
+    """Hold a trajectory against a scenario's limits, for drawing; infeasible ones get 200 too."""
+    async with free_slot(request):
+        return Response(await run_in_threadpool(_checked, body), media_type=MEDIA_TYPE)
+
+
+@router.post("/slow", operation_id="slowTrajectory", responses=responses(400, 413, 415, 422, 429))
+async def slow_trajectory(request: Request, body: Annotated[CheckRequest, Body()]) -> Slowed:
+    """Stretch a trajectory in time, no more than needed, until the motor can follow it."""
+    async with free_slot(request):
+        return await run_in_threadpool(_slowed, body)
+
+
+@router.get("", operation_id="listTrajectories", responses=responses(422))
+def list_trajectories() -> list[Entry]:
+    """List the trajectories that ship and those that were saved."""
+    shipped = [_entry(name) for name in names("trajectories")]
+    known = {entry.name for entry in shipped}
+    saved = [_saved_entry(name) for name in _store().names() if name not in known]
+    return shipped + [entry for entry in saved if entry is not None]
+
+
+@router.get("/{name:trajectory}", operation_id="getTrajectory", responses=responses(404, 422))
+def get_trajectory(name: Name) -> Kept:
+    """Return a trajectory by name."""
+    shipped = name in names("trajectories")
+    try:
+        tables = read("trajectories", name, loc="name") if shipped else _store().read(name)
+    except FileNotFoundError:
+        raise HTTPException(404, f"no trajectory {name!r}") from None
+    return _kept(name, validate_trajectory(tables), shipped=shipped)
+
+
+@router.put(
+    "/{name:trajectory}",
+    operation_id="putTrajectory",
+    responses=responses(400, 409, 413, 415, 422, 503, 507),
+)
+def put_trajectory(name: Name, body: Annotated[Table, Body()]) -> Kept:
+    """Save a trajectory under a name, in place of what was saved there."""
+    _refuse_shipped(name)
+    trajectory = validate_trajectory(body)
+    _store().write(name, trajectory.model_dump(mode="json", exclude_none=True))
+    return _kept(name, trajectory, shipped=False)
+
+
+@router.delete(
+    "/{name:trajectory}",
+    operation_id="deleteTrajectory",
+    status_code=204,
+    responses=responses(404, 409, 503),
+)
+def delete_trajectory(name: Name) -> Response:
+    """Delete a saved trajectory."""
+    _refuse_shipped(name)
+    if not _store().delete(name):
+        raise HTTPException(404, f"no trajectory {name!r}")
+    return Response(status_code=204)
+
+
+def warm_up() -> None:
+    """Load, or on the first start compile, what a check needs."""
+    points = [[0.0, 0.0], [0.01, 0.0], [0.01, 0.01]]
+    for geometry in ("polyline", "spline"):
+        table = {"kind": "path", "points": points, "closed": True, "geometry": geometry}
+        body = CheckRequest(trajectory=table | {"lap_time": 2.0}, points=10)
+        _checked(body)
+
+
+def _checked(body: CheckRequest) -> bytes:
+    found = examine(validate_trajectory(body.trajectory), _limits(body), bins=body.points)
+    return packed(_head(found), [each for p in found.profiles for each in (p.minimum, p.maximum)])
+
+
+def _head(found: Examination) -> dict[str, Any]:
+    count = len(found.profiles[0].minimum)
+    return {
+        "feasible": found.feasible,
+        "duration": found.duration,
+        "examined": found.examined,
+        "length": found.length,
+        "time": {"start": 0.0, "step": found.step, "count": count},
+        "peaks": [vars(peak) for peak in found.peaks],
+        "violations": [vars(each) for each in found.violations],
+        "violation_count": found.violation_count,
+        "columns": [
+            {
+                "name": profile.name,
+                "unit": profile.unit,
+                "minimum": index * 2 * count,
+                "maximum": (index * 2 + 1) * count,
+            }
+            for index, profile in enumerate(found.profiles)
+        ],
+    }
+
+
+def _slowed(body: CheckRequest) -> Slowed:
+    limits = _limits(body)
+    slower, stretch = slow_down(validate_trajectory(body.trajectory), limits)
+    duration = examine(slower, limits, bins=10).duration
+    return Slowed(trajectory=slower.model_dump(mode="json"), stretch=stretch, duration=duration)
+
+
+def _limits(body: CheckRequest) -> LimitSets:
+    return _limits_of(json.dumps([body.scenario, body.set]))
+
+
+@functools.lru_cache(maxsize=16)
+def _limits_of(scenario_and_changes: str) -> LimitSets:
+    """Return what a scenario's motor can do; a path that is dragged asks for it again and again."""
+    scenario, changes = json.loads(scenario_and_changes)
+    return limit_sets(tuple(phases(load_scenario(scenario, changes))))
+
+
+def _store() -> TrajectoryStore:
+    return TrajectoryStore(data_root() / "trajectories")
+
+
+def _refuse_shipped(name: str) -> None:
+    if name in names("trajectories"):
+        raise HTTPException(409, f"{name!r} ships with the project and cannot be changed")
+
+
+def _entry(name: str) -> Entry:
+    tables = read("trajectories", name, loc="name")
+    return Entry(name=name, shipped=True, kind=str(tables.get("kind", "")))
+
+
+def _saved_entry(name: str) -> Entry | None:
+    """Return what is saved under a name, also where only opening it can tell what is wrong."""
+    try:
+        kind = str(_store().read(name).get("kind", ""))
+    except FileNotFoundError:  # deleted since it was listed
+        return None
+    except ConfigError:
+        kind = ""
+    return Entry(name=name, shipped=False, kind=kind)
+
+
+def _kept(name: str, trajectory: TrajectoryConfig, *, shipped: bool) -> Kept:
+    tables = trajectory.model_dump(mode="json")
+    return Kept(name=name, shipped=shipped, kind=trajectory.kind, trajectory=tables)

@@ -1,0 +1,100 @@
+"""The search for gains and the gain landscape, always as jobs."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Body, Request, Response
+from fastapi.concurrency import run_in_threadpool
+
+from motionlab.errors import ConfigError, FieldError
+from motionlab.service.bodies import JsonRoute
+from motionlab.service.described import Described
+from motionlab.service.kinds import LandscapeJob, TuningJob
+from motionlab.service.problems import responses
+from motionlab.service.routes.jobs import ACCEPTED, as_job
+from motionlab.service.settings import Settings
+from motionlab.tune.landscape import landscape
+from motionlab.tune.problem import Problem, plan
+from motionlab.tune.request import LandscapeRequest, TuneRequest, read_request
+from motionlab.tune.search import tune
+
+router = APIRouter(tags=["tune"], route_class=JsonRoute)
+
+_REFUSED = responses(400, 413, 415, 422, 429)
+
+
+@router.post(
+    "/tune",
+    operation_id="tune",
+    status_code=202,
+    response_model=TuningJob,
+    responses={**ACCEPTED, **_REFUSED},
+)
+async def tune_gains(
+    request: Request,
+    body: Annotated[
+        dict[str, Any],
+        Described(TuneRequest),
+        Body(examples=[{"scenario": "circle", "axis": "x", "objective": {"rms": 1.0}}]),
+    ],
+) -> Response:
+    """Search gains by the simplex of Nelder and Mead, from several starts.
+
+    The job's report carries what each start has evaluated, and at the end the candidates.
+    """
+    problem = await run_in_threadpool(_planned, TuneRequest, body, request.app.state.settings)
+    work = request.app.state.kernels.before(lambda progress: tune(problem, progress))
+    return as_job(request, "tune", body, work)
+
+
+@router.post(
+    "/landscape",
+    operation_id="landscape",
+    status_code=202,
+    response_model=LandscapeJob,
+    responses={**ACCEPTED, **_REFUSED},
+)
+async def gain_landscape(
+    request: Request,
+    body: Annotated[
+        dict[str, Any],
+        Described(LandscapeRequest),
+        Body(examples=[{"scenario": "circle", "points": 32}]),
+    ],
+) -> Response:
+    """Map the cost over k_p and k_d, with the edge of stability of the linearised loop.
+
+    The job's report carries a coarse map first, then finer ones.
+    """
+    problem = await run_in_threadpool(_planned, LandscapeRequest, body, request.app.state.settings)
+    work = request.app.state.kernels.before(lambda progress: landscape(problem, progress))
+    return as_job(request, "landscape", body, work)
+
+
+def _planned(
+    model: type[TuneRequest | LandscapeRequest], body: dict[str, Any], settings: Settings
+) -> Problem:
+    """Return a request's problem, checked, or raise what is wrong with it."""
+    problem = plan(read_request(model, body))
+    too_much = [
+        FieldError(loc=loc, message=message, value=round(value), range=f"<= {limit:g}", unit="s")
+        for loc, message, value, limit in (
+            (
+                "window",
+                "one trial takes too long a simulated time",
+                problem.own.seconds,
+                settings.direct_max,
+            ),
+            (
+                "scenario",
+                "simulated time of all trials is too large for one request",
+                problem.seconds,
+                settings.trials_max,
+            ),
+        )
+        if value > limit
+    ]
+    if too_much:
+        raise ConfigError(*too_much)
+    return problem
