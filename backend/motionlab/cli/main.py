@@ -1,0 +1,89 @@
+"""The command line. Exit codes: 0 done, 1 the run failed, 2 bad input."""
+
+from __future__ import annotations
+
+import argparse
+import io
+import os
+import sys
+from collections.abc import Sequence
+
+from motionlab import __version__
+from motionlab.cli import (
+    design,
+    identify,
+    map,
+    montecarlo,
+    platform,
+    reproduce,
+    run,
+    serve,
+    sharing,
+    tune,
+)
+from motionlab.cli.exit_codes import BAD_INPUT, DONE, FAILED
+from motionlab.errors import ConfigError, Infeasible, MotionLabError
+
+_COMMANDS = (run, design, identify, tune, montecarlo, map, sharing, platform, reproduce, serve)
+"""In the order of the help page."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:  # noqa: PLR0911 - one a failure
+    """Run the command line and return its exit code.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        What follows the program's name; ``sys.argv`` when left out.
+
+    Returns
+    -------
+    int
+        0 done, 1 the run failed, 2 bad input.
+    """
+    if sys.stdout is None:
+        return _complain("stdout is closed: there is nowhere to print a result", FAILED)
+    try:
+        if isinstance(sys.stdout, io.TextIOWrapper):
+            sys.stdout.reconfigure(errors="backslashreplace")  # no letter stops a result
+        try:
+            options = _parser().parse_args(arguments)
+            return options.command(options)
+        finally:
+            sys.stdout.flush()  # here, not at exit, where a failure could not be told
+    except (ConfigError, Infeasible) as error:
+        return _complain(str(error), BAD_INPUT)
+    except MotionLabError as error:
+        return _complain(str(error), FAILED)
+    except KeyboardInterrupt:
+        return _complain("interrupted", FAILED)
+    except MemoryError as error:
+        return _complain(f"not enough memory: {error}; shorten the run", FAILED)
+    except BrokenPipeError:  # the reader of stdout has gone, as in `motionlab run circle | head`
+        _discard_stdout()
+        return DONE
+    except OSError as error:
+        _discard_stdout()
+        return _complain(str(error), FAILED)
+
+
+def _complain(message: str, code: int) -> int:
+    print(f"motionlab: {message}", file=sys.stderr)
+    return code
+
+
+def _discard_stdout() -> None:
+    """Let what is still buffered for stdout go nowhere."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="motionlab",
+        description="A motion lab for planar switched reluctance motors.",
+    )
+    parser.add_argument("--version", action="version", version=f"motionlab {__version__}")
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    for command in _COMMANDS:
+        command.add(commands)
+    return parser
