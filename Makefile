@@ -32,9 +32,15 @@ help: ## Show the targets
 setup: $(SETUP_STAMP) ## Create .venv with everything needed to run and test
 	@echo "Ready: .venv/bin/motionlab --help"
 
+# Kernels first, once for all; then a file to a core; then, by itself, what drives a browser. 5 is
+# pytest's "no tests were selected".
 test: $(SETUP_STAMP) $(PAGE) ## Run the tests (PYTEST_ARGS="-k circle" for some of them)
 	@frontend/npm test --silent
-	@$(PY) -m pytest $(PYTEST_ARGS)
+	@$(PY) -m motionlab.simulation.precompile
+	@$(PY) -m pytest -m "not browser" -n auto --dist loadfile $(PYTEST_ARGS); first=$$?; \
+	[ $$first = 0 ] || [ $$first = 5 ] || exit $$first; \
+	$(PY) -m pytest -m browser $(PYTEST_ARGS); second=$$?; \
+	[ $$second = 5 ] && exit $$first || exit $$second
 
 browser: ## Install Debian's Chromium, and what drives it, for the browser tests (as root)
 	@{ command -v chromium && ldconfig -p | grep -q libatomic; } >/dev/null || { \
@@ -52,8 +58,8 @@ lint: $(LINT_STAMP) ## Check style, types and the direction of imports
 	@frontend/npm run --silent check
 	@frontend/npm run --silent lint
 
-bench: $(SETUP_STAMP) ## Measure speed, each figure beside its reference
-	@$(PY) -m tests.bench
+bench: $(SETUP_STAMP) $(PAGE) ## Measure speed, each figure beside its reference (BENCH="stream page" for some)
+	@$(PY) -m tests.bench $(BENCH)
 
 schema: $(SETUP_STAMP) ## Write configs/scenario.schema.json from the config models
 	@$(PY) -m motionlab.config.schema
@@ -86,7 +92,9 @@ $(VENV_STAMP): $(if $(VENV_RUNS),,FORCE)
 
 $(DEPS_STAMP): $(VENV_STAMP) backend/requirements.lock backend/requirements-test.lock
 	@echo "Installing the locked packages into .venv ..."
-	@$(PIP_INSTALL) --require-hashes -r backend/requirements.lock -r backend/requirements-test.lock
+	@$(PIP_INSTALL) --require-hashes -r backend/requirements.lock -r backend/requirements-test.lock || { \
+		echo "The packages could not be installed. They come from Python's package index:" \
+			"is there a network, or a proxy or mirror that pip knows of? Then make setup again." >&2; exit 1; }
 	@touch $@
 
 $(SETUP_STAMP): $(DEPS_STAMP) pyproject.toml backend/motionlab/__init__.py
