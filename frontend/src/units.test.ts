@@ -7,10 +7,16 @@ import {
   percent,
   prettyUnit,
   scaleFor,
-  withUnit,
+  inScale,
+  quantity,
 } from './units';
 
-describe('withUnit', () => {
+const text = (value: number | null, unit: string) => {
+  const { number, unit: shown } = quantity(value, unit);
+  return `${number} ${shown}`.trimEnd();
+};
+
+describe('quantity', () => {
   it.each([
     [20.52e-6, 'm', '20.5 µm'],
     [0.015, 'm', '15.0 mm'],
@@ -24,10 +30,10 @@ describe('withUnit', () => {
     [0.5, '1', '0.500'],
     [999.7e-6, 'm', '1.00 mm'],
     [Number.NaN, 'm', '– m'],
-  ])('writes %d %s as %s', (value, unit, text) => {
-    expect(withUnit(value, unit)).toBe(text);
+  ])('writes %d %s as %s', (value, unit, expected) => {
+    expect(text(value, unit)).toBe(expected);
   });
-  it('writes a missing value as a dash', () => expect(withUnit(null, 's')).toBe('– s'));
+  it('writes a missing value as a dash', () => expect(text(null, 's')).toBe('– s'));
 });
 
 describe('digits', () => {
@@ -81,3 +87,16 @@ describe('parseNumber', () => {
 });
 
 it('cleans the noise of a change of unit', () => expect(clean(0.1 + 0.2)).toBe(0.3));
+
+it('writes readings in a unit that they share', () => {
+  const scale = scaleFor(20e-6, 'm');
+  const values = [18.84e-6, -1.408e-6, 0.0421e-6, 0.0004e-6, 0, Number.NaN];
+  expect(values.map((value) => inScale(value, scale))).toEqual([
+    '18.8',
+    '−1.41',
+    '0.042',
+    '0',
+    '0',
+    '–',
+  ]);
+});

@@ -18,9 +18,27 @@ const PREFIXES = [
 const LEAST = 1e-12;
 
 /** Units that take a prefix in front; the others, such as s², kg or a pure number, are left alone. */
-const SCALED = new Set(['m', 'm/s', 'm/s²', 'N', 'N/m', 'N s/m', 'A', 'Hz', 's', 'm s', 'W']);
+const SCALED = new Set([
+  'm',
+  'm/s',
+  'm/s²',
+  'N',
+  'N/m',
+  'N s/m',
+  'A',
+  'A/m',
+  'Hz',
+  's',
+  'm s',
+  'W',
+  'V',
+  'T',
+  'Wb',
+  'H',
+  'Pa',
+]);
 
-const SUPERSCRIPTS: Record<string, string> = { '^2': '²', '^3': '³' };
+const SUPERSCRIPTS: Record<string, string> = { '^2': '²', '^3': '³', '^4': '⁴' };
 
 export interface Scale {
   /** Multiply an SI value by this to get the displayed number. */
@@ -32,7 +50,7 @@ export interface Scale {
 /** Returns a unit as people write it: `m/s^2` becomes `m/s²`, the pure number `1` nothing. */
 export function prettyUnit(unit: string): string {
   if (unit === '1') return '';
-  return unit.replace(/\^[23]/g, (power) => SUPERSCRIPTS[power] ?? power);
+  return unit.replace(/\^[234]/g, (power) => SUPERSCRIPTS[power] ?? power);
 }
 
 /** Chooses the prefix with which `magnitude` reads between 1 and 1000. */
@@ -48,14 +66,14 @@ export function scaleFor(magnitude: number, unit: string): Scale {
   return { factor: 1 / prefix.factor, unit: prefix.symbol + pretty };
 }
 
-/** Writes a number with `digits` significant digits, never in exponential notation below 1e6. */
+/** Writes a number with `digits` significant digits, never in exponential notation below 1e9. */
 export function digits(value: number, significant = 3): string {
   if (!Number.isFinite(value)) return '–';
   if (value === 0) return '0';
   const rounded = Number(value.toPrecision(significant));
   const size = Math.abs(rounded);
   const text =
-    size >= 1e6 || size < 1e-4
+    size >= 1e9 || size < 1e-4
       ? rounded.toExponential(significant - 1)
       : rounded.toFixed(Math.max(0, significant - 1 - Math.floor(Math.log10(size))));
   return minus(text);
@@ -65,6 +83,12 @@ export function digits(value: number, significant = 3): string {
 export function minus(text: string): string {
   return text.replace(/-/g, '−');
 }
+
+/** How gains, sigma_0 and sigma_1 are written on every screen and in the paper, whatever their size. */
+export const PER_MM = {
+  stiffness: { factor: 1e-3, unit: 'N/mm' },
+  damping: { factor: 1e-3, unit: 'N s/mm' },
+} as const satisfies Record<string, Scale>;
 
 export interface Quantity {
   number: string;
@@ -81,10 +105,10 @@ export function quantity(value: number | null | undefined, unit: string): Quanti
   return { number: digits(value * scale.factor), unit: scale.unit };
 }
 
-/** Formats an SI value as one text. */
-export function withUnit(value: number | null | undefined, unit: string): string {
-  const { number, unit: shown } = quantity(value, unit);
-  return shown === '' ? number : `${number} ${shown}`;
+/** Writes an SI value in a unit that others share: three digits, but no more than three decimals. */
+export function inScale(value: number, { factor }: Scale): string {
+  const shown = value * factor;
+  return Math.abs(shown) < 0.1 ? digits(Number(shown.toFixed(3)), 2) : digits(shown);
 }
 
 /** Formats a share as per cent with its sign: -0.8746 becomes −87.5 %. */

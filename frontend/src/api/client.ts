@@ -2,12 +2,31 @@
 
 import type {
   Changes,
+  DesignDocument,
+  FieldPicture,
+  IdentificationPlan,
+  JobKind,
+  JobSummary,
+  KeptTrajectory,
+  LoopAccuracy,
+  LoopResponse,
+  Loops,
+  MapEntry,
+  MapFit,
+  MapTables,
+  PlatformDocument,
   Metrics,
+  PaperDocument,
   Parts,
   Problem,
+  ReportOf,
   Scenario,
   ScenarioEntry,
   SessionInfo,
+  SharingDocument,
+  Slowed,
+  Trajectory,
+  TrajectoryEntry,
   Axis,
 } from './types';
 
@@ -31,6 +50,16 @@ export interface ScenarioRequest {
   set?: Changes;
 }
 
+export interface TrajectoryRequest extends ScenarioRequest {
+  trajectory: Trajectory;
+  points?: number;
+}
+
+export interface LoopRequest extends ScenarioRequest {
+  variant: string;
+  axis: Axis;
+}
+
 export class Api {
   /** Asks for the token when the server wants one; resolves once a token was accepted. */
   onUnauthorized: (() => Promise<void>) | null = null;
@@ -38,6 +67,7 @@ export class Api {
   scenarios = () => this.json<ScenarioEntry[]>('GET', '/scenarios');
   scenario = (name: string) => this.json<Scenario>('GET', `/scenarios/${name}`);
   parts = () => this.json<Parts>('GET', '/parts');
+  paper = () => this.json<PaperDocument>('GET', '/paper');
   parse = (toml: string) => this.json<Scenario>('POST', '/scenarios/parse', toml);
   create = (body: ScenarioRequest) => this.json<SessionInfo>('POST', '/sessions', body);
   session = (id: string) => this.json<SessionInfo>('GET', `/sessions/${id}`);
@@ -56,10 +86,52 @@ export class Api {
   patch = (id: string, set: Changes) =>
     this.json<{ tick: number }>('PATCH', `/sessions/${id}/parameters`, { set });
 
-  async whatif(body: ScenarioRequest & { columns: string[]; points: number }, signal: AbortSignal) {
+  async whatif(
+    body: ScenarioRequest & { columns: string[]; points: number; exact: boolean },
+    signal: AbortSignal,
+  ) {
     const response = await this.send('POST', '/whatif', body, signal);
     return response.arrayBuffer();
   }
+
+  trajectories = () => this.json<TrajectoryEntry[]>('GET', '/trajectories');
+  trajectory = (name: string) => this.json<KeptTrajectory>('GET', `/trajectories/${name}`);
+  keepTrajectory = (name: string, table: Trajectory) =>
+    this.json<KeptTrajectory>('PUT', `/trajectories/${name}`, table);
+  dropTrajectory = (name: string) => this.send('DELETE', `/trajectories/${name}`);
+  slow = (body: TrajectoryRequest) => this.json<Slowed>('POST', '/trajectories/slow', body);
+
+  async check(body: TrajectoryRequest) {
+    return (await this.send('POST', '/trajectories/check', body)).arrayBuffer();
+  }
+
+  platform = (body: object) => this.json<PlatformDocument>('POST', '/design/platform', body);
+  design = (body: object) => this.json<DesignDocument>('POST', '/design', body);
+
+  maps = () => this.json<MapEntry[]>('GET', '/maps');
+  map = (name: string) => this.json<MapTables>('GET', `/maps/${name}?positions=97&currents=11`);
+  dropMap = (name: string) => this.send('DELETE', `/maps/${name}`);
+  /** A job, or at once the entry of a map that was computed before. */
+  computeMap = (body: object) => this.json<MapEntry | ReportOf<'map'>>('POST', '/maps', body);
+  previewMap = (geometry: object) =>
+    this.json<MapTables>('POST', '/maps/preview?positions=97&currents=11', geometry);
+  fitMap = (name: string) => this.json<MapFit>('GET', `/maps/${name}/fit`);
+  shareForce = (body: object) => this.json<SharingDocument>('POST', '/design/sharing', body);
+  mapField = (body: object) => this.json<FieldPicture>('POST', '/maps/field', body);
+
+  loop = (body: ScenarioRequest) => this.json<Loops>('POST', '/loop', body);
+  response = (body: LoopRequest) => this.json<LoopResponse>('POST', '/loop/response', body);
+  accuracy = (body: LoopRequest) => this.json<LoopAccuracy>('POST', '/loop/accuracy', body);
+
+  planIdentification = (body: object) =>
+    this.json<IdentificationPlan>('POST', '/identify/plan', body);
+
+  jobs = (kind: JobKind) => this.json<JobSummary[]>('GET', `/jobs?kind=${kind}`);
+  job = <K extends JobKind>(id: string) => this.json<ReportOf<K>>('GET', `/jobs/${id}`);
+  cancelJob = <K extends JobKind>(id: string) => this.json<ReportOf<K>>('DELETE', `/jobs/${id}`);
+  /** Asks for work that is always a job. */
+  start = <K extends JobKind>(path: string, body: object) =>
+    this.json<ReportOf<K>>('POST', path, body);
 
   async login(token: string): Promise<void> {
     await this.attempt('POST', '/login', { token });

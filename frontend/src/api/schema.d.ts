@@ -157,9 +157,32 @@ export interface paths {
          * Simulate
          * @description Run a scenario and return its result document.
          *
-         *     More than 300 s of simulated time, or ``Prefer: respond-async``, make it a job.
+         *     More than 300 s of simulated time, or 600 s summed over variants, or ``Prefer: respond-async``
+         *     make it a job.
          */
         post: operations["simulate"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/jobs": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Jobs
+         * @description Return the jobs that wait, run or have ended, the newest first.
+         *
+         *     Those that are done are recorded, and found again when the server is started anew.
+         */
+        get: operations["listJobs"];
+        put?: never;
+        post?: never;
         delete?: never;
         options?: never;
         head?: never;
@@ -205,6 +228,94 @@ export interface paths {
          */
         post: operations["whatIf"];
         delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/trajectories/check": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Check Trajectory
+         * @description Hold a trajectory against a scenario's limits, for drawing; infeasible ones get 200 too.
+         */
+        post: operations["checkTrajectory"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/trajectories/slow": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Slow Trajectory
+         * @description Stretch a trajectory in time, no more than needed, until the motor can follow it.
+         */
+        post: operations["slowTrajectory"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/trajectories": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Trajectories
+         * @description List the trajectories that ship and those that were saved.
+         */
+        get: operations["listTrajectories"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/trajectories/{name}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Trajectory
+         * @description Return a trajectory by name.
+         */
+        get: operations["getTrajectory"];
+        /**
+         * Put Trajectory
+         * @description Save a trajectory under a name, in place of what was saved there.
+         */
+        put: operations["putTrajectory"];
+        post?: never;
+        /**
+         * Delete Trajectory
+         * @description Delete a saved trajectory.
+         */
+        delete: operations["deleteTrajectory"];
         options?: never;
         head?: never;
         patch?: never;
@@ -478,10 +589,474 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/loop": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Get Loop
+         * @description Return margins and limits of stability of every loop; docs/loop.md.
+         */
+        post: operations["getLoop"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/loop/response": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Get Response
+         * @description Return open loop, closed loop and sensitivity of one axis over frequency, linearised.
+         */
+        post: operations["getResponse"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/loop/accuracy": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Get Accuracy
+         * @description Return crossover and steady-state errors by eqs (39) to (42), beside simulated ones.
+         */
+        post: operations["getAccuracy"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/loop/sweep": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Sweep Loop
+         * @description Measure the loop of one axis by a frequency sweep of the simulation, as a job.
+         *
+         *     A slow motion goes on meanwhile. The job's report carries the points as they arrive.
+         */
+        post: operations["sweepLoop"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/design": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Size Motor
+         * @description Size a motor by the paper's equations (1) to (14), as printed beside corrected.
+         *
+         *     An empty table is the paper's example.
+         */
+        post: operations["design"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/design/platform": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Bend Platform
+         * @description Bend two designs of a moving platform under four movers' normal forces.
+         *
+         *     An empty table is the y platform with this project's shapes; the paper prints none.
+         */
+        post: operations["bendPlatform"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/design/sharing": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Share Force
+         * @description Share a force among the phases over one pole pitch: currents, forces, ripple, copper loss.
+         *
+         *     An empty table is 20 N on the nominal motor.
+         */
+        post: operations["shareForce"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps/{name}/fit": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Fit Map
+         * @description Fit the analytic map's F_pk, I_knee, h_2 and h_3 to a table.
+         */
+        get: operations["fitMap"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Maps
+         * @description List the maps that ship and those that were computed.
+         */
+        get: operations["listMaps"];
+        put?: never;
+        /**
+         * Compute Map
+         * @description Compute a force map as a job; one that was computed before is answered at once.
+         */
+        post: operations["computeMap"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps/preview": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Preview Map
+         * @description Return a map by a magnetic circuit, at once and kept nowhere; fields of the geometry.
+         */
+        post: operations["previewMap"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps/field": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Map Field
+         * @description Return flux density on a grid, flux lines, and outlines of iron and coils.
+         */
+        post: operations["mapField"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps/{name}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Map
+         * @description Return thrust and normal force over position and current, from the map's splines.
+         */
+        get: operations["getMap"];
+        put?: never;
+        post?: never;
+        /**
+         * Delete Map
+         * @description Delete a computed map.
+         */
+        delete: operations["deleteMap"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps/{name}/file": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Map File
+         * @description Return a map's file: its nodes, as ``motionlab map --json`` prints them.
+         */
+        get: operations["getMapFile"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/identify": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Identify Friction
+         * @description Identify friction by uniform motions and force ramps on the simulated motor.
+         *
+         *     The job's report carries the points measured so far, and at the end what is fitted to them.
+         */
+        post: operations["identify"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/identify/plan": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Plan Identification
+         * @description Check an identification and say what it would do and how long that takes; nothing moves.
+         */
+        post: operations["planIdentification"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/montecarlo": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Monte Carlo
+         * @description Run every controller of a scenario on many plausible plants.
+         *
+         *     The job ends with quantiles of every metric, bands of the following error over time, how likely
+         *     the spec is met, and the worst cases with what makes them.
+         */
+        post: operations["monteCarlo"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/paper": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Paper
+         * @description Return every number that the paper prints, how it is judged and why so; nothing computed.
+         */
+        get: operations["getPaper"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/reproduce": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Reproduce Paper
+         * @description Compute the paper's numbers and compare them.
+         *
+         *     The job's report carries the rows as they are judged.
+         */
+        post: operations["reproduce"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/tune": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Tune Gains
+         * @description Search gains by the simplex of Nelder and Mead, from several starts.
+         *
+         *     The job's report carries what each start has evaluated, and at the end the candidates.
+         */
+        post: operations["tune"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/landscape": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Gain Landscape
+         * @description Map the cost over k_p and k_d, with the edge of stability of the linearised loop.
+         *
+         *     The job's report carries a coarse map first, then finer ones.
+         */
+        post: operations["landscape"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
 }
 export type webhooks = Record<string, never>;
 export interface components {
     schemas: {
+        /**
+         * AccuracyDocument
+         * @description Eqs (39) to (42) for one axis, PD control of a mass without friction, and the simulation.
+         */
+        AccuracyDocument: {
+            /** Variant */
+            variant: string;
+            /** Axis */
+            axis: string;
+            /**
+             * Crossover
+             * @description Of eq. (39)
+             */
+            crossover: number;
+            /**
+             * Acceleration
+             * @description Largest of the reference in the window
+             */
+            acceleration: number;
+            /**
+             * Parabola
+             * @description Steady-state error at that acceleration, eq. (40) with 2 R = a
+             */
+            parabola: number;
+            /** @description null for a motion that does not repeat */
+            sine: components["schemas"]["SineAccuracy"] | null;
+            /**
+             * Ideal Peak
+             * @description Largest error, simulated: PD alone, without friction; null where it runs away
+             */
+            ideal_peak: number | null;
+            /**
+             * Simulated Peak
+             * @description Largest error, simulated as the scenario is; null where it runs away
+             */
+            simulated_peak: number | null;
+        };
         /**
          * AmplifierConfig
          * @description Three current amplifiers: ``di/dt = omega (gain command + offset + ripple + noise - i)``.
@@ -490,8 +1065,9 @@ export interface components {
             /**
              * Bandwidth
              * @description Bandwidth of the current loops; left out: currents follow at once
+             * @default null
              */
-            bandwidth?: number | null;
+            bandwidth: number | null;
             /**
              * Gain
              * @description Current per commanded current, phases a, b, c
@@ -645,9 +1221,14 @@ export interface components {
              */
             stop_damping: number;
             friction: components["schemas"]["FrictionConfig"];
-            force_map: components["schemas"]["ForceMapConfig"];
+            /**
+             * Force Map
+             * @description Thrust over position and current
+             */
+            force_map: components["schemas"]["ForceMapConfig"] | components["schemas"]["TableMapConfig"];
             /**
              * @default {
+             *       "bandwidth": null,
              *       "gain": [
              *         1,
              *         1,
@@ -675,6 +1256,92 @@ export interface components {
              *     }
              */
             encoder: components["schemas"]["EncoderConfig"];
+            /**
+             * @default {
+             *       "frequency": 150,
+             *       "damping": 0.02,
+             *       "coupling": 0
+             *     }
+             */
+            resonance: components["schemas"]["ResonanceConfig"];
+        };
+        /**
+         * AxisIdentification
+         * @description Everything identified on one axis.
+         */
+        AxisIdentification: {
+            /**
+             * Points
+             * @description In the order of measurement, both directions
+             */
+            points: components["schemas"]["Point"][];
+            /**
+             * Residuals
+             * @description Force of each point less the fitted curve's
+             */
+            residuals: number[];
+            curve: components["schemas"]["motionlab__identify__document__Curve"];
+            /** @description F_c, F_s, v_s, sigma_2, and a constant offset of force */
+            sliding: components["schemas"]["Fit"];
+            /** @description sigma_0 and sigma_1; null when not asked for */
+            presliding: components["schemas"]["Fit"] | null;
+            /** Ramps */
+            ramps: components["schemas"]["motionlab__identify__document__Ramp"][];
+            /**
+             * Warnings
+             * @description What is wrong with the measurements
+             */
+            warnings: string[];
+        };
+        /**
+         * AxisLandscape
+         * @description The cost of one axis over its gains.
+         */
+        AxisLandscape: {
+            /**
+             * Stride
+             * @description Every which gain of each side is there; 1 at the end
+             */
+            stride: number;
+            /**
+             * K P
+             * @description Along the columns
+             */
+            k_p: number[];
+            /**
+             * K D
+             * @description Along the rows
+             */
+            k_d: number[];
+            /**
+             * Cost
+             * @description Row by row; null where it ran away
+             */
+            cost: (number | null)[][];
+            /**
+             * Edge
+             * @description Lines of (k_p, k_d) on which the linearised loop is at the edge of stability
+             */
+            edge: [
+                number,
+                number
+            ][][];
+            /**
+             * Present
+             * @description k_p and k_d of the scenario
+             */
+            present: [
+                number,
+                number
+            ];
+            /**
+             * Paper
+             * @description k_p and k_d of the paper for this motion
+             */
+            paper: [
+                number,
+                number
+            ];
         };
         /**
          * AxisMetrics
@@ -778,7 +1445,205 @@ export interface components {
              */
             mass: number;
             friction: components["schemas"]["FrictionConfig"];
-            force_map: components["schemas"]["ForceMapConfig"];
+            /**
+             * Force Map
+             * @description Thrust over position and current
+             */
+            force_map: components["schemas"]["ForceMapConfig"] | components["schemas"]["TableMapConfig"];
+        };
+        /**
+         * AxisRating
+         * @description What one axis can reach without friction.
+         */
+        AxisRating: {
+            acceleration: components["schemas"]["Reading"];
+            velocity_single_phase: components["schemas"]["Reading"];
+            velocity_two_phase: components["schemas"]["Reading"];
+            velocity_two_phase_rest_to_rest: components["schemas"]["Reading"];
+            mass_for_printed_velocity: components["schemas"]["Reading"];
+        };
+        /**
+         * AxisStudy
+         * @description One axis of one variant over all cases.
+         */
+        AxisStudy: {
+            /**
+             * Metrics
+             * @description Metrics of a run by name, SI; null where no case has it
+             */
+            metrics: {
+                [key: string]: components["schemas"]["Quantiles"] | null;
+            };
+            /** @description null where every case diverged */
+            band: components["schemas"]["Band"] | null;
+            /**
+             * Peaks
+             * @description Largest following error of each case, m; null where it diverged or could not follow
+             */
+            peaks: (number | null)[];
+        };
+        /**
+         * AxisX
+         * @description The light, inner axis.
+         */
+        AxisX: {
+            /**
+             * Mass
+             * @description Moving mass
+             * @default 5.9
+             */
+            mass: number;
+            /**
+             * Platform Mass
+             * @description Mass that the velocity of one phase is computed with; left out where mass is given: mass
+             * @default 5.7
+             */
+            platform_mass: number | null;
+            /**
+             * Stroke
+             * @description Stroke, from end to end
+             * @default 0.17
+             */
+            stroke: number;
+        };
+        /**
+         * AxisY
+         * @description The heavy, outer axis.
+         */
+        AxisY: {
+            /**
+             * Mass
+             * @description Moving mass
+             * @default 13.9
+             */
+            mass: number;
+            /**
+             * Platform Mass
+             * @description Mass that the velocity of one phase is computed with; left out where mass is given: mass
+             */
+            platform_mass?: number | null;
+            /**
+             * Stroke
+             * @description Stroke, from end to end
+             * @default 0.29
+             */
+            stroke: number;
+        };
+        /**
+         * Band
+         * @description Following error over time: quantiles over cases at each time, extremes until the next.
+         */
+        Band: {
+            /**
+             * Min
+             * @description Least of all cases until the next time
+             */
+            min: number[];
+            /**
+             * Q05
+             * @description 5 % of the cases are below
+             */
+            q05: number[];
+            /**
+             * Q25
+             * @description 25 % of the cases are below
+             */
+            q25: number[];
+            /**
+             * Q50
+             * @description Median
+             */
+            q50: number[];
+            /**
+             * Q75
+             * @description 75 % of the cases are below
+             */
+            q75: number[];
+            /**
+             * Q95
+             * @description 95 % of the cases are below
+             */
+            q95: number[];
+            /**
+             * Max
+             * @description Greatest of all cases until the next time
+             */
+            max: number[];
+        };
+        /**
+         * Bounds
+         * @description Between which gains is searched, low and high of each; the search is in their logarithms.
+         */
+        Bounds: {
+            /**
+             * K P
+             * @description Of k_p
+             * @default [
+             *       10000,
+             *       30000000
+             *     ]
+             */
+            k_p: [
+                number,
+                number
+            ];
+            /**
+             * K D
+             * @description Of k_d
+             * @default [
+             *       100,
+             *       100000
+             *     ]
+             */
+            k_d: [
+                number,
+                number
+            ];
+        };
+        /**
+         * Candidate
+         * @description A set of gains, tried.
+         */
+        Candidate: {
+            /**
+             * Origin
+             * @description Where it comes from
+             * @enum {string}
+             */
+            origin: "present" | "paper" | "start";
+            /**
+             * Start
+             * @description Which start of the simplex led to it
+             */
+            start: number | null;
+            /** Axes */
+            axes: {
+                [key: string]: components["schemas"]["TunedAxis"];
+            };
+            /**
+             * Also
+             * @description Further numbers of the controller, by path
+             */
+            also: {
+                [key: string]: number;
+            };
+            /**
+             * Cost
+             * @description On the worst motor; null where it ran away
+             */
+            cost: number | null;
+            /**
+             * Violations
+             * @description Constraints that it does not hold, with figures
+             */
+            violations: string[];
+            /**
+             * Set
+             * @description Dotted path to value: puts it into the scenario
+             */
+            set: {
+                [key: string]: number;
+            };
         };
         /**
          * Change
@@ -787,7 +1652,7 @@ export interface components {
         Change: {
             /**
              * Tick
-             * @description First tick at which it holds
+             * @description First tick at which it holds; 0 after a reset
              */
             tick: number;
             /**
@@ -817,6 +1682,89 @@ export interface components {
             set: {
                 [key: string]: unknown;
             };
+        };
+        /**
+         * CheckRequest
+         * @description A trajectory, and the scenario whose motor and controllers are to follow it.
+         * @example {
+         *       "scenario": "circle",
+         *       "set": {
+         *         "variants.B.controller.x.k_p": 312000
+         *       }
+         *     }
+         */
+        CheckRequest: {
+            /**
+             * Scenario
+             * @description Name of a shipped scenario, or its tables as in a TOML file; see /schema
+             * @default circle
+             */
+            scenario: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                /** @enum {string} */
+                base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                /**
+                 * Name
+                 * @description Short name
+                 * @default custom
+                 */
+                name: string;
+                /**
+                 * Title
+                 * @description One line for people
+                 * @default
+                 */
+                title: string;
+                /**
+                 * Description
+                 * @description What it shows and whose choice its numbers are
+                 * @default
+                 */
+                description: string;
+                /**
+                 * Seed
+                 * @description Seed of every noise source
+                 * @default 2019
+                 */
+                seed: number;
+                /**
+                 * Settling Band
+                 * @description Following error below which a move counts as settled
+                 * @default 0.000002
+                 */
+                settling_band: number;
+                /**
+                 * Divergence Error
+                 * @description Following error beyond which a variant has diverged
+                 * @default 0.02
+                 */
+                divergence_error: number;
+                plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
+                trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                variants?: {
+                    [key: string]: Record<string, never>;
+                };
+                load?: Record<string, never>;
+                schedule?: Record<string, never>[];
+                window?: Record<string, never> | null;
+            } | unknown | unknown);
+            /**
+             * Set
+             * @description Dotted path to value, SI; all applied together before validation
+             */
+            set?: {
+                [key: string]: unknown;
+            };
+            /**
+             * Trajectory
+             * @description `kind` and its numbers
+             */
+            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["Ramp-Input"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Sequence-Input"];
+            /**
+             * Points
+             * @description Bins of each profile at most
+             * @default 600
+             */
+            points: number;
         };
         /**
          * Circle
@@ -868,8 +1816,9 @@ export interface components {
             /**
              * Lead In
              * @description Time in which the phase rate is eased from rest to its full value; half a period when left out, 0 starts at full speed
+             * @default null
              */
-            lead_in?: number | null;
+            lead_in: number | null;
         };
         /**
          * CompensationConfig
@@ -899,8 +1848,9 @@ export interface components {
             /**
              * Gain
              * @description Gain of K; left out: 100/s for residual-k, 300/s for canudas-de-wit
+             * @default null
              */
-            gain?: number | null;
+            gain: number | null;
             /**
              * Residual Bandwidth
              * @description Bandwidth of the residual's filter (residual-k)
@@ -916,8 +1866,45 @@ export interface components {
             /**
              * Bristle Limit
              * @description Largest bristle estimate, in units of F_s/sigma_0; left out: 1.2 for residual-k or none
+             * @default null
              */
-            bristle_limit?: number | null;
+            bristle_limit: number | null;
+        };
+        /**
+         * Constraints
+         * @description What a set of gains must hold to be a candidate; null leaves one out.
+         *
+         *     Margins are those of the loop linearised while it slides at four Stribeck velocities.
+         */
+        Constraints: {
+            /**
+             * Gain Margin
+             * @description Least factor by which the loop's gain may grow, or fall, to the edge of stability
+             * @default 2
+             */
+            gain_margin: number | null;
+            /**
+             * Phase Margin
+             * @description Least phase margin
+             * @default 0.5236
+             */
+            phase_margin: number | null;
+            /**
+             * Ms
+             * @description Largest peak of the sensitivity
+             */
+            Ms?: number | null;
+            /**
+             * Saturated
+             * @description Largest share of ticks with force or current at its limit
+             * @default 0
+             */
+            saturated: number | null;
+            /**
+             * Force
+             * @description Largest thrust
+             */
+            force?: number | null;
         };
         /**
          * ContourMetrics
@@ -959,8 +1946,10 @@ export interface components {
              *       "law": "off",
              *       "enabled": true,
              *       "velocity": "measured",
+             *       "gain": null,
              *       "residual_bandwidth": 30,
-             *       "regularisation": 0.3
+             *       "regularisation": 0.3,
+             *       "bristle_limit": null
              *     }
              */
             compensation: components["schemas"]["CompensationConfig"];
@@ -977,6 +1966,13 @@ export interface components {
              *     }
              */
             disturbance_observer: components["schemas"]["DisturbanceObserverConfig"];
+            /**
+             * @default {
+             *       "law": "least-norm",
+             *       "overlap": 0.16666666666666666
+             *     }
+             */
+            sharing: components["schemas"]["SharingConfig"];
             /**
              * Delay
              * @description Control periods between a measurement and the command made from it
@@ -996,6 +1992,269 @@ export interface components {
              */
             current_limit: number;
             model: components["schemas"]["ModelConfig"];
+        };
+        /**
+         * CopperLoss
+         * @description Copper loss of the three phases, averaged over the pole pitch.
+         */
+        CopperLoss: {
+            /**
+             * Squared Current
+             * @description Sum of the squared currents, A^2
+             */
+            squared_current: number;
+            /**
+             * Relative
+             * @description Over that of force-per-ampere; null without any
+             */
+            relative: number | null;
+            /**
+             * Power
+             * @description W; null without a resistance
+             */
+            power: number | null;
+        };
+        /**
+         * Deflection
+         * @description One design, bent.
+         */
+        Deflection: {
+            shape: components["schemas"]["Shape"];
+            /**
+             * Mass
+             * @description Of plate and ribs, kg
+             */
+            mass: number;
+            /**
+             * Largest
+             * @description Largest deflection, either way, m
+             */
+            largest: number;
+            /**
+             * Largest X
+             * @description Where, m
+             */
+            largest_x: number;
+            /**
+             * Largest Y
+             * @description m
+             */
+            largest_y: number;
+            /**
+             * Mesh Error
+             * @description Change of the largest against a mesh half as fine, m; the error is smaller
+             */
+            mesh_error: number;
+            /** Movers */
+            movers: components["schemas"]["MoverPlace"][];
+            /**
+             * Mean Gap
+             * @description Of the four movers, m; null without a map
+             */
+            mean_gap: number | null;
+            /**
+             * Thrust Ratio
+             * @description Largest thrust at the mean gap over that at the full one, by the magnetic circuit, 1; null without a map
+             */
+            thrust_ratio: number | null;
+            /**
+             * Steps
+             * @description Of the iteration; null without a map
+             */
+            steps: number | null;
+            /**
+             * X
+             * @description Columns of the picture, m
+             */
+            x: number[];
+            /**
+             * Y
+             * @description Rows, m
+             */
+            y: number[];
+            /**
+             * Deflection
+             * @description Towards the stator, m: a row for each y
+             */
+            deflection: number[][];
+        };
+        /**
+         * DesignDocument
+         * @description Both directions; the same as ``motionlab design --json`` prints.
+         */
+        DesignDocument: {
+            /**
+             * Preset
+             * @enum {string}
+             */
+            preset: "paper" | "previous";
+            /** Title */
+            title: string;
+            /**
+             * Notes
+             * @description What a reader has to know of the preset
+             */
+            notes: string[];
+            /** @description As used, whatever was left out filled in */
+            requirements: components["schemas"]["Requirements"];
+            /** @description From requirements to dimensions */
+            sizing: components["schemas"]["Sizing"];
+            /** @description As used; null where the preset has none and none were given */
+            dimensions: components["schemas"]["Dimensions"] | null;
+            /** @description From dimensions to limits; null without dimensions */
+            rating: components["schemas"]["Rating"] | null;
+        };
+        /**
+         * Dimensions
+         * @description A machine as it is; the defaults are the paper's example.
+         */
+        Dimensions: {
+            /**
+             * F Max
+             * @description Largest thrust that one phase is specified for
+             * @default 32
+             */
+            f_max: number;
+            /**
+             * V Max
+             * @description Largest velocity specified
+             * @default 1
+             */
+            v_max: number;
+            /**
+             * I
+             * @description Largest current of a phase
+             * @default 10
+             */
+            i: number;
+            /**
+             * Tau
+             * @description Pole pitch, p + s
+             * @default 0.0072
+             */
+            tau: number;
+            /**
+             * P
+             * @description Tooth width; left out: from tau and s or sigma
+             */
+            p?: number | null;
+            /**
+             * S
+             * @description Slot width; left out: from tau and p or sigma
+             */
+            s?: number | null;
+            /**
+             * Sigma
+             * @description Tooth over slot, p/s; left out with p and s: 1
+             */
+            sigma?: number | null;
+            /**
+             * N
+             * @description Tooth pairs of a mover: teeth on each limb
+             * @default 3
+             */
+            n: number;
+            /**
+             * Limbs
+             * @description Limbs of the mover's core; the paper's (3) has one, its 39.6 mm two
+             * @default 2
+             */
+            limbs: number;
+            /**
+             * G
+             * @description Air gap
+             * @default 0.0003
+             */
+            g: number;
+            /**
+             * B G
+             * @description Mean flux density in the gap
+             * @default 1.5
+             */
+            B_g: number;
+            /**
+             * H A
+             * @description Mean field strength in the iron
+             * @default 5000
+             */
+            H_a: number;
+            /**
+             * L A
+             * @description Mean path in the iron
+             * @default 0.1451
+             */
+            l_a: number;
+            /**
+             * K E
+             * @description Efficiency
+             * @default 0.7
+             */
+            K_e: number;
+            /**
+             * K D
+             * @description Duty cycle
+             * @default 1
+             */
+            K_d: number;
+            /**
+             * Lambda
+             * @description Aligned over unaligned inductance, L_a/L_u
+             * @default 1.49534
+             */
+            lambda: number;
+            /**
+             * Loading Min
+             * @description Electric loading below which a warning is given
+             * @default 25000
+             */
+            loading_min: number;
+            /**
+             * Loading Max
+             * @description Electric loading above which a warning is given
+             * @default 90000
+             */
+            loading_max: number;
+            /**
+             * L M
+             * @description Stack length of the mover
+             * @default 0.0423
+             */
+            l_m: number;
+            /**
+             * N
+             * @description Turns of a phase
+             * @default 145
+             */
+            N: number;
+            /**
+             * Single Phase Force
+             * @description Largest thrust of one phase
+             * @default 34.1
+             */
+            single_phase_force: number;
+            /**
+             * Two Phase Force
+             * @description Largest thrust of two phases together
+             * @default 43.1
+             */
+            two_phase_force: number;
+            /**
+             * @description The light, inner axis
+             * @default {
+             *       "mass": 5.9,
+             *       "platform_mass": 5.7,
+             *       "stroke": 0.17
+             *     }
+             */
+            x: components["schemas"]["AxisX"];
+            /**
+             * @description The heavy, outer axis
+             * @default {
+             *       "mass": 13.9,
+             *       "stroke": 0.29
+             *     }
+             */
+            y: components["schemas"]["AxisY"];
         };
         /**
          * DisturbanceObserverConfig
@@ -1037,6 +2296,84 @@ export interface components {
             last_states: {
                 [key: string]: number | string;
             }[];
+        };
+        /**
+         * DrawnPath
+         * @description Run along a polyline or a smooth curve through points by a time law.
+         *
+         *     With every law but `constant_speed` a polyline stops at each of its points and a spline at its
+         *     ends; a closed one ends, and stops, where it starts.
+         */
+        DrawnPath: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "path";
+            /**
+             * Points
+             * @description Points (x, y) in the order of the visit
+             */
+            points: [
+                number,
+                number
+            ][];
+            /**
+             * Closed
+             * @description Whether the last point is joined to the first
+             * @default false
+             */
+            closed: boolean;
+            /**
+             * Geometry
+             * @description Straight edges, or the cubic spline through the points with continuous curvature
+             * @default polyline
+             * @enum {string}
+             */
+            geometry: "polyline" | "spline";
+            /**
+             * Law
+             * @description Time law along the path; constant_speed eases from rest and to rest only at its very ends
+             * @default minimum_jerk
+             * @enum {string}
+             */
+            law: "minimum_jerk" | "trapezoid" | "jerk_limited" | "constant_speed";
+            /**
+             * V Max
+             * @description Largest speed along the path
+             * @default null
+             */
+            v_max: number | null;
+            /**
+             * A Max
+             * @description Largest acceleration along the path
+             * @default null
+             */
+            a_max: number | null;
+            /**
+             * J Max
+             * @description Largest jerk along the path, of jerk_limited only
+             * @default null
+             */
+            j_max: number | null;
+            /**
+             * Lap Time
+             * @description Time along the path once, dwells left out, instead of v_max, a_max and j_max; the edges of a polyline share it so that all have the same peak acceleration, ramps take a third of each, and those of constant_speed half a lap each
+             * @default null
+             */
+            lap_time: number | null;
+            /**
+             * Laps
+             * @description Times along a closed path; metrics leave out the first
+             * @default 1
+             */
+            laps: number;
+            /**
+             * Dwell
+             * @description Time at each stop, the first and the last included
+             * @default 0
+             */
+            dwell: number;
         };
         /**
          * Dwell
@@ -1092,6 +2429,65 @@ export interface components {
             interface_rate: number;
         };
         /**
+         * Entry
+         * @description One trajectory that is kept.
+         */
+        Entry: {
+            /**
+             * Name
+             * @description Name
+             */
+            name: string;
+            /**
+             * Shipped
+             * @description Whether it ships with the project and cannot be changed
+             */
+            shipped: boolean;
+            /**
+             * Kind
+             * @description Kind of motion; empty where the file does not say
+             */
+            kind: string;
+        };
+        /**
+         * Erratum
+         * @description Something the paper prints that does not hold, and the computation that shows it.
+         */
+        Erratum: {
+            /** Id */
+            id: string;
+            /** Place */
+            place: string;
+            /**
+             * As Scanned
+             * @description May be the fault of the scanned text that was read
+             */
+            as_scanned: boolean;
+            /** Printed */
+            printed: string;
+            /** Corrected */
+            corrected: string;
+            /** Steps */
+            steps: components["schemas"]["ErratumStep"][];
+            /**
+             * Shown
+             * @description Whether the computation shows it
+             */
+            shown: boolean;
+        };
+        /**
+         * ErratumStep
+         * @description One number of a computation that shows an erratum.
+         */
+        ErratumStep: {
+            /** What */
+            what: string;
+            /** Value */
+            value: number | null;
+            /** Unit */
+            unit: string;
+        };
+        /**
          * EventConfig
          * @description A change of parameters at a tick: of the plant, the load, or a variant's controller.
          */
@@ -1110,10 +2506,221 @@ export interface components {
             };
         };
         /**
+         * FieldPicture
+         * @description The field in the mover's frame: y = 0 in the middle of the gap, x = 0 of the mover.
+         */
+        FieldPicture: {
+            geometry: components["schemas"]["Geometry"];
+            /**
+             * Position
+             * @description x that was taken, m, within half a pitch of aligned
+             */
+            position: number;
+            /**
+             * Current
+             * @description A
+             */
+            current: number;
+            /** Method */
+            method: string;
+            /**
+             * Thrust
+             * @description By the stress tensor on this mesh, N
+             */
+            thrust: number;
+            /**
+             * Normal Force
+             * @description N, positive where mover and stator attract
+             */
+            normal_force: number;
+            /**
+             * Linkage
+             * @description Flux linkage, Wb
+             */
+            linkage: number;
+            /**
+             * Coenergy
+             * @description J
+             */
+            coenergy: number;
+            x: components["schemas"]["Steps"];
+            y: components["schemas"]["Steps"];
+            /**
+             * Flux Density
+             * @description abs(B), T: a row for each y, from below
+             */
+            flux_density: number[][];
+            /**
+             * Flux Density Max
+             * @description Largest of the grid, T
+             */
+            flux_density_max: number;
+            /**
+             * Flux Step
+             * @description Flux between neighbouring lines, Wb; 0 without any
+             */
+            flux_step: number;
+            /** Lines */
+            lines: components["schemas"]["FluxLine"][];
+            /** Outlines */
+            outlines: components["schemas"]["Outline"][];
+        };
+        /**
+         * FigureAxis
+         * @description An axis of a figure.
+         */
+        FigureAxis: {
+            /** Label */
+            label: string;
+            /**
+             * Unit
+             * @description SI
+             */
+            unit: string;
+            /**
+             * Log
+             * @description Drawn over its logarithm
+             * @default false
+             */
+            log: boolean;
+        };
+        /**
+         * FigureBound
+         * @description A printed range drawn across a figure.
+         */
+        FigureBound: {
+            /** Label */
+            label: string;
+            /** Low */
+            low: number | null;
+            /** High */
+            high: number | null;
+            /**
+             * Start
+             * @description From where on; null for all along
+             */
+            start: number | null;
+            /** End */
+            end: number | null;
+        };
+        /**
+         * FigureSeries
+         * @description A curve of a figure.
+         */
+        FigureSeries: {
+            /** Label */
+            label: string;
+            /**
+             * Role
+             * @description Variant, reference, phase, axis, or what the paper prints
+             * @enum {string}
+             */
+            role: "A" | "B" | "reference" | "a" | "b" | "c" | "x" | "y" | "printed";
+            /**
+             * Kind
+             * @enum {string}
+             */
+            kind: "line" | "points";
+            /** X */
+            x: number[];
+            /** Y */
+            y: (number | null)[];
+        };
+        /**
+         * Fit
+         * @description Parameters fitted together, and how well they are determined.
+         */
+        Fit: {
+            /** Parameters */
+            parameters: {
+                [key: string]: components["schemas"]["Parameter"];
+            };
+            /**
+             * Residual Rms
+             * @description Of the fit, in the unit that it is fitted in
+             */
+            residual_rms: number;
+            /** Residual Unit */
+            residual_unit: string;
+            /** Warnings */
+            warnings: string[];
+        };
+        /**
+         * FitDocument
+         * @description The analytic map fitted to a table: F_pk, I_knee, h_2 and h_3 are fits.
+         */
+        FitDocument: {
+            /** Name */
+            name: string;
+            /**
+             * Digest
+             * @description Hash of the table's numbers
+             */
+            digest: string;
+            /** @description To be set as force_map of a controller's model */
+            force_map: components["schemas"]["ForceMapConfig"];
+            /**
+             * Fitted
+             * @description Which of its fields are fits
+             */
+            fitted: string[];
+            /**
+             * Relative Rms
+             * @description Residual of thrust over the largest at the same current, 1; made least
+             */
+            relative_rms: number;
+            /**
+             * Rms
+             * @description Residual of thrust over positions and currents, N
+             */
+            rms: number;
+            /**
+             * Worst
+             * @description Largest residual, N
+             */
+            worst: number;
+            /**
+             * Worst Position
+             * @description Where, m from the aligned position
+             */
+            worst_position: number;
+            /**
+             * Worst Current
+             * @description At which current, A
+             */
+            worst_current: number;
+        };
+        /**
+         * FluxLine
+         * @description A line along which flux runs; between neighbouring values runs one step of flux.
+         */
+        FluxLine: {
+            /**
+             * Flux
+             * @description Flux between this line and the outer edge, Wb
+             */
+            flux: number;
+            /**
+             * Points
+             * @description x and y, m
+             */
+            points: [
+                number,
+                number
+            ][];
+        };
+        /**
          * ForceMapConfig
          * @description Analytic thrust F(i) S(theta) of each phase; see docs/symbols.md.
          */
         ForceMapConfig: {
+            /**
+             * Kind
+             * @description A formula
+             * @default analytic
+             * @constant
+             */
+            kind: "analytic";
             /**
              * Tau
              * @description Pole pitch
@@ -1157,6 +2764,114 @@ export interface components {
              * @default 0
              */
             h_3: number;
+        };
+        /**
+         * ForceMapDocument
+         * @description The file format: everything about one map, SI.
+         */
+        ForceMapDocument: {
+            /**
+             * Format
+             * @default motionlab-force-map
+             * @constant
+             */
+            format: "motionlab-force-map";
+            /**
+             * Format Version
+             * @default 1
+             * @constant
+             */
+            format_version: 1;
+            /**
+             * Method Version
+             * @default 1
+             */
+            method_version: number;
+            /**
+             * Motionlab Version
+             * @default 0.1.0
+             */
+            motionlab_version: string;
+            /**
+             * Preset
+             * @enum {string}
+             */
+            preset: "preview" | "default" | "reference";
+            /**
+             * Method
+             * @description How the numbers were found, in words
+             */
+            method: string;
+            /**
+             * Content Hash
+             * @description Of geometry, preset and method_version
+             */
+            content_hash: string;
+            geometry: components["schemas"]["Geometry"];
+            /**
+             * Positions
+             * @description x, m, one pitch
+             */
+            positions: number[];
+            /**
+             * Currents
+             * @description i, A, from 0
+             */
+            currents: number[];
+            /**
+             * Coenergy
+             * @description W'(x, i), J: a row for each position
+             */
+            coenergy: number[][];
+            /**
+             * Linkage
+             * @description Flux linkage dW'/di, Wb
+             */
+            linkage: number[][];
+            /**
+             * Thrust
+             * @description By the stress tensor, N; the plant takes dW'/dx instead
+             */
+            thrust: number[][];
+            /**
+             * Normal Force
+             * @description Attraction of mover and stator, N
+             */
+            normal_force: number[][];
+        };
+        /**
+         * ForceRamps
+         * @description Open-loop force ramps below stiction.
+         */
+        ForceRamps: {
+            /**
+             * Enabled
+             * @description Identify sigma_0 and sigma_1 too
+             * @default true
+             */
+            enabled: boolean;
+            /**
+             * Rates
+             * @description Rates of the force ramps; a warning below 20 N/s, where ripple spoils them
+             * @default [
+             *       20,
+             *       50,
+             *       100
+             *     ]
+             */
+            rates: number[];
+            /**
+             * Share
+             * @description Largest force of a ramp, as a share of the stiction just identified
+             * @default 0.5
+             */
+            share: number;
+            /**
+             * Places
+             * @description Places in one pole pitch at which the ramps are repeated
+             * @default 7
+             */
+            places: number;
         };
         /**
          * ForceStepConfig
@@ -1224,6 +2939,85 @@ export interface components {
             v_s: number;
         };
         /**
+         * GainMargins
+         * @description Margins of the linearised loop on the scenario's motor; null where there is no crossing.
+         */
+        GainMargins: {
+            /** Stable */
+            stable: boolean;
+            /**
+             * Gain Margin
+             * @description Factor > 1 up to the edge of stability
+             */
+            gain_margin: number | null;
+            /**
+             * Gain Reduction
+             * @description Factor < 1 down to the edge of stability
+             */
+            gain_reduction: number | null;
+            /**
+             * Phase Margin
+             * @description Smallest distance of arg L from -180 degrees
+             */
+            phase_margin: number | null;
+            /**
+             * Ms
+             * @description Peak of the sensitivity
+             */
+            Ms: number;
+            /**
+             * Crossover
+             * @description Highest frequency at which abs(L) = 1
+             */
+            crossover: number | null;
+            /**
+             * Bandwidth
+             * @description -3 dB of L/(1 + L)
+             */
+            bandwidth: number | null;
+        };
+        /**
+         * GainMetrics
+         * @description What one axis did on one motor over the window; all null where it ran away.
+         */
+        GainMetrics: {
+            /**
+             * Peak
+             * @description Largest following error
+             */
+            peak: number | null;
+            /**
+             * Rms
+             * @description Root mean square of the following error
+             */
+            rms: number | null;
+            /**
+             * Itae
+             * @description Integral of time times abs(e), from the window's start
+             */
+            itae: number | null;
+            /**
+             * Settling
+             * @description Longest settling time of a hold; the window's length without or beyond one
+             */
+            settling: number | null;
+            /**
+             * Effort
+             * @description Root mean square of the thrust
+             */
+            effort: number | null;
+            /**
+             * Force
+             * @description Largest thrust
+             */
+            force: number | null;
+            /**
+             * Saturated
+             * @description Share of ticks with force or current at its limit
+             */
+            saturated: number | null;
+        };
+        /**
          * GainsConfig
          * @description PD gains of one axis; the paper prints them in N/mm and N s/mm.
          */
@@ -1238,6 +3032,122 @@ export interface components {
              * @description Derivative gain
              */
             k_d: number;
+            /**
+             * @default {
+             *       "frequency": 250,
+             *       "damping": 0.5,
+             *       "gain": 1
+             *     }
+             */
+            notch: components["schemas"]["NotchConfig"];
+        };
+        /**
+         * Geometry
+         * @description Lengths of one phase's magnetic circuit, its turns and its largest current.
+         */
+        Geometry: {
+            /**
+             * Tau
+             * @description Pole pitch
+             * @default 0.0072
+             */
+            tau: number;
+            /**
+             * P
+             * @description Tooth width, below the pitch
+             * @default 0.0036
+             */
+            p: number;
+            /**
+             * G
+             * @description Air gap
+             * @default 0.0003
+             */
+            g: number;
+            /**
+             * N
+             * @description Teeth on each of the two limbs
+             * @default 3
+             */
+            n: number;
+            /**
+             * L M
+             * @description Stack length
+             * @default 0.0423
+             */
+            l_m: number;
+            /**
+             * N
+             * @description Turns of a phase
+             * @default 145
+             */
+            N: number;
+            /**
+             * I
+             * @description Largest current
+             * @default 10
+             */
+            i: number;
+            /**
+             * Tooth Depth
+             * @description Depth of the mover's teeth
+             * @default 0.0036
+             */
+            tooth_depth: number;
+            /**
+             * Shoe
+             * @description Height of the shoe that carries a limb's teeth
+             * @default 0.0054
+             */
+            shoe: number;
+            /**
+             * Limb
+             * @description Width of a limb, flush with the outer edge of its shoe
+             * @default 0.009
+             */
+            limb: number;
+            /**
+             * Yoke
+             * @description Height of the yoke
+             * @default 0.009
+             */
+            yoke: number;
+            /**
+             * Window
+             * @description Height of the window between shoes and yoke
+             * @default 0.018
+             */
+            window: number;
+            /**
+             * Coil
+             * @description Width of a coil side beside its limb
+             * @default 0.009
+             */
+            coil: number;
+            /**
+             * Stator Tooth Depth
+             * @description Depth of the stator's teeth
+             * @default 0.0054
+             */
+            stator_tooth_depth: number;
+            /**
+             * Stator Back
+             * @description Height of the stator below its teeth
+             * @default 0.0101
+             */
+            stator_back: number;
+            /**
+             * Stacking
+             * @description Share of iron in the stack
+             * @default 0.96
+             */
+            stacking: number;
+            /**
+             * Post
+             * @description Share of the stack that stator teeth face; square posts half of it, bars all
+             * @default 0.5
+             */
+            post: number;
         };
         /**
          * Health
@@ -1246,9 +3156,9 @@ export interface components {
         Health: {
             /**
              * Status
-             * @description ok
+             * @constant
              */
-            status: string;
+            status: "ok";
             /**
              * Version
              * @description Version of the project
@@ -1256,10 +3166,57 @@ export interface components {
             version: string;
         };
         /**
-         * JobReport
-         * @description What is known of a job.
+         * IdentificationDocument
+         * @description Identified friction of one or two axes.
          */
-        JobReport: {
+        IdentificationDocument: {
+            /** Scenario */
+            scenario: string;
+            /** Seed */
+            seed: number;
+            /** Plant */
+            plant: string;
+            /** Version */
+            version: string;
+            /**
+             * Model
+             * @description Hash of the model's sources
+             */
+            model: string;
+            /**
+             * Variant
+             * @description Whose gains and force map drove the motor
+             */
+            variant: string;
+            /**
+             * Apply To
+             * @description Whose model `set` is for
+             */
+            apply_to: string;
+            /**
+             * Simulated Time
+             * @description Time that the experiment takes on a motor
+             */
+            simulated_time: number;
+            /** Axes */
+            axes: {
+                [key: string]: components["schemas"]["AxisIdentification"];
+            };
+            /**
+             * Set
+             * @description Dotted path to value: puts what was identified into the model of `apply_to`
+             */
+            set: {
+                [key: string]: number;
+            };
+            /** @description Result document of the circle with the old model (A) and the new one (B) */
+            comparison: components["schemas"]["ResultDocument"] | null;
+        };
+        /**
+         * IdentificationJob
+         * @description An identification of friction.
+         */
+        IdentificationJob: {
             /**
              * Id
              * @description Identifier, part of its URL
@@ -1277,17 +3234,363 @@ export interface components {
              */
             progress: number;
             /**
-             * Result
-             * @description Result document of a job that is done
+             * Created
+             * Format: date-time
+             * @description When it was asked for
              */
-            result: {
+            created: string;
+            /**
+             * Elapsed
+             * @description Time that it has run, s
+             */
+            elapsed: number;
+            /**
+             * Remaining
+             * @description Estimate of the time that it still needs, s
+             */
+            remaining: number | null;
+            /**
+             * Request
+             * @description Body of the request that asked for it
+             */
+            request: {
                 [key: string]: unknown;
-            } | null;
+            };
             /**
              * Error
              * @description Why a job failed
              */
             error: string | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "identify";
+            /** @description What is there so far, of a job that is looked at while it goes on */
+            partial?: components["schemas"]["PartialIdentification"] | null;
+            /** @description What came of a job that is done */
+            result?: components["schemas"]["IdentificationDocument"] | null;
+        };
+        /**
+         * JobSummary
+         * @description What is known of a job, without what comes of it.
+         */
+        JobSummary: {
+            /**
+             * Id
+             * @description Identifier, part of its URL
+             */
+            id: string;
+            /**
+             * State
+             * @description queued, running, done, failed or cancelled
+             * @enum {string}
+             */
+            state: "queued" | "running" | "done" | "failed" | "cancelled";
+            /**
+             * Progress
+             * @description Share of the work that is done, 0 to 1
+             */
+            progress: number;
+            /**
+             * Created
+             * Format: date-time
+             * @description When it was asked for
+             */
+            created: string;
+            /**
+             * Elapsed
+             * @description Time that it has run, s
+             */
+            elapsed: number;
+            /**
+             * Remaining
+             * @description Estimate of the time that it still needs, s
+             */
+            remaining: number | null;
+            /**
+             * Request
+             * @description Body of the request that asked for it
+             */
+            request: {
+                [key: string]: unknown;
+            };
+            /**
+             * Error
+             * @description Why a job failed
+             */
+            error: string | null;
+            /**
+             * Kind
+             * @description What it does
+             * @enum {string}
+             */
+            kind: "simulate" | "identify" | "map" | "reproduce" | "tune" | "landscape" | "sweep" | "monte-carlo";
+        };
+        /**
+         * JudgedRow
+         * @description A printed number beside ours.
+         */
+        JudgedRow: {
+            /**
+             * Id
+             * @description Name, as --only takes it
+             */
+            id: string;
+            /**
+             * Group
+             * @description Identifier of the group it is shown in
+             */
+            group: string;
+            /**
+             * Place
+             * @description Where it is printed
+             */
+            place: string;
+            /**
+             * Quantity
+             * @description What it is
+             */
+            quantity: string;
+            /**
+             * Unit
+             * @description SI unit of every number of the row; 1 for a pure number
+             */
+            unit: string;
+            /**
+             * Comparison
+             * @description value: within the band; at_most, at_least: a bound, being better is no failure; within: a range that ours must not leave; none: nothing to compare
+             * @enum {string}
+             */
+            comparison: "value" | "at_most" | "at_least" | "within" | "none";
+            /**
+             * Paper
+             * @description As printed, SI; null where it prints a claim only
+             */
+            paper: number | [
+                number,
+                number
+            ] | null;
+            /**
+             * Printed
+             * @description As printed, in its own words
+             */
+            printed: string;
+            /**
+             * Band
+             * @description How far off still holds; null where nothing is judged
+             */
+            band: number | null;
+            /**
+             * Reason
+             * @description Why the band is that wide, or why nothing can be compared
+             */
+            reason: string;
+            /**
+             * Basis
+             * @description What ours is: which motor, which controller, which formula
+             */
+            basis: string;
+            /**
+             * Fitted
+             * @description Ours was fitted to this number: that it holds proves nothing
+             */
+            fitted: boolean;
+            /**
+             * Note
+             * @description What a reader has to know; empty for nothing
+             */
+            note: string;
+            /**
+             * Known
+             * @description Why it is known to fail; null where it is not
+             */
+            known: string | null;
+            /**
+             * Figure
+             * @description Identifier of the figure that shows it
+             */
+            figure: string | null;
+            recipe: components["schemas"]["Recipe"];
+            /**
+             * Ours
+             * @description Ours, SI; null where nothing can be computed
+             */
+            ours: number | [
+                number,
+                number
+            ] | null;
+            /**
+             * Holds
+             * @description Whether it holds; null where nothing is judged
+             */
+            holds: boolean | null;
+            /**
+             * Status
+             * @enum {string}
+             */
+            status: "holds" | "fails" | "known_failure" | "not_comparable";
+            /**
+             * Better
+             * @description Ours is better than a bound asks for; null where there is no bound
+             */
+            better: boolean | null;
+            /**
+             * Values
+             * @description Ours under other controllers and on other motors
+             */
+            values: components["schemas"]["RowValue"][];
+            /** @description null where it is not of a run */
+            monte_carlo: components["schemas"]["RowSpread"] | null;
+            /**
+             * Error
+             * @description Why there is no number although there should be one
+             */
+            error: string | null;
+        };
+        /**
+         * Kept
+         * @description A trajectory with its numbers.
+         */
+        Kept: {
+            /**
+             * Name
+             * @description Name
+             */
+            name: string;
+            /**
+             * Shipped
+             * @description Whether it ships with the project and cannot be changed
+             */
+            shipped: boolean;
+            /**
+             * Kind
+             * @description Kind of motion; empty where the file does not say
+             */
+            kind: string;
+            /**
+             * Trajectory
+             * @description As a scenario takes it, every field given
+             */
+            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["motionlab__config__moves__Ramp"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Sequence-Output"];
+        };
+        /**
+         * Known
+         * @description Friction of an axis before it is identified.
+         */
+        Known: {
+            /**
+             * Believed
+             * @description In the controller's model, SI
+             */
+            believed: {
+                [key: string]: number;
+            };
+            /**
+             * True
+             * @description Of the simulated motor, SI; null without friction, and a real one tells none
+             */
+            true: {
+                [key: string]: number;
+            } | null;
+        };
+        /**
+         * LandscapeDocument
+         * @description The cost over the plane of gains, and the edge of stability in it.
+         */
+        LandscapeDocument: {
+            /** Axes */
+            axes: {
+                [key: string]: components["schemas"]["AxisLandscape"];
+            };
+            /** Scenario */
+            scenario: string;
+            /** Seed */
+            seed: number;
+            /** Plant */
+            plant: string;
+            /** Version */
+            version: string;
+            /**
+             * Model
+             * @description Hash of the model's sources
+             */
+            model: string;
+            /** Variant */
+            variant: string;
+            /**
+             * Objective
+             * @description Weights of the cost
+             */
+            objective: {
+                [key: string]: number;
+            };
+            /**
+             * Window
+             * @description Start and end of the window that is judged
+             */
+            window: number[];
+            /** Warnings */
+            warnings: string[];
+        };
+        /**
+         * LandscapeJob
+         * @description A map of the cost over gains.
+         */
+        LandscapeJob: {
+            /**
+             * Id
+             * @description Identifier, part of its URL
+             */
+            id: string;
+            /**
+             * State
+             * @description queued, running, done, failed or cancelled
+             * @enum {string}
+             */
+            state: "queued" | "running" | "done" | "failed" | "cancelled";
+            /**
+             * Progress
+             * @description Share of the work that is done, 0 to 1
+             */
+            progress: number;
+            /**
+             * Created
+             * Format: date-time
+             * @description When it was asked for
+             */
+            created: string;
+            /**
+             * Elapsed
+             * @description Time that it has run, s
+             */
+            elapsed: number;
+            /**
+             * Remaining
+             * @description Estimate of the time that it still needs, s
+             */
+            remaining: number | null;
+            /**
+             * Request
+             * @description Body of the request that asked for it
+             */
+            request: {
+                [key: string]: unknown;
+            };
+            /**
+             * Error
+             * @description Why a job failed
+             */
+            error: string | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "landscape";
+            /** @description What is there so far, of a job that is looked at while it goes on */
+            partial?: components["schemas"]["PartialLandscape"] | null;
+            /** @description What came of a job that is done */
+            result?: components["schemas"]["LandscapeDocument"] | null;
         };
         /**
          * Line
@@ -1303,18 +3606,21 @@ export interface components {
             /**
              * V Max
              * @description Largest speed along the path
+             * @default null
              */
-            v_max?: number | null;
+            v_max: number | null;
             /**
              * A Max
              * @description Largest acceleration along the path
+             * @default null
              */
-            a_max?: number | null;
+            a_max: number | null;
             /**
              * Edge Time
              * @description Time of every edge, instead of v_max and a_max
+             * @default null
              */
-            edge_time?: number | null;
+            edge_time: number | null;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -1330,6 +3636,52 @@ export interface components {
             start: components["schemas"]["PlanarLength"];
             /** @description Where the line ends */
             end: components["schemas"]["PlanarLength"];
+        };
+        /**
+         * Load
+         * @description Four normal forces at the corners of a rectangle, each over the footprint of a mover.
+         */
+        Load: {
+            /**
+             * Forces
+             * @description At (-x, -y), (x, -y), (-x, y), (x, y), towards the stator; not used with a map
+             * @default [
+             *       400,
+             *       400,
+             *       400,
+             *       400
+             *     ]
+             */
+            forces: [
+                number,
+                number,
+                number,
+                number
+            ];
+            /**
+             * Spacing X
+             * @description Distance of the movers' middles along x
+             * @default 0.24
+             */
+            spacing_x: number;
+            /**
+             * Spacing Y
+             * @description The same along y
+             * @default 0.2
+             */
+            spacing_y: number;
+            /**
+             * Length
+             * @description Of a mover's footprint along x; 0 in both directions for a point
+             * @default 0.0396
+             */
+            length: number;
+            /**
+             * Width
+             * @description The same along y
+             * @default 0.0423
+             */
+            width: number;
         };
         /**
          * LoadConfig
@@ -1373,12 +3725,663 @@ export interface components {
             token: string;
         };
         /**
+         * LoopDocument
+         * @description The loops of a scenario.
+         */
+        LoopDocument: {
+            /** Variants */
+            variants: {
+                [key: string]: components["schemas"]["LoopOfVariant"];
+            };
+        };
+        /**
+         * LoopOfAxis
+         * @description The loop of one axis while it slides; null where there is no such crossing.
+         */
+        LoopOfAxis: {
+            /**
+             * Velocity
+             * @description Sliding velocity, m/s
+             */
+            velocity: number;
+            /**
+             * Stable
+             * @description Whether every pole lies inside the unit circle
+             */
+            stable: boolean;
+            /**
+             * K P Limit
+             * @description Nearest k_p at which stability changes, N/m
+             */
+            k_p_limit: number | null;
+            /**
+             * K D Limit
+             * @description Nearest k_d at which stability changes, N s/m
+             */
+            k_d_limit: number | null;
+            /**
+             * Crossover
+             * @description Highest frequency at which abs(L) = 1, Hz
+             */
+            crossover: number | null;
+            /**
+             * Phase Margin
+             * @description rad
+             */
+            phase_margin: number | null;
+            /**
+             * Gain Margin
+             * @description Factor > 1 up to the edge of stability
+             */
+            gain_margin: number | null;
+            /**
+             * Gain Reduction
+             * @description Factor < 1 down to the edge of stability
+             */
+            gain_reduction: number | null;
+            /**
+             * Ms
+             * @description Peak of the sensitivity
+             */
+            Ms: number;
+            /**
+             * Bandwidth
+             * @description -3 dB of L/(1 + L), Hz
+             */
+            bandwidth: number | null;
+        };
+        /**
+         * LoopOfVariant
+         * @description The loops of one variant.
+         */
+        LoopOfVariant: {
+            /**
+             * Axes
+             * @description Empty where the law has no linearisation
+             */
+            axes: {
+                [key: string]: components["schemas"]["LoopOfAxis"];
+            };
+            /**
+             * Note
+             * @description Why there are none
+             */
+            note: string | null;
+        };
+        /**
+         * MapEntry
+         * @description A force map, without its tables.
+         */
+        MapEntry: {
+            /**
+             * Name
+             * @description Of its file; a computed map's content hash
+             */
+            name: string;
+            /**
+             * Shipped
+             * @description Whether it ships with the project and cannot be deleted
+             */
+            shipped: boolean;
+            /**
+             * Content Hash
+             * @description Of geometry, preset and method_version
+             */
+            content_hash: string;
+            /**
+             * Preset
+             * @enum {string}
+             */
+            preset: "preview" | "default" | "reference";
+            /** Method */
+            method: string;
+            /** Motionlab Version */
+            motionlab_version: string;
+            geometry: components["schemas"]["Geometry"];
+            peaks: components["schemas"]["Peaks"];
+            uncertainty: components["schemas"]["Uncertainty"];
+            /**
+             * Published
+             * @description The paper's peaks, where the geometry has all that it prints; else empty
+             */
+            published: components["schemas"]["Published"][];
+        };
+        /**
+         * MapJob
+         * @description A force map by finite elements.
+         */
+        MapJob: {
+            /**
+             * Id
+             * @description Identifier, part of its URL
+             */
+            id: string;
+            /**
+             * State
+             * @description queued, running, done, failed or cancelled
+             * @enum {string}
+             */
+            state: "queued" | "running" | "done" | "failed" | "cancelled";
+            /**
+             * Progress
+             * @description Share of the work that is done, 0 to 1
+             */
+            progress: number;
+            /**
+             * Created
+             * Format: date-time
+             * @description When it was asked for
+             */
+            created: string;
+            /**
+             * Elapsed
+             * @description Time that it has run, s
+             */
+            elapsed: number;
+            /**
+             * Remaining
+             * @description Estimate of the time that it still needs, s
+             */
+            remaining: number | null;
+            /**
+             * Request
+             * @description Body of the request that asked for it
+             */
+            request: {
+                [key: string]: unknown;
+            };
+            /**
+             * Error
+             * @description Why a job failed
+             */
+            error: string | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "map";
+            /**
+             * Partial
+             * @description Nothing
+             */
+            partial?: null;
+            /** @description What came of a job that is done */
+            result?: components["schemas"]["MapEntry"] | null;
+        };
+        /**
+         * MapLoad
+         * @description Normal forces of a force map, which grow as the platform bends into the gap.
+         */
+        MapLoad: {
+            /**
+             * Name
+             * @description Of the map, among those of GET /maps
+             */
+            name: string;
+            /**
+             * Current
+             * @description Of the phase
+             * @default 10
+             */
+            current: number;
+            /**
+             * Position
+             * @description x, 0 where teeth are aligned and the force is largest
+             * @default 0
+             */
+            position: number;
+        };
+        /**
+         * MapRecord
+         * @description A force map that a run used.
+         */
+        MapRecord: {
+            /** Name */
+            name: string;
+            /**
+             * Content Hash
+             * @description Of geometry, preset and method
+             */
+            content_hash: string;
+            /**
+             * Digest
+             * @description Of the numbers themselves
+             */
+            digest: string;
+        };
+        /**
+         * MapTables
+         * @description A force map with tables of its splines: a row for each position.
+         */
+        MapTables: {
+            /**
+             * Name
+             * @description Of its file; a computed map's content hash
+             */
+            name: string;
+            /**
+             * Shipped
+             * @description Whether it ships with the project and cannot be deleted
+             */
+            shipped: boolean;
+            /**
+             * Content Hash
+             * @description Of geometry, preset and method_version
+             */
+            content_hash: string;
+            /**
+             * Preset
+             * @enum {string}
+             */
+            preset: "preview" | "default" | "reference";
+            /** Method */
+            method: string;
+            /** Motionlab Version */
+            motionlab_version: string;
+            geometry: components["schemas"]["Geometry"];
+            peaks: components["schemas"]["Peaks"];
+            uncertainty: components["schemas"]["Uncertainty"];
+            /**
+             * Published
+             * @description The paper's peaks, where the geometry has all that it prints; else empty
+             */
+            published: components["schemas"]["Published"][];
+            /**
+             * Positions
+             * @description x, m, one pitch, 0 where teeth are aligned
+             */
+            positions: number[];
+            /**
+             * Currents
+             * @description i, A, from 0
+             */
+            currents: number[];
+            /**
+             * Thrust
+             * @description dW'/dx, N, below 0 for 0 < x < tau/2
+             */
+            thrust: number[][];
+            /**
+             * Normal Force
+             * @description Attraction of mover and stator, N
+             */
+            normal_force: number[][];
+        };
+        /**
          * ModelConfig
          * @description The controller's model of the motor; by name it is read off a shipped motor.
          */
         ModelConfig: {
             x: components["schemas"]["AxisModelConfig"];
             y: components["schemas"]["AxisModelConfig"];
+        };
+        /**
+         * MonteCarloDocument
+         * @description Many plausible plants under the same controllers.
+         */
+        MonteCarloDocument: {
+            /** Scenario */
+            scenario: string;
+            /** Plant */
+            plant: string;
+            /** Version */
+            version: string;
+            /**
+             * Model
+             * @description Hash of the model's sources
+             */
+            model: string;
+            /** Cases */
+            cases: number;
+            /**
+             * Seed
+             * @description Of the draws
+             */
+            seed: number;
+            /** Vary */
+            vary: components["schemas"]["Variation"][];
+            /** Notes */
+            notes: string[];
+            /**
+             * Infeasible
+             * @description Cases whose plant cannot follow the motion
+             */
+            infeasible: number;
+            /**
+             * Window
+             * @description Of metrics and bands: start and end
+             */
+            window: {
+                [key: string]: number;
+            };
+            /**
+             * Time
+             * @description Times of the bands
+             */
+            time: number[];
+            spec: components["schemas"]["Spec"];
+            /** Variants */
+            variants: {
+                [key: string]: components["schemas"]["VariantStudy"];
+            };
+            /**
+             * Improvement
+             * @description By axis and metric: 1 - B/A of each case, of the first two variants
+             */
+            improvement: {
+                [key: string]: {
+                    [key: string]: components["schemas"]["Quantiles"] | null;
+                };
+            };
+            /**
+             * Worst
+             * @description The worst of each variant and axis, the worst first
+             */
+            worst: components["schemas"]["Worst"][];
+        };
+        /**
+         * MonteCarloJob
+         * @description A scenario on many plausible plants.
+         */
+        MonteCarloJob: {
+            /**
+             * Id
+             * @description Identifier, part of its URL
+             */
+            id: string;
+            /**
+             * State
+             * @description queued, running, done, failed or cancelled
+             * @enum {string}
+             */
+            state: "queued" | "running" | "done" | "failed" | "cancelled";
+            /**
+             * Progress
+             * @description Share of the work that is done, 0 to 1
+             */
+            progress: number;
+            /**
+             * Created
+             * Format: date-time
+             * @description When it was asked for
+             */
+            created: string;
+            /**
+             * Elapsed
+             * @description Time that it has run, s
+             */
+            elapsed: number;
+            /**
+             * Remaining
+             * @description Estimate of the time that it still needs, s
+             */
+            remaining: number | null;
+            /**
+             * Request
+             * @description Body of the request that asked for it
+             */
+            request: {
+                [key: string]: unknown;
+            };
+            /**
+             * Error
+             * @description Why a job failed
+             */
+            error: string | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "monte-carlo";
+            /**
+             * Partial
+             * @description Nothing
+             */
+            partial?: null;
+            /** @description What came of a job that is done */
+            result?: components["schemas"]["MonteCarloDocument"] | null;
+        };
+        /**
+         * MoverPlace
+         * @description One mover below the platform.
+         */
+        MoverPlace: {
+            /**
+             * X
+             * @description Its middle, m
+             */
+            x: number;
+            /**
+             * Y
+             * @description m
+             */
+            y: number;
+            /**
+             * Force
+             * @description Normal force, N, towards the stator
+             */
+            force: number;
+            /**
+             * Gap Change
+             * @description Mean deflection of its footprint: the gap's loss, m
+             */
+            gap_change: number;
+            /**
+             * Gap
+             * @description What is left of the map's gap, m; null without a map
+             */
+            gap: number | null;
+        };
+        /**
+         * NotchConfig
+         * @description A notch filter on PD and disturbance observer, against a resonance; not in the paper.
+         */
+        NotchConfig: {
+            /**
+             * Frequency
+             * @description Frequency that is held back
+             * @default 250
+             */
+            frequency: number;
+            /**
+             * Damping
+             * @description Damping ratio of its poles: half its relative width
+             * @default 0.5
+             */
+            damping: number;
+            /**
+             * Gain
+             * @description Gain at its frequency; 1 is no notch
+             * @default 1
+             */
+            gain: number;
+        };
+        /**
+         * Outline
+         * @description The edge of iron or of a coil side.
+         */
+        Outline: {
+            /**
+             * Part
+             * @description stator or mover: iron; coil_in, coil_out: current away from and to the viewer
+             * @enum {string}
+             */
+            part: "stator" | "mover" | "coil_in" | "coil_out";
+            /**
+             * Points
+             * @description x and y, m; the last joins the first
+             */
+            points: [
+                number,
+                number
+            ][];
+        };
+        /**
+         * PaperDeformation
+         * @description What the paper prints of the same platform.
+         */
+        PaperDeformation: {
+            /**
+             * Previous
+             * @description m
+             */
+            previous: number;
+            /**
+             * New
+             * @description m
+             */
+            new: number;
+            /**
+             * Change
+             * @description new over previous less 1
+             */
+            change: number;
+            /**
+             * Change Printed
+             * @description The same as the paper prints it
+             */
+            change_printed: number;
+            /**
+             * Status
+             * @default not_comparable
+             * @constant
+             */
+            status: "not_comparable";
+            /**
+             * Reason
+             * @default the paper gives the shapes only in its Fig. 3 and no supports: the method is the same, the plates are not
+             */
+            reason: string;
+        };
+        /**
+         * PaperDocument
+         * @description Every printed number, before anything is computed.
+         */
+        PaperDocument: {
+            /** Source */
+            source: string;
+            /** Groups */
+            groups: components["schemas"]["PaperGroup"][];
+            /** Rows */
+            rows: components["schemas"]["PaperRow"][];
+        };
+        /**
+         * PaperFigure
+         * @description A figure in the manner of the paper's.
+         */
+        PaperFigure: {
+            /** Id */
+            id: string;
+            /** Group */
+            group: string;
+            /** Title */
+            title: string;
+            /** About */
+            about: string;
+            x: components["schemas"]["FigureAxis"];
+            y: components["schemas"]["FigureAxis"];
+            /** Series */
+            series: components["schemas"]["FigureSeries"][];
+            /** Bounds */
+            bounds: components["schemas"]["FigureBound"][];
+        };
+        /**
+         * PaperGroup
+         * @description Rows that are shown together: a section, a table or a figure of the paper.
+         */
+        PaperGroup: {
+            /** Id */
+            id: string;
+            /** Title */
+            title: string;
+            /** About */
+            about: string;
+        };
+        /**
+         * PaperRow
+         * @description A printed number and how it is judged, before anything is computed.
+         */
+        PaperRow: {
+            /**
+             * Id
+             * @description Name, as --only takes it
+             */
+            id: string;
+            /**
+             * Group
+             * @description Identifier of the group it is shown in
+             */
+            group: string;
+            /**
+             * Place
+             * @description Where it is printed
+             */
+            place: string;
+            /**
+             * Quantity
+             * @description What it is
+             */
+            quantity: string;
+            /**
+             * Unit
+             * @description SI unit of every number of the row; 1 for a pure number
+             */
+            unit: string;
+            /**
+             * Comparison
+             * @description value: within the band; at_most, at_least: a bound, being better is no failure; within: a range that ours must not leave; none: nothing to compare
+             * @enum {string}
+             */
+            comparison: "value" | "at_most" | "at_least" | "within" | "none";
+            /**
+             * Paper
+             * @description As printed, SI; null where it prints a claim only
+             */
+            paper: number | [
+                number,
+                number
+            ] | null;
+            /**
+             * Printed
+             * @description As printed, in its own words
+             */
+            printed: string;
+            /**
+             * Band
+             * @description How far off still holds; null where nothing is judged
+             */
+            band: number | null;
+            /**
+             * Reason
+             * @description Why the band is that wide, or why nothing can be compared
+             */
+            reason: string;
+            /**
+             * Basis
+             * @description What ours is: which motor, which controller, which formula
+             */
+            basis: string;
+            /**
+             * Fitted
+             * @description Ours was fitted to this number: that it holds proves nothing
+             */
+            fitted: boolean;
+            /**
+             * Note
+             * @description What a reader has to know; empty for nothing
+             */
+            note: string;
+            /**
+             * Known
+             * @description Why it is known to fail; null where it is not
+             */
+            known: string | null;
+            /**
+             * Figure
+             * @description Identifier of the figure that shows it
+             */
+            figure: string | null;
+            recipe: components["schemas"]["Recipe"];
         };
         /**
          * Parabola
@@ -1408,6 +4411,49 @@ export interface components {
             duration: number;
         };
         /**
+         * Parameter
+         * @description One identified number.
+         */
+        Parameter: {
+            /**
+             * Value
+             * @description Estimate, in command newtons where it is a force
+             */
+            value: number;
+            /** Unit */
+            unit: string;
+            /**
+             * Standard Error
+             * @description null where the data do not determine it
+             */
+            standard_error: number | null;
+            /**
+             * Low
+             * @description Lower end of the 95 % interval
+             */
+            low: number | null;
+            /**
+             * High
+             * @description Upper end of the 95 % interval
+             */
+            high: number | null;
+            /**
+             * Believed
+             * @description In the controller's model before
+             */
+            believed: number | null;
+            /**
+             * True
+             * @description Of the simulated motor; a real one tells none
+             */
+            true: number | null;
+            /**
+             * Ratio
+             * @description Estimate over true value
+             */
+            ratio: number | null;
+        };
+        /**
          * Part
          * @description One shipped part of a scenario.
          */
@@ -1416,6 +4462,76 @@ export interface components {
             name: string;
             /** Description */
             description: string;
+        };
+        /**
+         * PartialGroup
+         * @description What the starts of one group have evaluated so far.
+         */
+        PartialGroup: {
+            /** Axes */
+            axes: string[];
+            /** Starts */
+            starts: components["schemas"]["TuneHistory"][];
+        };
+        /**
+         * PartialIdentification
+         * @description What is there while an identification goes on.
+         */
+        PartialIdentification: {
+            standing: components["schemas"]["Standing"];
+            /** Known */
+            known: {
+                [key: string]: components["schemas"]["Known"];
+            };
+            /**
+             * Axes
+             * @description Points measured so far
+             */
+            axes: {
+                [key: string]: components["schemas"]["Point"][];
+            };
+            /**
+             * Found
+             * @description Axes that are finished
+             */
+            found: {
+                [key: string]: components["schemas"]["AxisIdentification"];
+            };
+        };
+        /**
+         * PartialLandscape
+         * @description A landscape, coarse at first.
+         */
+        PartialLandscape: {
+            /** Axes */
+            axes: {
+                [key: string]: components["schemas"]["AxisLandscape"];
+            };
+        };
+        /**
+         * PartialReproduce
+         * @description What is there while it goes on.
+         */
+        PartialReproduce: {
+            /**
+             * Doing
+             * @description What is computed now
+             */
+            doing: string;
+            /** Rows */
+            rows: components["schemas"]["JudgedRow"][];
+            /** Figures */
+            figures: components["schemas"]["PaperFigure"][];
+            /** Errata */
+            errata: components["schemas"]["Erratum"][];
+        };
+        /**
+         * PartialTuning
+         * @description What is there while the simplex goes on.
+         */
+        PartialTuning: {
+            /** Groups */
+            groups: components["schemas"]["PartialGroup"][];
         };
         /**
          * Parts
@@ -1428,6 +4544,76 @@ export interface components {
             controllers: components["schemas"]["Part"][];
             /** Trajectories */
             trajectories: components["schemas"]["Part"][];
+        };
+        /**
+         * Peaks
+         * @description Figures by which maps are compared.
+         */
+        Peaks: {
+            /**
+             * Current
+             * @description At which, but for the ratio: the largest, A
+             */
+            current: number;
+            /**
+             * Peak Thrust
+             * @description Largest dW'/dx, N
+             */
+            peak_thrust: number;
+            /**
+             * Peak Position
+             * @description Where, m; 0 where teeth are aligned
+             */
+            peak_position: number;
+            /**
+             * Normal Force Aligned
+             * @description N
+             */
+            normal_force_aligned: number;
+            /**
+             * Normal Force Unaligned
+             * @description N
+             */
+            normal_force_unaligned: number;
+            /**
+             * Inductance Ratio
+             * @description Aligned over unaligned, a tenth of the current
+             */
+            inductance_ratio: number;
+            /**
+             * Spline Error
+             * @description Largest difference of dW'/dx from the stress, N
+             */
+            spline_error: number;
+        };
+        /**
+         * PlanDocument
+         * @description What an identification would do, before it does it.
+         */
+        PlanDocument: {
+            /**
+             * Simulated Time
+             * @description About how long it takes on a motor
+             */
+            simulated_time: number;
+            /**
+             * Simulated Time Max
+             * @description Longest that one request may ask for
+             */
+            simulated_time_max: number;
+            /** Known */
+            known: {
+                [key: string]: components["schemas"]["Known"];
+            };
+            /** Axes */
+            axes: {
+                [key: string]: components["schemas"]["PlannedMotion"][];
+            };
+            /**
+             * Ramps
+             * @description Force ramps, all axes together
+             */
+            ramps: number;
         };
         /**
          * PlanarAcceleration
@@ -1502,6 +4688,27 @@ export interface components {
             y: number;
         };
         /**
+         * PlannedMotion
+         * @description A uniform motion there and back that is planned.
+         */
+        PlannedMotion: {
+            /**
+             * Speed
+             * @description Wanted speed
+             */
+            speed: number;
+            /**
+             * Pitches
+             * @description Whole pole pitches averaged over, each way
+             */
+            pitches: number;
+            /**
+             * Time
+             * @description How long it takes
+             */
+            time: number;
+        };
+        /**
          * PlantConfig
          * @description The planar motor: two decoupled axes.
          */
@@ -1529,6 +4736,58 @@ export interface components {
             y: components["schemas"]["AxisConfig"];
         };
         /**
+         * PlatformDocument
+         * @description Two designs of one platform under the same movers.
+         */
+        PlatformDocument: {
+            /**
+             * Axis
+             * @enum {string}
+             */
+            axis: "x" | "y";
+            /**
+             * Map
+             * @description Of the forces; null where they are given
+             */
+            map: string | null;
+            /** @description As asked for; with a map its forces are not used */
+            load: components["schemas"]["Load"];
+            /** Designs */
+            designs: {
+                [key: string]: components["schemas"]["Deflection"];
+            };
+            /**
+             * Change
+             * @description Largest deflection, new over previous less 1; null without any deflection
+             */
+            change: number | null;
+            paper: components["schemas"]["PaperDeformation"];
+        };
+        /**
+         * PlatformRequest
+         * @description Two designs of one platform under the same normal forces.
+         */
+        PlatformRequest: {
+            /**
+             * Axis
+             * @description Which platform's shapes are the defaults
+             * @default y
+             * @enum {string}
+             */
+            axis: "x" | "y";
+            previous: components["schemas"]["Shape"];
+            new: components["schemas"]["Shape"];
+            load?: components["schemas"]["Load"];
+            /** @description Take the forces from a force map */
+            map?: components["schemas"]["MapLoad"] | null;
+            /**
+             * Cells
+             * @description Elements along the longer edge, at least; more where edges ask for it
+             * @default 16
+             */
+            cells: number;
+        };
+        /**
          * PlayRequest
          * @description How fast to run.
          */
@@ -1538,6 +4797,32 @@ export interface components {
              * @description Simulated time per time; left out: as before
              */
             speed?: number | null;
+        };
+        /**
+         * Point
+         * @description Friction at one velocity.
+         */
+        Point: {
+            /**
+             * Velocity
+             * @description Mean measured velocity
+             */
+            velocity: number;
+            /**
+             * Force
+             * @description Mean force command
+             */
+            force: number;
+            /**
+             * Deviation
+             * @description Standard deviation of the command over the window
+             */
+            deviation: number;
+            /**
+             * Pitches
+             * @description Whole pole pitches averaged over
+             */
+            pitches: number;
         };
         /**
          * PointTarget
@@ -1595,6 +4880,42 @@ export interface components {
             laps: number;
         };
         /**
+         * Probability
+         * @description Share of the cases that meet a spec, with what so few cases can tell.
+         */
+        Probability: {
+            /** Share */
+            share: number;
+            /**
+             * Low
+             * @description Lower end of the 95 % interval, after Wilson
+             */
+            low: number;
+            /**
+             * High
+             * @description Upper end
+             */
+            high: number;
+        };
+        /**
+         * Published
+         * @description A pair of peaks that the paper prints, at 10 A.
+         */
+        Published: {
+            /** Method */
+            method: string;
+            /**
+             * Thrust
+             * @description N
+             */
+            thrust: number;
+            /**
+             * Normal Force
+             * @description N
+             */
+            normal_force: number;
+        };
+        /**
          * PushRequest
          * @description A push of the mover of every variant.
          */
@@ -1617,10 +4938,40 @@ export interface components {
             duration: number;
         };
         /**
+         * Quantiles
+         * @description How a number is spread over the cases that have it.
+         */
+        Quantiles: {
+            /** Min */
+            min: number;
+            /**
+             * Q05
+             * @description 5 % of the cases are below
+             */
+            q05: number;
+            /**
+             * Q50
+             * @description Median
+             */
+            q50: number;
+            /**
+             * Q95
+             * @description 95 % of the cases are below
+             */
+            q95: number;
+            /** Max */
+            max: number;
+            /**
+             * Cases
+             * @description Cases that have the number
+             */
+            cases: number;
+        };
+        /**
          * Ramp
          * @description Move at constant velocity, eq (40).
          */
-        Ramp: {
+        "Ramp-Input": {
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -1648,6 +4999,373 @@ export interface components {
              * @default 1
              */
             duration: number;
+        };
+        /**
+         * Rating
+         * @description From dimensions to limits.
+         */
+        Rating: {
+            P_specified: components["schemas"]["Reading"];
+            w: components["schemas"]["Reading"];
+            A_g: components["schemas"]["Reading"];
+            A: components["schemas"]["Reading"];
+            N_needed: components["schemas"]["Reading"];
+            B_g_reached: components["schemas"]["Reading"];
+            K_1: components["schemas"]["Reading"];
+            K_2: components["schemas"]["Reading"];
+            lambda_needed: components["schemas"]["Reading"];
+            psi: components["schemas"]["Reading"];
+            L_a: components["schemas"]["Reading"];
+            L_u: components["schemas"]["Reading"];
+            dt: components["schemas"]["Reading"];
+            dpsi: components["schemas"]["Reading"];
+            u: components["schemas"]["Reading"];
+            P_max: components["schemas"]["Reading"];
+            f_max: components["schemas"]["Reading"];
+            x: components["schemas"]["AxisRating"];
+            y: components["schemas"]["AxisRating"];
+            /** Warnings */
+            warnings: string[];
+        };
+        /**
+         * Reading
+         * @description One quantity, as the paper prints it beside as it is used here.
+         */
+        Reading: {
+            /**
+             * Quantity
+             * @description What it is, with its symbol
+             */
+            quantity: string;
+            /**
+             * Equation
+             * @description Number in the paper; empty where the paper has none
+             */
+            equation: string;
+            /**
+             * Printed Form
+             * @description Formula as the paper prints it; empty where it has none
+             */
+            printed_form: string;
+            /**
+             * Used Form
+             * @description Formula that gave `value`
+             */
+            used_form: string;
+            /**
+             * Printed Value
+             * @description What the printed formula gives; where the paper prints a number without formula that number, and null when the inputs are not the paper's
+             */
+            printed_value: number | null;
+            /**
+             * Value
+             * @description What is used, SI; null where there is none
+             */
+            value: number | null;
+            /**
+             * Unit
+             * @description Unit of both values; 1 for a pure number
+             */
+            unit: string;
+            /**
+             * Remark
+             * @description Why the two differ; empty where they do not
+             */
+            remark: string;
+        };
+        /**
+         * Recipe
+         * @description How to get the number without this page.
+         */
+        Recipe: {
+            /**
+             * Scenario
+             * @description Shipped scenario to open in the Lab; null for none
+             */
+            scenario: string | null;
+            /**
+             * Set
+             * @description Changes to that scenario, dotted path to value
+             */
+            set: {
+                [key: string]: unknown;
+            };
+            /**
+             * Cli
+             * @description Command that computes it
+             */
+            cli: string;
+            /**
+             * Curl
+             * @description The same over REST
+             */
+            curl: string;
+            /**
+             * Find
+             * @description Where in the document that both print; empty where the number is derived
+             */
+            find: string[];
+        };
+        /**
+         * ReproduceDocument
+         * @description Every printed number beside ours; the same as ``motionlab reproduce --json`` prints.
+         */
+        ReproduceDocument: {
+            /** Version */
+            version: string;
+            /**
+             * Model
+             * @description Hash of the model's sources
+             */
+            model: string;
+            /** Source */
+            source: string;
+            /** Groups */
+            groups: components["schemas"]["PaperGroup"][];
+            /** Rows */
+            rows: components["schemas"]["JudgedRow"][];
+            /** Figures */
+            figures: components["schemas"]["PaperFigure"][];
+            /** Errata */
+            errata: components["schemas"]["Erratum"][];
+            summary: components["schemas"]["RowSummary"];
+        };
+        /**
+         * ReproduceJob
+         * @description The paper's numbers, computed.
+         */
+        ReproduceJob: {
+            /**
+             * Id
+             * @description Identifier, part of its URL
+             */
+            id: string;
+            /**
+             * State
+             * @description queued, running, done, failed or cancelled
+             * @enum {string}
+             */
+            state: "queued" | "running" | "done" | "failed" | "cancelled";
+            /**
+             * Progress
+             * @description Share of the work that is done, 0 to 1
+             */
+            progress: number;
+            /**
+             * Created
+             * Format: date-time
+             * @description When it was asked for
+             */
+            created: string;
+            /**
+             * Elapsed
+             * @description Time that it has run, s
+             */
+            elapsed: number;
+            /**
+             * Remaining
+             * @description Estimate of the time that it still needs, s
+             */
+            remaining: number | null;
+            /**
+             * Request
+             * @description Body of the request that asked for it
+             */
+            request: {
+                [key: string]: unknown;
+            };
+            /**
+             * Error
+             * @description Why a job failed
+             */
+            error: string | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "reproduce";
+            /** @description What is there so far, of a job that is looked at while it goes on */
+            partial?: components["schemas"]["PartialReproduce"] | null;
+            /** @description What came of a job that is done */
+            result?: components["schemas"]["ReproduceDocument"] | null;
+        };
+        /**
+         * ReproduceRequest
+         * @description Which of the paper's numbers are computed.
+         * @example {
+         *       "only": [
+         *         "sizing",
+         *         "rhombus-x"
+         *       ]
+         *     }
+         */
+        ReproduceRequest: {
+            /**
+             * Only
+             * @description Identifiers of rows or of groups; everything, with the errata, when empty
+             */
+            only?: ("sizing" | "forces" | "platforms" | "limits" | "stability" | "performance" | "friction" | "fig5" | "table1" | "motions" | "discussion" | "given" | "power" | "pole-pitch" | "mover-width" | "turns" | "electric-loading" | "flux-density" | "stack-length" | "mover-height" | "iron-path" | "thrust-fem" | "normal-fem" | "thrust-measured" | "normal-measured" | "thrust-two-phase" | "thrust-required" | "phases-at-once" | "force-error-thrust" | "force-error-normal" | "platform-load" | "deformation-x-old" | "deformation-x-new" | "deformation-x-reduction" | "deformation-y-old" | "deformation-y-new" | "deformation-y-reduction" | "velocity-single-x" | "velocity-single-y" | "velocity-two-x" | "velocity-two-y" | "acceleration-x" | "acceleration-y" | "velocity-above-x" | "velocity-above-y" | "velocity-required-x" | "velocity-required-y" | "lyapunov-rate-x" | "lyapunov-bristle-x" | "published-k-x" | "lyapunov-rate-y" | "lyapunov-bristle-y" | "published-k-y" | "crossover-x" | "step-error-x" | "ramp-error-x" | "parabola-error-x" | "sine-amplitude-x" | "sine-phase-x" | "crossover-y" | "step-error-y" | "ramp-error-y" | "parabola-error-y" | "sine-amplitude-y" | "sine-phase-y" | "friction-x-sigma0" | "friction-x-sigma1" | "friction-x-sigma2" | "friction-x-fc" | "friction-x-fs" | "friction-x-vs" | "friction-y-sigma0" | "friction-y-sigma1" | "friction-y-sigma2" | "friction-y-fc" | "friction-y-fs" | "friction-y-vs" | "fig5-off-x" | "fig5-on-x" | "fig5-off-y" | "fig5-on-y" | "fig5-improvement-x" | "fig5-improvement-y" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y" | "rhombus-x" | "rhombus-y" | "pentagram-x" | "pentagram-y" | "y-velocity-range" | "y-acceleration-range" | "y-steady-state-trapezoid" | "y-steady-state-staircase" | "current-limit" | "trapezoid-y-velocity-y" | "trapezoid-y-acceleration-y" | "stair-y-50mm-velocity-y" | "stair-y-50mm-acceleration-y" | "rhombus-velocity-x" | "rhombus-acceleration-x" | "rhombus-velocity-y" | "rhombus-acceleration-y" | "pentagram-velocity-x" | "pentagram-acceleration-x" | "pentagram-velocity-y" | "pentagram-acceleration-y" | "rhombus-all" | "pentagram-all" | "previous-steady-state" | "previous-tracking" | "previous-pitch" | "f-max" | "v-max" | "i-max" | "air-gap" | "tooth-pairs" | "field-strength" | "efficiency" | "duty-cycle" | "platform-mass-x" | "mass-x" | "mass-y" | "gain-scale" | "stroke-x" | "stroke-y" | "encoder" | "encoder-rate" | "control-period" | "force-limit" | "circle-radius" | "switch-time" | "lap-frequency" | "gain-stair-x-500nm-x-p" | "gain-stair-x-500nm-x-d" | "gain-stair-y-500nm-y-p" | "gain-stair-y-500nm-y-d" | "gain-stair-y-50mm-y-p" | "gain-stair-y-50mm-y-d" | "gain-trapezoid-y-y-p" | "gain-trapezoid-y-y-d" | "gain-rhombus-x-p" | "gain-rhombus-x-d" | "gain-rhombus-y-p" | "gain-rhombus-y-d" | "gain-pentagram-x-p" | "gain-pentagram-x-d" | "gain-pentagram-y-p" | "gain-pentagram-y-d")[];
+        };
+        /**
+         * Requirements
+         * @description What a motor has to do; the defaults are the paper's.
+         */
+        Requirements: {
+            /**
+             * F Max
+             * @description Largest thrust that one phase is specified for
+             * @default 32
+             */
+            f_max: number;
+            /**
+             * V Max
+             * @description Largest velocity specified
+             * @default 1
+             */
+            v_max: number;
+            /**
+             * I
+             * @description Largest current of a phase
+             * @default 10
+             */
+            i: number;
+            /**
+             * Tau
+             * @description Pole pitch, p + s
+             * @default 0.0072
+             */
+            tau: number;
+            /**
+             * P
+             * @description Tooth width; left out: from tau and s or sigma
+             */
+            p?: number | null;
+            /**
+             * S
+             * @description Slot width; left out: from tau and p or sigma
+             */
+            s?: number | null;
+            /**
+             * Sigma
+             * @description Tooth over slot, p/s; left out with p and s: 1
+             */
+            sigma?: number | null;
+            /**
+             * N
+             * @description Tooth pairs of a mover: teeth on each limb
+             * @default 3
+             */
+            n: number;
+            /**
+             * Limbs
+             * @description Limbs of the mover's core; the paper's (3) has one, its 39.6 mm two
+             * @default 2
+             */
+            limbs: number;
+            /**
+             * G
+             * @description Air gap
+             * @default 0.0003
+             */
+            g: number;
+            /**
+             * B G
+             * @description Mean flux density in the gap
+             * @default 1.5
+             */
+            B_g: number;
+            /**
+             * H A
+             * @description Mean field strength in the iron
+             * @default 5000
+             */
+            H_a: number;
+            /**
+             * L A
+             * @description Mean path in the iron
+             * @default 0.1451
+             */
+            l_a: number;
+            /**
+             * K E
+             * @description Efficiency
+             * @default 0.7
+             */
+            K_e: number;
+            /**
+             * K D
+             * @description Duty cycle
+             * @default 1
+             */
+            K_d: number;
+            /**
+             * Lambda
+             * @description Aligned over unaligned inductance, L_a/L_u
+             * @default 1.49534
+             */
+            lambda: number;
+            /**
+             * Loading Min
+             * @description Electric loading below which a warning is given
+             * @default 25000
+             */
+            loading_min: number;
+            /**
+             * Loading Max
+             * @description Electric loading above which a warning is given
+             * @default 90000
+             */
+            loading_max: number;
+        };
+        /**
+         * ResonanceConfig
+         * @description One flexible mode between guides and encoder, excited by the thrust; see docs/physics.md.
+         */
+        ResonanceConfig: {
+            /**
+             * Frequency
+             * @description Undamped natural frequency of the mode
+             * @default 150
+             */
+            frequency: number;
+            /**
+             * Damping
+             * @description Damping ratio of the mode
+             * @default 0.02
+             */
+            damping: number;
+            /**
+             * Coupling
+             * @description Deflection seen by the encoder per deflection of the mode; 0 is no resonance, -1 the far end of two masses on a spring, > 0 an encoder that moves with the thrust
+             * @default 0
+             */
+            coupling: number;
+        };
+        /**
+         * ResponseDocument
+         * @description The linearised loop of one axis over frequency, while it slides at one velocity.
+         */
+        ResponseDocument: {
+            /** Variant */
+            variant: string;
+            /** Axis */
+            axis: string;
+            /**
+             * Velocity
+             * @description Sliding velocity
+             */
+            velocity: number;
+            /**
+             * Frequency
+             * @description Frequencies
+             */
+            frequency: number[];
+            /** @description L = C P */
+            open: components["schemas"]["motionlab__tune__bode__Curve"];
+            /** @description T = L/(1 + L) */
+            closed: components["schemas"]["motionlab__tune__bode__Curve"];
+            /** @description S = 1/(1 + L) */
+            sensitivity: components["schemas"]["motionlab__tune__bode__Curve"];
         };
         /**
          * ResultDocument
@@ -1679,10 +5397,118 @@ export interface components {
              */
             model: string;
             /**
+             * Maps
+             * @description Tables that stood in for analytic force maps
+             */
+            maps: {
+                [key: string]: components["schemas"]["MapRecord"];
+            };
+            /**
              * Segments
              * @description One for each interval between switches
              */
             segments: components["schemas"]["Segment"][];
+        };
+        /**
+         * RippleOfThrust
+         * @description How a thrust varies over the pole pitch.
+         */
+        RippleOfThrust: {
+            /**
+             * Mean
+             * @description N
+             */
+            mean: number;
+            /**
+             * Peak To Peak
+             * @description N
+             */
+            peak_to_peak: number;
+            /**
+             * Rms
+             * @description Of what it differs from its mean, N
+             */
+            rms: number;
+            /**
+             * Relative
+             * @description Peak to peak over the mean; null without a mean
+             */
+            relative: number | null;
+        };
+        /**
+         * RowSpread
+         * @description The number over many plausible motors, none of them fitted to anything.
+         */
+        RowSpread: {
+            /**
+             * What
+             * @description Which number, under which controller
+             */
+            what: string;
+            /**
+             * Low
+             * @description 5 % of the motors lie below
+             */
+            low: number;
+            /** Median */
+            median: number;
+            /**
+             * High
+             * @description 95 % of the motors lie below
+             */
+            high: number;
+            /**
+             * Plants
+             * @description How many motors have the number
+             */
+            plants: number;
+            /**
+             * Share
+             * @description Share of all motors that keep the printed bound, band included; null where that is not asked
+             */
+            share: number | null;
+            /**
+             * Cli
+             * @description Command that computes it
+             */
+            cli: string;
+        };
+        /**
+         * RowSummary
+         * @description How many rows came out how.
+         */
+        RowSummary: {
+            /** Holds */
+            holds: number;
+            /** Fails */
+            fails: number;
+            /** Known Failure */
+            known_failure: number;
+            /** Not Comparable */
+            not_comparable: number;
+            /**
+             * Better
+             * @description Bounds that ours stays well inside of
+             */
+            better: number;
+            /**
+             * Come To Hold
+             * @description Known failures that hold now: exit code 1
+             */
+            come_to_hold: string[];
+        };
+        /**
+         * RowValue
+         * @description A further value beside the one that is judged.
+         */
+        RowValue: {
+            /** Label */
+            label: string;
+            /** Value */
+            value: number | [
+                number,
+                number
+            ] | null;
         };
         /**
          * Scenario
@@ -1722,7 +5548,7 @@ export interface components {
                 [key: string]: components["schemas"]["VariantConfig"];
             };
             /** Trajectory */
-            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["Ramp"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["Sequence"];
+            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["Ramp"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Sequence"];
             /**
              * @default {
              *       "x": 0,
@@ -1738,8 +5564,11 @@ export interface components {
              * @default []
              */
             schedule: components["schemas"]["EventConfig"][];
-            /** @description Metrics window; left out: what suits the trajectory */
-            window?: components["schemas"]["WindowConfig"] | null;
+            /**
+             * @description Metrics window; left out: what suits the trajectory
+             * @default null
+             */
+            window: components["schemas"]["WindowConfig"] | null;
             /**
              * Settling Band
              * @description Following error below which a move counts as settled
@@ -1793,7 +5622,7 @@ export interface components {
          * Sequence
          * @description Do several motions one after another; each is moved to start where the one before ended.
          */
-        Sequence: {
+        "Sequence-Input": {
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -1803,7 +5632,23 @@ export interface components {
              * Parts
              * @description The motions in their order
              */
-            parts: (components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["Ramp"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"])[];
+            parts: (components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["Ramp-Input"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"])[];
+        };
+        /**
+         * Sequence
+         * @description Do several motions one after another; each is moved to start where the one before ended.
+         */
+        "Sequence-Output": {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "sequence";
+            /**
+             * Parts
+             * @description The motions in their order
+             */
+            parts: (components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["motionlab__config__moves__Ramp"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"])[];
         };
         /**
          * SessionInfo
@@ -1817,6 +5662,11 @@ export interface components {
              * @description Grows with every change; of two reports the larger is newer
              */
             revision: number;
+            /**
+             * Timeline
+             * @description Counts resets; ticks of another timeline are other ticks
+             */
+            timeline: number;
             /**
              * State
              * @enum {string}
@@ -1840,11 +5690,19 @@ export interface components {
              */
             stream: string;
             /**
+             * Watchers
+             * @description Streams and stages that are open
+             */
+            watchers: number;
+            /**
              * Ends
              * @description Tick at which it ends; null if it goes on
              */
             ends: number | null;
-            /** Changes */
+            /**
+             * Changes
+             * @description The latest, oldest first; undo takes back the last
+             */
             changes: components["schemas"]["Change"][];
             /**
              * Diverged
@@ -1853,20 +5711,282 @@ export interface components {
             diverged: {
                 [key: string]: number | null;
             };
-            /**
-             * Base
-             * @description Resolved scenario it was created from
-             */
-            base: {
-                [key: string]: unknown;
+            /** @description What it was created from */
+            base: components["schemas"]["Scenario"];
+            /** @description What is in effect */
+            scenario: components["schemas"]["Scenario"];
+        };
+        /**
+         * SessionMetrics
+         * @description Metrics of a session's latest past; no variants before its first tick.
+         */
+        SessionMetrics: {
+            window: components["schemas"]["Window"];
+            /** Variants */
+            variants: {
+                [key: string]: components["schemas"]["VariantMetrics"];
             };
-            /**
-             * Scenario
-             * @description Resolved scenario in effect
-             */
-            scenario: {
-                [key: string]: unknown;
+            /** Comparison */
+            comparison: {
+                [key: string]: components["schemas"]["AxisComparison"];
             };
+        };
+        /**
+         * Shape
+         * @description A rectangular plate with ribs below, its middle at x = y = 0.
+         */
+        Shape: {
+            /**
+             * Length
+             * @description Along x
+             * @default 0.46
+             */
+            length: number;
+            /**
+             * Width
+             * @description Along y
+             * @default 0.36
+             */
+            width: number;
+            /**
+             * Thickness
+             * @description Of the plate without ribs
+             * @default 0.016
+             */
+            thickness: number;
+            /**
+             * Ribs X
+             * @description Ribs along x
+             * @default 3
+             */
+            ribs_x: number;
+            /**
+             * Ribs Y
+             * @description Ribs along y
+             * @default 3
+             */
+            ribs_y: number;
+            /**
+             * Rib Width
+             * @description Of each rib
+             * @default 0.012
+             */
+            rib_width: number;
+            /**
+             * Rib Height
+             * @description Of each rib, below the plate
+             * @default 0.01
+             */
+            rib_height: number;
+            /**
+             * E
+             * @description Young's modulus; aluminium
+             * @default 70000000000
+             */
+            E: number;
+            /**
+             * Nu
+             * @description Poisson's ratio
+             * @default 0.33
+             */
+            nu: number;
+            /**
+             * Rho
+             * @description Density
+             * @default 2700
+             */
+            rho: number;
+            /**
+             * Support
+             * @description carriages: four points; guides: two lines along x; edges: all four, simply supported; clamped: all four, built in
+             * @default carriages
+             * @enum {string}
+             */
+            support: "carriages" | "guides" | "edges" | "clamped";
+            /**
+             * Span X
+             * @description Distance of carriages along x
+             * @default 0.4
+             */
+            span_x: number;
+            /**
+             * Span Y
+             * @description Distance of carriages, or of guides, along y
+             * @default 0.32
+             */
+            span_y: number;
+        };
+        /**
+         * SharingConfig
+         * @description How a force command is shared among the phases; docs/sharing.md.
+         */
+        SharingConfig: {
+            /**
+             * Law
+             * @description least-norm: in proportion to the square of what each phase can give; force-per-ampere: least copper loss; sine, cubic: classical sharing functions
+             * @default least-norm
+             * @enum {string}
+             */
+            law: "least-norm" | "force-per-ampere" | "sine" | "cubic";
+            /**
+             * Overlap
+             * @description Share of the pole pitch over which one phase hands over to the next (sine, cubic)
+             * @default 0.16666666666666666
+             */
+            overlap: number;
+        };
+        /**
+         * SharingCurves
+         * @description What happens at each position.
+         */
+        SharingCurves: {
+            /**
+             * Position
+             * @description Over one pole pitch of the controller's map, m
+             */
+            position: number[];
+            /**
+             * Current
+             * @description Of phases a, b, c, A
+             */
+            current: number[][];
+            /**
+             * Phase Thrust
+             * @description Of phases a, b, c on the plant's map, N
+             */
+            phase_thrust: number[][];
+            /**
+             * Thrust
+             * @description On the plant's map, N
+             */
+            thrust: number[];
+            /**
+             * Believed
+             * @description On the controller's map, N
+             */
+            believed: number[];
+            /**
+             * Normal Force
+             * @description On the plant's map, N
+             */
+            normal_force: number[];
+            /**
+             * Reachable
+             * @description Largest command that is carried out, N
+             */
+            reachable: number[];
+            /**
+             * Squared Current
+             * @description Sum of the squared currents, A^2
+             */
+            squared_current: number[];
+        };
+        /**
+         * SharingDocument
+         * @description What a command comes to over one pole pitch.
+         */
+        SharingDocument: {
+            /**
+             * Law
+             * @enum {string}
+             */
+            law: "least-norm" | "force-per-ampere" | "sine" | "cubic";
+            /**
+             * Force
+             * @description Commanded, N
+             */
+            force: number;
+            /**
+             * Current Limit
+             * @description A
+             */
+            current_limit: number;
+            controller: components["schemas"]["UsedMap"];
+            plant: components["schemas"]["UsedMap"];
+            /**
+             * Linear Up To
+             * @description Command that is carried out at every position, N
+             */
+            linear_up_to: number;
+            /**
+             * Reachable Most
+             * @description Largest command carried out at some position, N
+             */
+            reachable_most: number;
+            /** @description On the plant's map */
+            thrust: components["schemas"]["RippleOfThrust"];
+            /** @description On the controller's map */
+            believed: components["schemas"]["RippleOfThrust"];
+            loss: components["schemas"]["CopperLoss"];
+            /**
+             * Rms Current
+             * @description Of one phase over the pitch, A
+             */
+            rms_current: number;
+            /**
+             * Max Current
+             * @description A
+             */
+            max_current: number;
+            /**
+             * Steepest Current
+             * @description Largest change of a current over position, A/m
+             */
+            steepest_current: number;
+            curves: components["schemas"]["SharingCurves"];
+        };
+        /**
+         * SharingRequest
+         * @description A command, the map and the law by which it is shared, and the map that answers.
+         */
+        SharingRequest: {
+            /**
+             * Controller
+             * @description The controller's map: a map, or the name of a table or of a shipped motor
+             * @default nominal
+             */
+            controller: string | (components["schemas"]["ForceMapConfig"] | components["schemas"]["TableMapConfig"]);
+            /**
+             * Plant
+             * @description The plant's map; left out: the controller's
+             */
+            plant?: (string | (components["schemas"]["ForceMapConfig"] | components["schemas"]["TableMapConfig"])) | null;
+            /**
+             * Law
+             * @description How the force is shared
+             * @default least-norm
+             * @enum {string}
+             */
+            law: "least-norm" | "force-per-ampere" | "sine" | "cubic";
+            /**
+             * Overlap
+             * @description Share of the pole pitch over which a phase hands over (sine, cubic)
+             * @default 0.16666666666666666
+             */
+            overlap: number;
+            /**
+             * Force
+             * @description Commanded force
+             * @default 20
+             */
+            force: number;
+            /**
+             * Current Limit
+             * @description Largest current command
+             * @default 10
+             */
+            current_limit: number;
+            /**
+             * Resistance
+             * @description Resistance of one phase, for the loss in W; the paper prints none
+             */
+            resistance?: number | null;
+            /**
+             * Points
+             * @description Positions over the pole pitch
+             * @default 360
+             */
+            points: number;
         };
         /**
          * SimulateRequest
@@ -1884,9 +6004,54 @@ export interface components {
              * @description Name of a shipped scenario, or its tables as in a TOML file; see /schema
              * @default circle
              */
-            scenario: string | {
-                [key: string]: unknown;
-            };
+            scenario: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                /** @enum {string} */
+                base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                /**
+                 * Name
+                 * @description Short name
+                 * @default custom
+                 */
+                name: string;
+                /**
+                 * Title
+                 * @description One line for people
+                 * @default
+                 */
+                title: string;
+                /**
+                 * Description
+                 * @description What it shows and whose choice its numbers are
+                 * @default
+                 */
+                description: string;
+                /**
+                 * Seed
+                 * @description Seed of every noise source
+                 * @default 2019
+                 */
+                seed: number;
+                /**
+                 * Settling Band
+                 * @description Following error below which a move counts as settled
+                 * @default 0.000002
+                 */
+                settling_band: number;
+                /**
+                 * Divergence Error
+                 * @description Following error beyond which a variant has diverged
+                 * @default 0.02
+                 */
+                divergence_error: number;
+                plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
+                trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                variants?: {
+                    [key: string]: Record<string, never>;
+                };
+                load?: Record<string, never>;
+                schedule?: Record<string, never>[];
+                window?: Record<string, never> | null;
+            } | unknown | unknown);
             /**
              * Set
              * @description Dotted path to value, SI; all applied together before validation
@@ -1894,6 +6059,68 @@ export interface components {
             set?: {
                 [key: string]: unknown;
             };
+        };
+        /**
+         * SimulationJob
+         * @description A run of a scenario.
+         */
+        SimulationJob: {
+            /**
+             * Id
+             * @description Identifier, part of its URL
+             */
+            id: string;
+            /**
+             * State
+             * @description queued, running, done, failed or cancelled
+             * @enum {string}
+             */
+            state: "queued" | "running" | "done" | "failed" | "cancelled";
+            /**
+             * Progress
+             * @description Share of the work that is done, 0 to 1
+             */
+            progress: number;
+            /**
+             * Created
+             * Format: date-time
+             * @description When it was asked for
+             */
+            created: string;
+            /**
+             * Elapsed
+             * @description Time that it has run, s
+             */
+            elapsed: number;
+            /**
+             * Remaining
+             * @description Estimate of the time that it still needs, s
+             */
+            remaining: number | null;
+            /**
+             * Request
+             * @description Body of the request that asked for it
+             */
+            request: {
+                [key: string]: unknown;
+            };
+            /**
+             * Error
+             * @description Why a job failed
+             */
+            error: string | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "simulate";
+            /**
+             * Partial
+             * @description Nothing
+             */
+            partial?: null;
+            /** @description What came of a job that is done */
+            result?: components["schemas"]["ResultDocument"] | null;
         };
         /**
          * Sine
@@ -1937,8 +6164,239 @@ export interface components {
             /**
              * Lead In
              * @description Time in which the phase rate is eased from rest to its full value; half a period when left out, 0 starts at full speed
+             * @default null
              */
-            lead_in?: number | null;
+            lead_in: number | null;
+        };
+        /**
+         * SineAccuracy
+         * @description Following error at the fundamental of a motion that repeats.
+         */
+        SineAccuracy: {
+            /**
+             * Frequency
+             * @description Of the fundamental
+             */
+            frequency: number;
+            /**
+             * Amplitude
+             * @description Of the reference at the fundamental
+             */
+            amplitude: number;
+            /**
+             * Predicted
+             * @description Amplitude of the error, eq. (41)
+             */
+            predicted: number;
+            /**
+             * Predicted Phase
+             * @description Against the reference, eq. (42) with its quadrant
+             */
+            predicted_phase: number;
+            /**
+             * Ideal
+             * @description The same, simulated: PD alone, without friction
+             */
+            ideal: number | null;
+            /**
+             * Ideal Phase
+             * @description The same, simulated: PD alone, without friction
+             */
+            ideal_phase: number | null;
+            /**
+             * Simulated
+             * @description The same, simulated as the scenario is
+             */
+            simulated: number | null;
+            /**
+             * Simulated Phase
+             * @description The same, simulated as the scenario is
+             */
+            simulated_phase: number | null;
+        };
+        /**
+         * SizedDimensions
+         * @description What sizing decides upon: stack length and turns, beside the choices.
+         */
+        SizedDimensions: {
+            /**
+             * F Max
+             * @description Largest thrust that one phase is specified for
+             * @default 32
+             */
+            f_max: number;
+            /**
+             * V Max
+             * @description Largest velocity specified
+             * @default 1
+             */
+            v_max: number;
+            /**
+             * I
+             * @description Largest current of a phase
+             * @default 10
+             */
+            i: number;
+            /**
+             * Tau
+             * @description Pole pitch, p + s
+             * @default 0.0072
+             */
+            tau: number;
+            /**
+             * P
+             * @description Tooth width; left out: from tau and s or sigma
+             */
+            p?: number | null;
+            /**
+             * S
+             * @description Slot width; left out: from tau and p or sigma
+             */
+            s?: number | null;
+            /**
+             * Sigma
+             * @description Tooth over slot, p/s; left out with p and s: 1
+             */
+            sigma?: number | null;
+            /**
+             * N
+             * @description Tooth pairs of a mover: teeth on each limb
+             * @default 3
+             */
+            n: number;
+            /**
+             * Limbs
+             * @description Limbs of the mover's core; the paper's (3) has one, its 39.6 mm two
+             * @default 2
+             */
+            limbs: number;
+            /**
+             * G
+             * @description Air gap
+             * @default 0.0003
+             */
+            g: number;
+            /**
+             * B G
+             * @description Mean flux density in the gap
+             * @default 1.5
+             */
+            B_g: number;
+            /**
+             * H A
+             * @description Mean field strength in the iron
+             * @default 5000
+             */
+            H_a: number;
+            /**
+             * L A
+             * @description Mean path in the iron
+             * @default 0.1451
+             */
+            l_a: number;
+            /**
+             * K E
+             * @description Efficiency
+             * @default 0.7
+             */
+            K_e: number;
+            /**
+             * K D
+             * @description Duty cycle
+             * @default 1
+             */
+            K_d: number;
+            /**
+             * Lambda
+             * @description Aligned over unaligned inductance, L_a/L_u
+             * @default 1.49534
+             */
+            lambda: number;
+            /**
+             * Loading Min
+             * @description Electric loading below which a warning is given
+             * @default 25000
+             */
+            loading_min: number;
+            /**
+             * Loading Max
+             * @description Electric loading above which a warning is given
+             * @default 90000
+             */
+            loading_max: number;
+            /**
+             * L M
+             * @description Stack length of the mover
+             * @default 0.0423
+             */
+            l_m: number;
+            /**
+             * N
+             * @description Turns of a phase
+             * @default 145
+             */
+            N: number;
+        };
+        /**
+         * Sizing
+         * @description From requirements to dimensions.
+         */
+        Sizing: {
+            P_max: components["schemas"]["Reading"];
+            tau: components["schemas"]["Reading"];
+            sigma: components["schemas"]["Reading"];
+            w: components["schemas"]["Reading"];
+            N: components["schemas"]["Reading"];
+            A: components["schemas"]["Reading"];
+            K_1: components["schemas"]["Reading"];
+            K_2: components["schemas"]["Reading"];
+            A_g: components["schemas"]["Reading"];
+            l_m: components["schemas"]["Reading"];
+            lambda_needed: components["schemas"]["Reading"];
+            psi: components["schemas"]["Reading"];
+            dt: components["schemas"]["Reading"];
+            u: components["schemas"]["Reading"];
+            /** @description The dimensions found; design takes them as they are */
+            dimensions: components["schemas"]["SizedDimensions"];
+            /** Warnings */
+            warnings: string[];
+        };
+        /**
+         * Slowed
+         * @description A trajectory that the motor can follow.
+         */
+        Slowed: {
+            /**
+             * Trajectory
+             * @description The same path with slower numbers
+             */
+            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["motionlab__config__moves__Ramp"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Sequence-Output"];
+            /**
+             * Stretch
+             * @description Stretch of time; 1 if it was feasible already
+             */
+            stretch: number;
+            /**
+             * Duration
+             * @description Time of the slower motion, s
+             */
+            duration: number;
+        };
+        /**
+         * Spec
+         * @description Largest following error that is allowed.
+         */
+        Spec: {
+            /**
+             * X
+             * @description Largest following error allowed on x; left out: any
+             */
+            x?: number | null;
+            /**
+             * Y
+             * @description Largest following error allowed on y; left out: any
+             */
+            y?: number | null;
         };
         /**
          * Staircase
@@ -1984,13 +6442,42 @@ export interface components {
             /**
              * V Max
              * @description Largest speed along the path
+             * @default null
              */
-            v_max?: number | null;
+            v_max: number | null;
             /**
              * A Max
              * @description Largest acceleration along the path
+             * @default null
              */
-            a_max?: number | null;
+            a_max: number | null;
+        };
+        /**
+         * Standing
+         * @description What is going on.
+         */
+        Standing: {
+            /**
+             * Axis
+             * @description null while the circle is run for comparison
+             */
+            axis: string | null;
+            /**
+             * Stage
+             * @description sliding, presliding or comparison
+             * @enum {string}
+             */
+            stage: "sliding" | "presliding" | "comparison";
+            /**
+             * Done
+             * @description Motions of this stage that are done
+             */
+            done: number;
+            /**
+             * Count
+             * @description Motions of this stage
+             */
+            count: number;
         };
         /**
          * Star
@@ -2093,6 +6580,141 @@ export interface components {
             ticks: number;
         };
         /**
+         * Steps
+         * @description Evenly spaced coordinates.
+         */
+        Steps: {
+            /**
+             * Start
+             * @description First, m
+             */
+            start: number;
+            /**
+             * Step
+             * @description m
+             */
+            step: number;
+            /** Count */
+            count: number;
+        };
+        /**
+         * SweepDocument
+         * @description The loop of one axis as a sweep of the simulation finds it; so far, while it goes on.
+         */
+        SweepDocument: {
+            /** Variant */
+            variant: string;
+            /** Axis */
+            axis: string;
+            /**
+             * Velocity
+             * @description Sliding velocity
+             */
+            velocity: number;
+            /**
+             * Frequency
+             * @description Frequencies
+             */
+            frequency: number[];
+            /** @description L = C P */
+            open: components["schemas"]["motionlab__tune__bode__Curve"];
+            /** @description T = L/(1 + L) */
+            closed: components["schemas"]["motionlab__tune__bode__Curve"];
+            /** @description S = 1/(1 + L) */
+            sensitivity: components["schemas"]["motionlab__tune__bode__Curve"];
+            /** @description The same loop, linearised at that velocity */
+            linearised: components["schemas"]["ResponseDocument"];
+        };
+        /**
+         * SweepJob
+         * @description A frequency sweep of the simulated loop.
+         */
+        SweepJob: {
+            /**
+             * Id
+             * @description Identifier, part of its URL
+             */
+            id: string;
+            /**
+             * State
+             * @description queued, running, done, failed or cancelled
+             * @enum {string}
+             */
+            state: "queued" | "running" | "done" | "failed" | "cancelled";
+            /**
+             * Progress
+             * @description Share of the work that is done, 0 to 1
+             */
+            progress: number;
+            /**
+             * Created
+             * Format: date-time
+             * @description When it was asked for
+             */
+            created: string;
+            /**
+             * Elapsed
+             * @description Time that it has run, s
+             */
+            elapsed: number;
+            /**
+             * Remaining
+             * @description Estimate of the time that it still needs, s
+             */
+            remaining: number | null;
+            /**
+             * Request
+             * @description Body of the request that asked for it
+             */
+            request: {
+                [key: string]: unknown;
+            };
+            /**
+             * Error
+             * @description Why a job failed
+             */
+            error: string | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "sweep";
+            /** @description What is there so far, of a job that is looked at while it goes on */
+            partial?: components["schemas"]["SweepDocument"] | null;
+            /** @description What came of a job that is done */
+            result?: components["schemas"]["SweepDocument"] | null;
+        };
+        /**
+         * TableMapConfig
+         * @description A force map by finite elements, named; see docs/maps.md.
+         */
+        TableMapConfig: {
+            /**
+             * Kind
+             * @description A table
+             * @default table
+             * @constant
+             */
+            kind: "table";
+            /**
+             * Name
+             * @description A shipped map, or the file name without .json of one below MOTIONLAB_DATA/maps
+             */
+            name: string;
+            /**
+             * Offset
+             * @description Commutation offset: by how much the map is shifted against the encoder
+             * @default 0
+             */
+            offset: number;
+            /**
+             * Gain
+             * @description Factor on thrust and normal force, such as 34.1/38.6 for the paper's own finite elements
+             * @default 1
+             */
+            gain: number;
+        };
+        /**
          * TickAnswer
          * @description From when on something holds.
          */
@@ -2155,6 +6777,248 @@ export interface components {
             cycles: number;
         };
         /**
+         * TuneDocument
+         * @description Gains found by the simplex.
+         */
+        TuneDocument: {
+            /** Scenario */
+            scenario: string;
+            /** Seed */
+            seed: number;
+            /** Plant */
+            plant: string;
+            /**
+             * Plants
+             * @description Motors that the gains are judged on
+             */
+            plants: string[];
+            /** Version */
+            version: string;
+            /**
+             * Model
+             * @description Hash of the model's sources
+             */
+            model: string;
+            /** Variant */
+            variant: string;
+            /**
+             * Objective
+             * @description Weights of the cost
+             */
+            objective: {
+                [key: string]: number;
+            };
+            /**
+             * Window
+             * @description Start and end of the window that is judged
+             */
+            window: number[];
+            /**
+             * Evaluations
+             * @description Sets of gains that were tried, all starts together
+             */
+            evaluations: number;
+            /** Groups */
+            groups: components["schemas"]["TunedGroup"][];
+            /**
+             * Set
+             * @description The best candidate of each group, where it betters the present gains
+             */
+            set: {
+                [key: string]: number;
+            };
+            /** Warnings */
+            warnings: string[];
+        };
+        /**
+         * TuneHistory
+         * @description What one start of the simplex evaluated, in order.
+         */
+        TuneHistory: {
+            /**
+             * Gains
+             * @description By path below the controller, SI
+             */
+            gains: {
+                [key: string]: number[];
+            };
+            /**
+             * Cost
+             * @description null where a constraint does not hold
+             */
+            cost: (number | null)[];
+        };
+        /**
+         * TunedAxis
+         * @description One axis under a set of gains.
+         */
+        TunedAxis: {
+            /**
+             * K P
+             * @description Proportional gain
+             */
+            k_p: number;
+            /**
+             * K D
+             * @description Derivative gain
+             */
+            k_d: number;
+            /**
+             * Metrics
+             * @description By motor; the scenario's own is first
+             */
+            metrics: {
+                [key: string]: components["schemas"]["GainMetrics"];
+            };
+            /** @description null where the law has no linearisation */
+            margins: components["schemas"]["GainMargins"] | null;
+        };
+        /**
+         * TunedGroup
+         * @description Axes that are tuned together.
+         */
+        TunedGroup: {
+            /** Axes */
+            axes: string[];
+            present: components["schemas"]["Candidate"];
+            /** @description The gains that the paper prints for this motion */
+            paper: components["schemas"]["Candidate"];
+            /**
+             * Candidates
+             * @description What each start came to; the best first
+             */
+            candidates: components["schemas"]["Candidate"][];
+            /** Starts */
+            starts: components["schemas"]["TunedStart"][];
+        };
+        /**
+         * TunedStart
+         * @description One start of the simplex, from its first evaluation to its last.
+         */
+        TunedStart: {
+            /**
+             * Gains
+             * @description By path below the controller, SI
+             */
+            gains: {
+                [key: string]: number[];
+            };
+            /**
+             * Cost
+             * @description null where a constraint does not hold
+             */
+            cost: (number | null)[];
+            /**
+             * Ended
+             * @description converged: the simplex shrank below half a percent of each gain
+             * @enum {string}
+             */
+            ended: "converged" | "evaluations used up";
+        };
+        /**
+         * TuningJob
+         * @description A search for gains.
+         */
+        TuningJob: {
+            /**
+             * Id
+             * @description Identifier, part of its URL
+             */
+            id: string;
+            /**
+             * State
+             * @description queued, running, done, failed or cancelled
+             * @enum {string}
+             */
+            state: "queued" | "running" | "done" | "failed" | "cancelled";
+            /**
+             * Progress
+             * @description Share of the work that is done, 0 to 1
+             */
+            progress: number;
+            /**
+             * Created
+             * Format: date-time
+             * @description When it was asked for
+             */
+            created: string;
+            /**
+             * Elapsed
+             * @description Time that it has run, s
+             */
+            elapsed: number;
+            /**
+             * Remaining
+             * @description Estimate of the time that it still needs, s
+             */
+            remaining: number | null;
+            /**
+             * Request
+             * @description Body of the request that asked for it
+             */
+            request: {
+                [key: string]: unknown;
+            };
+            /**
+             * Error
+             * @description Why a job failed
+             */
+            error: string | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "tune";
+            /** @description What is there so far, of a job that is looked at while it goes on */
+            partial?: components["schemas"]["PartialTuning"] | null;
+            /** @description What came of a job that is done */
+            result?: components["schemas"]["TuneDocument"] | null;
+        };
+        /**
+         * Uncertainty
+         * @description How far the model is to be trusted, as a share; the mesh's part is far smaller.
+         */
+        Uncertainty: {
+            /**
+             * Thrust
+             * @description 1
+             */
+            thrust: number;
+            /**
+             * Normal Force
+             * @description 1
+             */
+            normal_force: number;
+            /** Reason */
+            reason: string;
+        };
+        /**
+         * UsedMap
+         * @description A map that was used.
+         */
+        UsedMap: {
+            /**
+             * Name
+             * @description As it was asked for; null for numbers
+             */
+            name: string | null;
+            /**
+             * Kind
+             * @enum {string}
+             */
+            kind: "analytic" | "table";
+            /**
+             * Tau
+             * @description Pole pitch, m
+             */
+            tau: number;
+            /**
+             * Digest
+             * @description Hash of a table's numbers
+             */
+            digest: string | null;
+        };
+        /**
          * VariantConfig
          * @description One contender of a comparison.
          */
@@ -2168,22 +7032,98 @@ export interface components {
             controller: components["schemas"]["ControllerConfig"];
         };
         /**
-         * VariantResult
-         * @description Result of one variant.
+         * VariantMetrics
+         * @description Metrics of one variant; all null where it diverged.
          */
-        VariantResult: {
-            /** Label */
-            label: string;
-            /** Law */
-            law: string;
-            diverged: components["schemas"]["Divergence"] | null;
-            /** Notes */
-            notes: string[];
+        VariantMetrics: {
             /** Axes */
             axes: {
                 [key: string]: components["schemas"]["AxisMetrics"];
             };
             contour: components["schemas"]["ContourMetrics"];
+        };
+        /**
+         * VariantResult
+         * @description Result of one variant.
+         */
+        VariantResult: {
+            /** Axes */
+            axes: {
+                [key: string]: components["schemas"]["AxisMetrics"];
+            };
+            contour: components["schemas"]["ContourMetrics"];
+            /** Label */
+            label: string;
+            /** Law */
+            law: string;
+            /**
+             * Enabled
+             * @description Whether its compensation was on at the end of the window
+             */
+            enabled: boolean;
+            diverged: components["schemas"]["Divergence"] | null;
+            /** Notes */
+            notes: string[];
+        };
+        /**
+         * VariantStudy
+         * @description One controller over all cases.
+         */
+        VariantStudy: {
+            /** Label */
+            label: string;
+            /** Law */
+            law: string;
+            /** Enabled */
+            enabled: boolean;
+            /**
+             * Diverged
+             * @description Cases in which it diverged
+             */
+            diverged: number;
+            /** Axes */
+            axes: {
+                [key: string]: components["schemas"]["AxisStudy"];
+            };
+            /** @description Of the spec; null without one */
+            meets: components["schemas"]["Probability"] | null;
+        };
+        /**
+         * Variation
+         * @description How one number of each axis of the plant differs from case to case.
+         */
+        Variation: {
+            /**
+             * Path
+             * @description Dotted path below plant.x and plant.y, such as friction.F_s; of a list every item is drawn on its own
+             */
+            path: string;
+            /**
+             * Kind
+             * @description log-normal: times exp(sigma n); normal: plus sigma n, n standard normal; uniform and log-uniform: from low to high; value: replaced
+             * @enum {string}
+             */
+            kind: "log-normal" | "normal" | "uniform" | "log-uniform" | "value";
+            /**
+             * Sigma
+             * @description Standard deviation: of the logarithm, or in the number's own unit
+             */
+            sigma?: number | null;
+            /**
+             * Low
+             * @description Lower end, in the number's own unit
+             */
+            low?: number | null;
+            /**
+             * High
+             * @description Upper end
+             */
+            high?: number | null;
+            /**
+             * Value
+             * @description What it is in every case
+             */
+            value?: number | null;
         };
         /**
          * Waypoints
@@ -2199,18 +7139,21 @@ export interface components {
             /**
              * V Max
              * @description Largest speed along the path
+             * @default null
              */
-            v_max?: number | null;
+            v_max: number | null;
             /**
              * A Max
              * @description Largest acceleration along the path
+             * @default null
              */
-            a_max?: number | null;
+            a_max: number | null;
             /**
              * Edge Time
              * @description Time of every edge, instead of v_max and a_max
+             * @default null
              */
-            edge_time?: number | null;
+            edge_time: number | null;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -2241,9 +7184,54 @@ export interface components {
              * @description Name of a shipped scenario, or its tables as in a TOML file; see /schema
              * @default circle
              */
-            scenario: string | {
-                [key: string]: unknown;
-            };
+            scenario: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                /** @enum {string} */
+                base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                /**
+                 * Name
+                 * @description Short name
+                 * @default custom
+                 */
+                name: string;
+                /**
+                 * Title
+                 * @description One line for people
+                 * @default
+                 */
+                title: string;
+                /**
+                 * Description
+                 * @description What it shows and whose choice its numbers are
+                 * @default
+                 */
+                description: string;
+                /**
+                 * Seed
+                 * @description Seed of every noise source
+                 * @default 2019
+                 */
+                seed: number;
+                /**
+                 * Settling Band
+                 * @description Following error below which a move counts as settled
+                 * @default 0.000002
+                 */
+                settling_band: number;
+                /**
+                 * Divergence Error
+                 * @description Following error beyond which a variant has diverged
+                 * @default 0.02
+                 */
+                divergence_error: number;
+                plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
+                trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                variants?: {
+                    [key: string]: Record<string, never>;
+                };
+                load?: Record<string, never>;
+                schedule?: Record<string, never>[];
+                window?: Record<string, never> | null;
+            } | unknown | unknown);
             /**
              * Set
              * @description Dotted path to value, SI; all applied together before validation
@@ -2262,6 +7250,12 @@ export interface components {
              * @default 1500
              */
             points: number;
+            /**
+             * Exact
+             * @description Run from the start, however long that takes; otherwise a long scenario whose changes a running session would take begins at a stored state shortly before its window
+             * @default false
+             */
+            exact: boolean;
         };
         /**
          * Window
@@ -2294,6 +7288,141 @@ export interface components {
              * @description End
              */
             end: number;
+        };
+        /**
+         * Worst
+         * @description A case among the worst, ready to be run again.
+         */
+        Worst: {
+            /** Variant */
+            variant: string;
+            /** Axis */
+            axis: string;
+            /** Case */
+            case: number;
+            /**
+             * Value
+             * @description Largest following error, m; null where it diverged
+             */
+            value: number | null;
+            /**
+             * Set
+             * @description Dotted path to value: what makes the plant of this case
+             */
+            set: {
+                [key: string]: unknown;
+            };
+        };
+        /**
+         * Ramp
+         * @description Move at constant velocity, eq (40).
+         */
+        motionlab__config__moves__Ramp: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "ramp";
+            /**
+             * @description Where the motion starts
+             * @default {
+             *       "x": 0,
+             *       "y": 0
+             *     }
+             */
+            start: components["schemas"]["PlanarLength"];
+            /** @description Velocity per axis */
+            velocity: components["schemas"]["PlanarVelocity"];
+            /**
+             * Lead In
+             * @description Time in which the velocity is eased from rest, part of the duration; 0 jumps to it, which is feasible for slow ramps only
+             * @default 0.1
+             */
+            lead_in: number;
+            /**
+             * Duration
+             * @description How long
+             * @default 1
+             */
+            duration: number;
+        };
+        /**
+         * Curve
+         * @description The fitted Stribeck curve, from the fastest motion one way to the fastest the other.
+         */
+        motionlab__identify__document__Curve: {
+            /**
+             * Velocity
+             * @description Velocity
+             */
+            velocity: number[];
+            /**
+             * Force
+             * @description Of the fit
+             */
+            force: number[];
+            /**
+             * Low
+             * @description Lower edge of its 95 % band; null where the data do not determine the curve
+             */
+            low: number[] | null;
+            /**
+             * High
+             * @description Upper edge of its 95 % band
+             */
+            high: number[] | null;
+        };
+        /**
+         * Ramp
+         * @description Response to force ramps of one rate, both signs and all places averaged.
+         */
+        motionlab__identify__document__Ramp: {
+            /**
+             * Rate
+             * @description Rate of the ramp
+             */
+            rate: number;
+            /**
+             * Force Max
+             * @description Largest force
+             */
+            force_max: number;
+            /**
+             * Time
+             * @description Since the ramp began
+             */
+            time: number[];
+            /**
+             * Force
+             * @description Force command
+             */
+            force: number[];
+            /**
+             * Displacement
+             * @description Measured
+             */
+            displacement: number[];
+            /**
+             * Fitted
+             * @description Of the LuGre model with the identified parameters
+             */
+            fitted: number[];
+        };
+        /**
+         * Curve
+         * @description A frequency response.
+         */
+        motionlab__tune__bode__Curve: {
+            /**
+             * Magnitude
+             * @description Absolute value
+             */
+            magnitude: number[];
+            /**
+             * Phase
+             * @description Argument, unwrapped from the lowest frequency on
+             */
+            phase: number[];
         };
         /**
          * Problem
@@ -2432,6 +7561,39 @@ export interface components {
             session: components["schemas"]["SessionInfo"];
         };
         /**
+         * Ramp
+         * @description Move at constant velocity, eq (40).
+         */
+        Ramp: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "ramp";
+            /**
+             * @description Where the motion starts
+             * @default {
+             *       "x": 0,
+             *       "y": 0
+             *     }
+             */
+            start: components["schemas"]["PlanarLength"];
+            /** @description Velocity per axis */
+            velocity: components["schemas"]["PlanarVelocity"];
+            /**
+             * Lead In
+             * @description Time in which the velocity is eased from rest, part of the duration; 0 jumps to it, which is feasible for slow ramps only
+             * @default 0.1
+             */
+            lead_in: number;
+            /**
+             * Duration
+             * @description How long
+             * @default 1
+             */
+            duration: number;
+        };
+        /**
          * Reset
          * @description The session is back at tick 0; earlier samples are void.
          */
@@ -2442,6 +7604,22 @@ export interface components {
              * @constant
              */
             type: "reset";
+        };
+        /**
+         * Sequence
+         * @description Do several motions one after another; each is moved to start where the one before ended.
+         */
+        Sequence: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "sequence";
+            /**
+             * Parts
+             * @description The motions in their order
+             */
+            parts: (components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["Ramp"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"])[];
         };
         /**
          * SessionMessage
@@ -2598,6 +7776,15 @@ export interface operations {
             };
             /** @description Request Entity Too Large */
             413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -2773,15 +7960,6 @@ export interface operations {
                     "application/json": components["schemas"]["Scenario"];
                 };
             };
-            /** @description Bad Request */
-            400: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description Unauthorized */
             401: {
                 headers: {
@@ -2892,7 +8070,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["JobReport"];
+                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["SweepJob"] | components["schemas"]["MonteCarloJob"];
                 };
             };
             /** @description Bad Request */
@@ -2931,6 +8109,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description Unprocessable Entity */
             422: {
                 headers: {
@@ -2951,11 +8138,62 @@ export interface operations {
             };
         };
     };
+    listJobs: {
+        parameters: {
+            query?: {
+                /** @description Only jobs of this kind */
+                kind?: ("simulate" | "identify" | "map" | "reproduce" | "tune" | "landscape" | "sweep" | "monte-carlo") | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["JobSummary"][];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     getJob: {
         parameters: {
             query?: never;
             header?: never;
             path: {
+                /** @description Identifier of a job */
                 job_id: string;
             };
             cookie?: never;
@@ -2968,7 +8206,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["JobReport"];
+                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["SweepJob"] | components["schemas"]["MonteCarloJob"];
                 };
             };
             /** @description Unauthorized */
@@ -3014,6 +8252,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
+                /** @description Identifier of a job */
                 job_id: string;
             };
             cookie?: never;
@@ -3026,7 +8265,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["JobReport"];
+                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["SweepJob"] | components["schemas"]["MonteCarloJob"];
                 };
             };
             /** @description Unauthorized */
@@ -3080,7 +8319,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Result document and curves; docs/stream.md */
+            /** @description Result document and curves; docs/rest.md */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -3125,6 +8364,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description Unprocessable Entity */
             422: {
                 headers: {
@@ -3136,6 +8384,469 @@ export interface operations {
             };
             /** @description Too Many Requests */
             429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    checkTrajectory: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["CheckRequest"];
+            };
+        };
+        responses: {
+            /** @description Profiles, peaks and everything infeasible; docs/trajectories.md */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/octet-stream": string;
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    slowTrajectory: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["CheckRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Slowed"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listTrajectories: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Entry"][];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getTrajectory: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Name of a trajectory */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Kept"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    putTrajectory: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Name of a trajectory */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["Ramp-Input"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Sequence-Input"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Kept"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Insufficient Storage */
+            507: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    deleteTrajectory: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Name of a trajectory */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -3242,6 +8953,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description Unprocessable Entity */
             422: {
                 headers: {
@@ -3267,6 +8987,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
+                /** @description Identifier of a session */
                 session_id: string;
             };
             cookie?: never;
@@ -3325,6 +9046,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
+                /** @description Identifier of a session */
                 session_id: string;
             };
             cookie?: never;
@@ -3381,6 +9103,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
+                /** @description Identifier of a session */
                 session_id: string;
             };
             cookie?: never;
@@ -3454,6 +9177,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description Unprocessable Entity */
             422: {
                 headers: {
@@ -3470,6 +9202,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
+                /** @description Identifier of a session */
                 session_id: string;
             };
             cookie?: never;
@@ -3537,6 +9270,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
+                /** @description Identifier of a session */
                 session_id: string;
             };
             cookie?: never;
@@ -3610,6 +9344,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description Unprocessable Entity */
             422: {
                 headers: {
@@ -3626,6 +9369,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
+                /** @description Identifier of a session */
                 session_id: string;
             };
             cookie?: never;
@@ -3684,6 +9428,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
+                /** @description Identifier of a session */
                 session_id: string;
             };
             cookie?: never;
@@ -3742,6 +9487,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
+                /** @description Identifier of a session */
                 session_id: string;
             };
             cookie?: never;
@@ -3809,6 +9555,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
+                /** @description Identifier of a session */
                 session_id: string;
             };
             cookie?: never;
@@ -3873,6 +9620,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description Unprocessable Entity */
             422: {
                 headers: {
@@ -3889,6 +9645,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
+                /** @description Identifier of a session */
                 session_id: string;
             };
             cookie?: never;
@@ -3953,6 +9710,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description Unprocessable Entity */
             422: {
                 headers: {
@@ -3969,6 +9735,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
+                /** @description Identifier of a session */
                 session_id: string;
             };
             cookie?: never;
@@ -3981,7 +9748,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": unknown;
+                    "application/json": components["schemas"]["SessionMetrics"];
                 };
             };
             /** @description Unauthorized */
@@ -4029,20 +9796,21 @@ export interface operations {
             };
             header?: never;
             path: {
+                /** @description Identifier of a session */
                 session_id: string;
             };
             cookie?: never;
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description A row for each tick, a column for each channel; docs/recording.md */
             200: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "text/csv": unknown;
-                    "application/vnd.apache.parquet": unknown;
+                    "text/csv": string;
+                    "application/vnd.apache.parquet": string;
                 };
             };
             /** @description Unauthorized */
@@ -4088,19 +9856,20 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
+                /** @description Identifier of a session */
                 session_id: string;
             };
             cookie?: never;
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description The scenario; docs/scenarios.md */
             200: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/toml": unknown;
+                    "application/toml": string;
                 };
             };
             /** @description Unauthorized */
@@ -4132,6 +9901,2876 @@ export interface operations {
             };
             /** @description Unprocessable Entity */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getLoop: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SimulateRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LoopDocument"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getResponse: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": {
+                    /**
+                     * Scenario
+                     * @default circle
+                     */
+                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                        /** @enum {string} */
+                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                        /**
+                         * Name
+                         * @description Short name
+                         * @default custom
+                         */
+                        name?: string;
+                        /**
+                         * Title
+                         * @description One line for people
+                         * @default
+                         */
+                        title?: string;
+                        /**
+                         * Description
+                         * @description What it shows and whose choice its numbers are
+                         * @default
+                         */
+                        description?: string;
+                        /**
+                         * Seed
+                         * @description Seed of every noise source
+                         * @default 2019
+                         */
+                        seed?: number;
+                        /**
+                         * Settling Band
+                         * @description Following error below which a move counts as settled
+                         * @default 0.000002
+                         */
+                        settling_band?: number;
+                        /**
+                         * Divergence Error
+                         * @description Following error beyond which a variant has diverged
+                         * @default 0.02
+                         */
+                        divergence_error?: number;
+                        plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
+                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        variants?: {
+                            [key: string]: Record<string, never>;
+                        };
+                        load?: Record<string, never>;
+                        schedule?: Record<string, never>[];
+                        window?: Record<string, never> | null;
+                    } | unknown | unknown);
+                    /**
+                     * Set
+                     * @description Dotted path to value, SI
+                     */
+                    set?: {
+                        [key: string]: unknown;
+                    };
+                    /**
+                     * Variant
+                     * @description Whose gains; left out: the second variant, or the only one
+                     */
+                    variant?: string | null;
+                    /**
+                     * Axis
+                     * @description Axis
+                     * @default x
+                     * @enum {string}
+                     */
+                    axis?: "x" | "y";
+                };
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ResponseDocument"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getAccuracy: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": {
+                    /**
+                     * Scenario
+                     * @default circle
+                     */
+                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                        /** @enum {string} */
+                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                        /**
+                         * Name
+                         * @description Short name
+                         * @default custom
+                         */
+                        name?: string;
+                        /**
+                         * Title
+                         * @description One line for people
+                         * @default
+                         */
+                        title?: string;
+                        /**
+                         * Description
+                         * @description What it shows and whose choice its numbers are
+                         * @default
+                         */
+                        description?: string;
+                        /**
+                         * Seed
+                         * @description Seed of every noise source
+                         * @default 2019
+                         */
+                        seed?: number;
+                        /**
+                         * Settling Band
+                         * @description Following error below which a move counts as settled
+                         * @default 0.000002
+                         */
+                        settling_band?: number;
+                        /**
+                         * Divergence Error
+                         * @description Following error beyond which a variant has diverged
+                         * @default 0.02
+                         */
+                        divergence_error?: number;
+                        plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
+                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        variants?: {
+                            [key: string]: Record<string, never>;
+                        };
+                        load?: Record<string, never>;
+                        schedule?: Record<string, never>[];
+                        window?: Record<string, never> | null;
+                    } | unknown | unknown);
+                    /**
+                     * Set
+                     * @description Dotted path to value, SI
+                     */
+                    set?: {
+                        [key: string]: unknown;
+                    };
+                    /**
+                     * Variant
+                     * @description Whose gains; left out: the second variant, or the only one
+                     */
+                    variant?: string | null;
+                    /**
+                     * Axis
+                     * @description Axis
+                     * @default x
+                     * @enum {string}
+                     */
+                    axis?: "x" | "y";
+                };
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["AccuracyDocument"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    sweepLoop: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": {
+                    /**
+                     * Scenario
+                     * @default circle
+                     */
+                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                        /** @enum {string} */
+                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                        /**
+                         * Name
+                         * @description Short name
+                         * @default custom
+                         */
+                        name?: string;
+                        /**
+                         * Title
+                         * @description One line for people
+                         * @default
+                         */
+                        title?: string;
+                        /**
+                         * Description
+                         * @description What it shows and whose choice its numbers are
+                         * @default
+                         */
+                        description?: string;
+                        /**
+                         * Seed
+                         * @description Seed of every noise source
+                         * @default 2019
+                         */
+                        seed?: number;
+                        /**
+                         * Settling Band
+                         * @description Following error below which a move counts as settled
+                         * @default 0.000002
+                         */
+                        settling_band?: number;
+                        /**
+                         * Divergence Error
+                         * @description Following error beyond which a variant has diverged
+                         * @default 0.02
+                         */
+                        divergence_error?: number;
+                        plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
+                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        variants?: {
+                            [key: string]: Record<string, never>;
+                        };
+                        load?: Record<string, never>;
+                        schedule?: Record<string, never>[];
+                        window?: Record<string, never> | null;
+                    } | unknown | unknown);
+                    /**
+                     * Set
+                     * @description Dotted path to value, SI
+                     */
+                    set?: {
+                        [key: string]: unknown;
+                    };
+                    /**
+                     * Variant
+                     * @description Whose gains; left out: the second variant, or the only one
+                     */
+                    variant?: string | null;
+                    /**
+                     * Axis
+                     * @description Axis
+                     * @default x
+                     * @enum {string}
+                     */
+                    axis?: "x" | "y";
+                    /**
+                     * Frequencies
+                     * @description Frequencies
+                     * @default [
+                     *       4,
+                     *       5.44,
+                     *       7.39,
+                     *       10,
+                     *       13.7,
+                     *       18.6,
+                     *       25.2,
+                     *       34.3,
+                     *       46.6,
+                     *       63.4,
+                     *       86.2,
+                     *       117,
+                     *       159,
+                     *       216,
+                     *       294,
+                     *       400
+                     *     ]
+                     */
+                    frequencies?: number[];
+                    /**
+                     * Velocity
+                     * @description Velocity of the slow motion that goes on meanwhile
+                     * @default 0.02
+                     */
+                    velocity?: number;
+                };
+            };
+        };
+        responses: {
+            /** @description Accepted as a job, at its Location */
+            202: {
+                headers: {
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SweepJob"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    design: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": {
+                    /**
+                     * Preset
+                     * @description paper: the example of the paper; previous: the design before it, of which the paper gives tau and n only
+                     * @default paper
+                     * @enum {string}
+                     */
+                    preset?: "paper" | "previous";
+                    /**
+                     * @description From these follow dimensions
+                     * @default {
+                     *       "f_max": 32,
+                     *       "v_max": 1,
+                     *       "i": 10,
+                     *       "tau": 0.0072,
+                     *       "n": 3,
+                     *       "limbs": 2,
+                     *       "g": 0.0003,
+                     *       "B_g": 1.5,
+                     *       "H_a": 5000,
+                     *       "l_a": 0.1451,
+                     *       "K_e": 0.7,
+                     *       "K_d": 1,
+                     *       "lambda": 1.49534,
+                     *       "loading_min": 25000,
+                     *       "loading_max": 90000
+                     *     }
+                     */
+                    requirements?: components["schemas"]["Requirements"];
+                    /** @description From these follow limits; left out: the preset's, as far as it has any */
+                    dimensions?: components["schemas"]["Dimensions"] | null;
+                };
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["DesignDocument"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    bendPlatform: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": {
+                    /**
+                     * Axis
+                     * @description Which platform's shapes are the defaults
+                     * @default y
+                     * @enum {string}
+                     */
+                    axis?: "x" | "y";
+                    previous?: components["schemas"]["Shape"];
+                    new?: components["schemas"]["Shape"];
+                    load?: components["schemas"]["Load"];
+                    /** @description Take the forces from a force map */
+                    map?: components["schemas"]["MapLoad"] | null;
+                    /**
+                     * Cells
+                     * @description Elements along the longer edge, at least; more where edges ask for it
+                     * @default 16
+                     */
+                    cells?: number;
+                };
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PlatformDocument"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    shareForce: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SharingRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SharingDocument"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    fitMap: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Name or content hash */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FitDocument"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listMaps: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MapEntry"][];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    computeMap: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": {
+                    /**
+                     * Preset
+                     * @description How well, and how long
+                     * @default default
+                     * @enum {string}
+                     */
+                    preset?: "preview" | "default" | "reference";
+                    /** @description Fields to change; {} is the paper's with our reading */
+                    geometry?: components["schemas"]["Geometry"];
+                };
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MapEntry"];
+                };
+            };
+            /** @description Accepted as a job, at its Location */
+            202: {
+                headers: {
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["SweepJob"] | components["schemas"]["MonteCarloJob"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Insufficient Storage */
+            507: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    previewMap: {
+        parameters: {
+            query?: {
+                /** @description Rows of the tables, over one pitch */
+                positions?: number;
+                /** @description Columns of the tables, from 0 */
+                currents?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": {
+                    /**
+                     * Tau
+                     * @description Pole pitch
+                     * @default 0.0072
+                     */
+                    tau?: number;
+                    /**
+                     * P
+                     * @description Tooth width, below the pitch
+                     * @default 0.0036
+                     */
+                    p?: number;
+                    /**
+                     * G
+                     * @description Air gap
+                     * @default 0.0003
+                     */
+                    g?: number;
+                    /**
+                     * N
+                     * @description Teeth on each of the two limbs
+                     * @default 3
+                     */
+                    n?: number;
+                    /**
+                     * L M
+                     * @description Stack length
+                     * @default 0.0423
+                     */
+                    l_m?: number;
+                    /**
+                     * N
+                     * @description Turns of a phase
+                     * @default 145
+                     */
+                    N?: number;
+                    /**
+                     * I
+                     * @description Largest current
+                     * @default 10
+                     */
+                    i?: number;
+                    /**
+                     * Tooth Depth
+                     * @description Depth of the mover's teeth
+                     * @default 0.0036
+                     */
+                    tooth_depth?: number;
+                    /**
+                     * Shoe
+                     * @description Height of the shoe that carries a limb's teeth
+                     * @default 0.0054
+                     */
+                    shoe?: number;
+                    /**
+                     * Limb
+                     * @description Width of a limb, flush with the outer edge of its shoe
+                     * @default 0.009
+                     */
+                    limb?: number;
+                    /**
+                     * Yoke
+                     * @description Height of the yoke
+                     * @default 0.009
+                     */
+                    yoke?: number;
+                    /**
+                     * Window
+                     * @description Height of the window between shoes and yoke
+                     * @default 0.018
+                     */
+                    window?: number;
+                    /**
+                     * Coil
+                     * @description Width of a coil side beside its limb
+                     * @default 0.009
+                     */
+                    coil?: number;
+                    /**
+                     * Stator Tooth Depth
+                     * @description Depth of the stator's teeth
+                     * @default 0.0054
+                     */
+                    stator_tooth_depth?: number;
+                    /**
+                     * Stator Back
+                     * @description Height of the stator below its teeth
+                     * @default 0.0101
+                     */
+                    stator_back?: number;
+                    /**
+                     * Stacking
+                     * @description Share of iron in the stack
+                     * @default 0.96
+                     */
+                    stacking?: number;
+                    /**
+                     * Post
+                     * @description Share of the stack that stator teeth face; square posts half of it, bars all
+                     * @default 0.5
+                     */
+                    post?: number;
+                };
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MapTables"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    mapField: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": {
+                    /** @description Of one phase; {} is ours */
+                    geometry?: components["schemas"]["Geometry"];
+                    /**
+                     * Position
+                     * @description x, 0 where teeth are aligned; the nearest node of the mesh is taken
+                     * @default -0.0021
+                     */
+                    position?: number;
+                    /**
+                     * Current
+                     * @description Current, up to the geometry's i
+                     * @default 10
+                     */
+                    current?: number;
+                    /**
+                     * Columns
+                     * @description Columns of the grid; its cells are square
+                     * @default 192
+                     */
+                    columns?: number;
+                    /**
+                     * Lines
+                     * @description Flux lines
+                     * @default 24
+                     */
+                    lines?: number;
+                };
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FieldPicture"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getMap: {
+        parameters: {
+            query?: {
+                /** @description Rows of the tables, over one pitch */
+                positions?: number;
+                /** @description Columns of the tables, from 0 */
+                currents?: number;
+            };
+            header?: never;
+            path: {
+                /** @description Name or content hash */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MapTables"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    deleteMap: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Name or content hash */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getMapFile: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Name or content hash */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ForceMapDocument"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    identify: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": {
+                    /**
+                     * Scenario
+                     * @default circle
+                     */
+                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                        /** @enum {string} */
+                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                        /**
+                         * Name
+                         * @description Short name
+                         * @default custom
+                         */
+                        name?: string;
+                        /**
+                         * Title
+                         * @description One line for people
+                         * @default
+                         */
+                        title?: string;
+                        /**
+                         * Description
+                         * @description What it shows and whose choice its numbers are
+                         * @default
+                         */
+                        description?: string;
+                        /**
+                         * Seed
+                         * @description Seed of every noise source
+                         * @default 2019
+                         */
+                        seed?: number;
+                        /**
+                         * Settling Band
+                         * @description Following error below which a move counts as settled
+                         * @default 0.000002
+                         */
+                        settling_band?: number;
+                        /**
+                         * Divergence Error
+                         * @description Following error beyond which a variant has diverged
+                         * @default 0.02
+                         */
+                        divergence_error?: number;
+                        plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
+                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        variants?: {
+                            [key: string]: Record<string, never>;
+                        };
+                        load?: Record<string, never>;
+                        schedule?: Record<string, never>[];
+                        window?: Record<string, never> | null;
+                    } | unknown | unknown);
+                    /**
+                     * Set
+                     * @description Dotted path to value, SI
+                     */
+                    set?: {
+                        [key: string]: unknown;
+                    };
+                    /**
+                     * Axis
+                     * @description Axes to identify
+                     * @default both
+                     * @enum {string}
+                     */
+                    axis?: "x" | "y" | "both";
+                    /**
+                     * Speeds
+                     * @description Speeds of the uniform motions; each is run both ways
+                     * @default [
+                     *       0.0005,
+                     *       0.000601,
+                     *       0.0007224,
+                     *       0.0008683,
+                     *       0.001044,
+                     *       0.001255,
+                     *       0.001508,
+                     *       0.001813,
+                     *       0.002179,
+                     *       0.002619,
+                     *       0.003148,
+                     *       0.003784,
+                     *       0.004548,
+                     *       0.005467,
+                     *       0.006572,
+                     *       0.007899,
+                     *       0.009495,
+                     *       0.01141,
+                     *       0.01372,
+                     *       0.01649,
+                     *       0.01982,
+                     *       0.02382,
+                     *       0.02864,
+                     *       0.03442,
+                     *       0.04138,
+                     *       0.04973,
+                     *       0.05978,
+                     *       0.07186,
+                     *       0.08637,
+                     *       0.1038,
+                     *       0.1248,
+                     *       0.15
+                     *     ]
+                     */
+                    speeds?: number[];
+                    /**
+                     * Time Max
+                     * @description Time after which a uniform motion takes no further pole pitch; one is always taken
+                     * @default 20
+                     */
+                    time_max?: number;
+                    /**
+                     * Pitches Max
+                     * @description Most pole pitches that a force is averaged over; left out: as many as time and stroke allow
+                     */
+                    pitches_max?: number | null;
+                    /**
+                     * @default {
+                     *       "enabled": true,
+                     *       "rates": [
+                     *         20,
+                     *         50,
+                     *         100
+                     *       ],
+                     *       "share": 0.5,
+                     *       "places": 7
+                     *     }
+                     */
+                    presliding?: components["schemas"]["ForceRamps"];
+                    /**
+                     * Variant
+                     * @description Variant whose gains and force map drive the motor; left out: the first
+                     */
+                    variant?: string | null;
+                    /**
+                     * Apply To
+                     * @description Variant whose model the result is for; left out: the second, or the only one
+                     */
+                    apply_to?: string | null;
+                    /**
+                     * Compare
+                     * @description Run the circle under that variant with its old model (A) and the new one (B)
+                     * @default false
+                     */
+                    compare?: boolean;
+                };
+            };
+        };
+        responses: {
+            /** @description Accepted as a job, at its Location */
+            202: {
+                headers: {
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["IdentificationJob"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    planIdentification: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": {
+                    /**
+                     * Scenario
+                     * @default circle
+                     */
+                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                        /** @enum {string} */
+                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                        /**
+                         * Name
+                         * @description Short name
+                         * @default custom
+                         */
+                        name?: string;
+                        /**
+                         * Title
+                         * @description One line for people
+                         * @default
+                         */
+                        title?: string;
+                        /**
+                         * Description
+                         * @description What it shows and whose choice its numbers are
+                         * @default
+                         */
+                        description?: string;
+                        /**
+                         * Seed
+                         * @description Seed of every noise source
+                         * @default 2019
+                         */
+                        seed?: number;
+                        /**
+                         * Settling Band
+                         * @description Following error below which a move counts as settled
+                         * @default 0.000002
+                         */
+                        settling_band?: number;
+                        /**
+                         * Divergence Error
+                         * @description Following error beyond which a variant has diverged
+                         * @default 0.02
+                         */
+                        divergence_error?: number;
+                        plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
+                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        variants?: {
+                            [key: string]: Record<string, never>;
+                        };
+                        load?: Record<string, never>;
+                        schedule?: Record<string, never>[];
+                        window?: Record<string, never> | null;
+                    } | unknown | unknown);
+                    /**
+                     * Set
+                     * @description Dotted path to value, SI
+                     */
+                    set?: {
+                        [key: string]: unknown;
+                    };
+                    /**
+                     * Axis
+                     * @description Axes to identify
+                     * @default both
+                     * @enum {string}
+                     */
+                    axis?: "x" | "y" | "both";
+                    /**
+                     * Speeds
+                     * @description Speeds of the uniform motions; each is run both ways
+                     * @default [
+                     *       0.0005,
+                     *       0.000601,
+                     *       0.0007224,
+                     *       0.0008683,
+                     *       0.001044,
+                     *       0.001255,
+                     *       0.001508,
+                     *       0.001813,
+                     *       0.002179,
+                     *       0.002619,
+                     *       0.003148,
+                     *       0.003784,
+                     *       0.004548,
+                     *       0.005467,
+                     *       0.006572,
+                     *       0.007899,
+                     *       0.009495,
+                     *       0.01141,
+                     *       0.01372,
+                     *       0.01649,
+                     *       0.01982,
+                     *       0.02382,
+                     *       0.02864,
+                     *       0.03442,
+                     *       0.04138,
+                     *       0.04973,
+                     *       0.05978,
+                     *       0.07186,
+                     *       0.08637,
+                     *       0.1038,
+                     *       0.1248,
+                     *       0.15
+                     *     ]
+                     */
+                    speeds?: number[];
+                    /**
+                     * Time Max
+                     * @description Time after which a uniform motion takes no further pole pitch; one is always taken
+                     * @default 20
+                     */
+                    time_max?: number;
+                    /**
+                     * Pitches Max
+                     * @description Most pole pitches that a force is averaged over; left out: as many as time and stroke allow
+                     */
+                    pitches_max?: number | null;
+                    /**
+                     * @default {
+                     *       "enabled": true,
+                     *       "rates": [
+                     *         20,
+                     *         50,
+                     *         100
+                     *       ],
+                     *       "share": 0.5,
+                     *       "places": 7
+                     *     }
+                     */
+                    presliding?: components["schemas"]["ForceRamps"];
+                    /**
+                     * Variant
+                     * @description Variant whose gains and force map drive the motor; left out: the first
+                     */
+                    variant?: string | null;
+                    /**
+                     * Apply To
+                     * @description Variant whose model the result is for; left out: the second, or the only one
+                     */
+                    apply_to?: string | null;
+                    /**
+                     * Compare
+                     * @description Run the circle under that variant with its old model (A) and the new one (B)
+                     * @default false
+                     */
+                    compare?: boolean;
+                };
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PlanDocument"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    monteCarlo: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": {
+                    /**
+                     * Scenario
+                     * @default circle
+                     */
+                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                        /** @enum {string} */
+                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                        /**
+                         * Name
+                         * @description Short name
+                         * @default custom
+                         */
+                        name?: string;
+                        /**
+                         * Title
+                         * @description One line for people
+                         * @default
+                         */
+                        title?: string;
+                        /**
+                         * Description
+                         * @description What it shows and whose choice its numbers are
+                         * @default
+                         */
+                        description?: string;
+                        /**
+                         * Seed
+                         * @description Seed of every noise source
+                         * @default 2019
+                         */
+                        seed?: number;
+                        /**
+                         * Settling Band
+                         * @description Following error below which a move counts as settled
+                         * @default 0.000002
+                         */
+                        settling_band?: number;
+                        /**
+                         * Divergence Error
+                         * @description Following error beyond which a variant has diverged
+                         * @default 0.02
+                         */
+                        divergence_error?: number;
+                        plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
+                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        variants?: {
+                            [key: string]: Record<string, never>;
+                        };
+                        load?: Record<string, never>;
+                        schedule?: Record<string, never>[];
+                        window?: Record<string, never> | null;
+                    } | unknown | unknown);
+                    /**
+                     * Set
+                     * @description Dotted path to value, SI
+                     */
+                    set?: {
+                        [key: string]: unknown;
+                    };
+                    /**
+                     * Cases
+                     * @description Plants to draw
+                     * @default 300
+                     */
+                    cases?: number;
+                    /**
+                     * Seed
+                     * @description Seed of the draws; left out: the scenario's
+                     */
+                    seed?: number | null;
+                    /**
+                     * Vary
+                     * @description How the plants differ; left out: docs/montecarlo.md
+                     * @default [
+                     *       {
+                     *         "path": "friction.F_s",
+                     *         "kind": "log-normal",
+                     *         "sigma": 0.25
+                     *       },
+                     *       {
+                     *         "path": "friction.F_c",
+                     *         "kind": "log-normal",
+                     *         "sigma": 0.4
+                     *       },
+                     *       {
+                     *         "path": "friction.v_s",
+                     *         "kind": "log-normal",
+                     *         "sigma": 0.4
+                     *       },
+                     *       {
+                     *         "path": "friction.sigma_0",
+                     *         "kind": "log-normal",
+                     *         "sigma": 0.2
+                     *       },
+                     *       {
+                     *         "path": "friction.sigma_1",
+                     *         "kind": "log-normal",
+                     *         "sigma": 0.4
+                     *       },
+                     *       {
+                     *         "path": "friction.sigma_2",
+                     *         "kind": "log-normal",
+                     *         "sigma": 0.3
+                     *       },
+                     *       {
+                     *         "path": "force_map.F_pk",
+                     *         "kind": "value",
+                     *         "value": 38.4
+                     *       },
+                     *       {
+                     *         "path": "force_map.h_2",
+                     *         "kind": "uniform",
+                     *         "low": -0.05,
+                     *         "high": 0.05
+                     *       },
+                     *       {
+                     *         "path": "force_map.h_3",
+                     *         "kind": "value",
+                     *         "value": 0.039
+                     *       },
+                     *       {
+                     *         "path": "force_map.offset",
+                     *         "kind": "normal",
+                     *         "sigma": 0.00005
+                     *       },
+                     *       {
+                     *         "path": "amplifiers.offset",
+                     *         "kind": "normal",
+                     *         "sigma": 0.1
+                     *       },
+                     *       {
+                     *         "path": "amplifiers.gain",
+                     *         "kind": "normal",
+                     *         "sigma": 0.03
+                     *       },
+                     *       {
+                     *         "path": "amplifiers.bandwidth",
+                     *         "kind": "log-uniform",
+                     *         "low": 300,
+                     *         "high": 2000
+                     *       },
+                     *       {
+                     *         "path": "encoder.sde_amplitude",
+                     *         "kind": "value",
+                     *         "value": 4e-8
+                     *       }
+                     *     ]
+                     */
+                    vary?: components["schemas"]["Variation"][];
+                    /** @default {} */
+                    spec?: components["schemas"]["Spec"];
+                };
+            };
+        };
+        responses: {
+            /** @description Accepted as a job, at its Location */
+            202: {
+                headers: {
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MonteCarloJob"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getPaper: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PaperDocument"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    reproduce: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ReproduceRequest"];
+            };
+        };
+        responses: {
+            /** @description Accepted as a job, at its Location */
+            202: {
+                headers: {
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ReproduceJob"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    tune: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": {
+                    /**
+                     * Scenario
+                     * @default circle
+                     */
+                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                        /** @enum {string} */
+                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                        /**
+                         * Name
+                         * @description Short name
+                         * @default custom
+                         */
+                        name?: string;
+                        /**
+                         * Title
+                         * @description One line for people
+                         * @default
+                         */
+                        title?: string;
+                        /**
+                         * Description
+                         * @description What it shows and whose choice its numbers are
+                         * @default
+                         */
+                        description?: string;
+                        /**
+                         * Seed
+                         * @description Seed of every noise source
+                         * @default 2019
+                         */
+                        seed?: number;
+                        /**
+                         * Settling Band
+                         * @description Following error below which a move counts as settled
+                         * @default 0.000002
+                         */
+                        settling_band?: number;
+                        /**
+                         * Divergence Error
+                         * @description Following error beyond which a variant has diverged
+                         * @default 0.02
+                         */
+                        divergence_error?: number;
+                        plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
+                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        variants?: {
+                            [key: string]: Record<string, never>;
+                        };
+                        load?: Record<string, never>;
+                        schedule?: Record<string, never>[];
+                        window?: Record<string, never> | null;
+                    } | unknown | unknown);
+                    /**
+                     * Set
+                     * @description Dotted path to value, SI
+                     */
+                    set?: {
+                        [key: string]: unknown;
+                    };
+                    /**
+                     * Variant
+                     * @description Whose gains; left out: the second variant, or the only one
+                     */
+                    variant?: string | null;
+                    /**
+                     * Axis
+                     * @description Axes
+                     * @default both
+                     * @enum {string}
+                     */
+                    axis?: "x" | "y" | "both";
+                    /**
+                     * Objective
+                     * @description Weights; the cost is the sum of weight times metric, in um (peak, rms), um s^2 (itae), 10 ms (settling) and N (effort)
+                     * @default {
+                     *       "rms": 1
+                     *     }
+                     */
+                    objective?: {
+                        [key: string]: number;
+                    };
+                    /**
+                     * @default {
+                     *       "k_p": [
+                     *         10000,
+                     *         30000000
+                     *       ],
+                     *       "k_d": [
+                     *         100,
+                     *         100000
+                     *       ]
+                     *     }
+                     */
+                    bounds?: components["schemas"]["Bounds"];
+                    /** @description Metrics window, at whose end a run ends; left out: the second lap of a motion that repeats, otherwise the scenario's own */
+                    window?: components["schemas"]["WindowConfig"] | null;
+                    /**
+                     * @default {
+                     *       "gain_margin": 2,
+                     *       "phase_margin": 0.5236,
+                     *       "saturated": 0
+                     *     }
+                     */
+                    constraints?: components["schemas"]["Constraints"];
+                    /**
+                     * Also
+                     * @description Further numbers of the controller to search, by path, each with low and high; both axes share them and are then tuned together
+                     */
+                    also?: {
+                        [key: string]: [
+                            number,
+                            number
+                        ];
+                    };
+                    /**
+                     * Starts
+                     * @description Starts of the simplex: the present gains, the others drawn within the bounds
+                     * @default 4
+                     */
+                    starts?: number;
+                    /**
+                     * Evaluations
+                     * @description Evaluations of a start at most
+                     * @default 200
+                     */
+                    evaluations?: number;
+                    /**
+                     * Plants
+                     * @description Shipped motors on which the gains must do as well: the worst one counts
+                     * @default []
+                     */
+                    plants?: string[];
+                };
+            };
+        };
+        responses: {
+            /** @description Accepted as a job, at its Location */
+            202: {
+                headers: {
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TuningJob"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    landscape: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": {
+                    /**
+                     * Scenario
+                     * @default circle
+                     */
+                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                        /** @enum {string} */
+                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                        /**
+                         * Name
+                         * @description Short name
+                         * @default custom
+                         */
+                        name?: string;
+                        /**
+                         * Title
+                         * @description One line for people
+                         * @default
+                         */
+                        title?: string;
+                        /**
+                         * Description
+                         * @description What it shows and whose choice its numbers are
+                         * @default
+                         */
+                        description?: string;
+                        /**
+                         * Seed
+                         * @description Seed of every noise source
+                         * @default 2019
+                         */
+                        seed?: number;
+                        /**
+                         * Settling Band
+                         * @description Following error below which a move counts as settled
+                         * @default 0.000002
+                         */
+                        settling_band?: number;
+                        /**
+                         * Divergence Error
+                         * @description Following error beyond which a variant has diverged
+                         * @default 0.02
+                         */
+                        divergence_error?: number;
+                        plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
+                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        variants?: {
+                            [key: string]: Record<string, never>;
+                        };
+                        load?: Record<string, never>;
+                        schedule?: Record<string, never>[];
+                        window?: Record<string, never> | null;
+                    } | unknown | unknown);
+                    /**
+                     * Set
+                     * @description Dotted path to value, SI
+                     */
+                    set?: {
+                        [key: string]: unknown;
+                    };
+                    /**
+                     * Variant
+                     * @description Whose gains; left out: the second variant, or the only one
+                     */
+                    variant?: string | null;
+                    /**
+                     * Axis
+                     * @description Axes
+                     * @default both
+                     * @enum {string}
+                     */
+                    axis?: "x" | "y" | "both";
+                    /**
+                     * Objective
+                     * @description Weights; the cost is the sum of weight times metric, in um (peak, rms), um s^2 (itae), 10 ms (settling) and N (effort)
+                     * @default {
+                     *       "rms": 1
+                     *     }
+                     */
+                    objective?: {
+                        [key: string]: number;
+                    };
+                    /**
+                     * @default {
+                     *       "k_p": [
+                     *         10000,
+                     *         30000000
+                     *       ],
+                     *       "k_d": [
+                     *         100,
+                     *         100000
+                     *       ]
+                     *     }
+                     */
+                    bounds?: components["schemas"]["Bounds"];
+                    /** @description Metrics window, at whose end a run ends; left out: the second lap of a motion that repeats, otherwise the scenario's own */
+                    window?: components["schemas"]["WindowConfig"] | null;
+                    /**
+                     * Points
+                     * @description Gains along each side of the map
+                     * @default 64
+                     */
+                    points?: number;
+                };
+            };
+        };
+        responses: {
+            /** @description Accepted as a job, at its Location */
+            202: {
+                headers: {
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LandscapeJob"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };

@@ -3,7 +3,7 @@
  * (npm run types); only where that says no more than "an object" is there more here. All is SI.
  */
 
-import type { components } from './schema';
+import type { components, paths } from './schema';
 
 type Schemas = components['schemas'];
 
@@ -16,26 +16,60 @@ export type Value = string | number | boolean | null | Value[] | { [key: string]
 export type Changes = Record<string, Value>;
 
 /** A scenario with all names resolved; read through paths, see `at` in paths.ts. */
-export interface Scenario {
-  name: string;
-  title: string;
-  description: string;
-  seed: number;
-  plant: { [key: string]: Value };
-  variants: Record<string, { label: string; controller: { [key: string]: Value } }>;
-  trajectory: { [key: string]: Value };
-  schedule?: { time: number; set: Changes }[];
-}
+export type Scenario = Schemas['Scenario'];
 
 export type ScenarioEntry = Schemas['ScenarioEntry'];
 export type Parts = Schemas['Parts'];
 export type Change = Schemas['Change'];
-export type SessionState = Schemas['SessionInfo']['state'];
-
-export interface SessionInfo extends Omit<Schemas['SessionInfo'], 'scenario' | 'base'> {
-  scenario: Scenario;
-  base: Scenario;
+/** Any trajectory: `kind` and its numbers. */
+export type Trajectory = { readonly [key: string]: Value };
+export type TrajectoryEntry = Schemas['Entry'];
+export interface KeptTrajectory extends Omit<Schemas['Kept'], 'trajectory'> {
+  trajectory: Trajectory;
 }
+export interface Slowed extends Omit<Schemas['Slowed'], 'trajectory'> {
+  trajectory: Trajectory;
+}
+
+export type SessionInfo = Schemas['SessionInfo'];
+
+/** How far the loops are from instability. */
+export type Loops = Schemas['LoopDocument'];
+
+export type JobSummary = Schemas['JobSummary'];
+export type JobKind = JobSummary['kind'];
+export type JobReport =
+  paths['/api/v1/jobs/{job_id}']['get']['responses']['200']['content']['application/json'];
+/** What is told of a job of one kind. */
+export type ReportOf<K extends JobKind> = Extract<JobReport, { kind: K }>;
+
+/** Sizing in both directions. */
+export type DesignDocument = Schemas['DesignDocument'];
+export type Reading = Schemas['Reading'];
+
+/** Two designs of a moving platform, bent. */
+export type PlatformDocument = Schemas['PlatformDocument'];
+export type MapEntry = Schemas['MapEntry'];
+export type MapTables = Schemas['MapTables'];
+/** A force shared among the phases over a pole pitch. */
+export type SharingDocument = Schemas['SharingDocument'];
+export type MapFit = Schemas['FitDocument'];
+export type FieldPicture = Schemas['FieldPicture'];
+/** What an identification would do. */
+export type IdentificationPlan = Schemas['PlanDocument'];
+export type Identification = Schemas['IdentificationDocument'];
+export type IdentificationPartial = Schemas['PartialIdentification'];
+export type AxisIdentification = Schemas['AxisIdentification'];
+/** A search for gains, and the map of the cost over them. */
+export type Candidate = Schemas['Candidate'];
+export type TuneGroup = Schemas['TunedGroup'];
+export type TuneHistory = Schemas['TuneHistory'];
+export type AxisLandscape = Schemas['AxisLandscape'];
+/** The loop of one axis over frequency. */
+export type LoopResponse = Schemas['ResponseDocument'];
+export type LoopSweep = Schemas['SweepDocument'];
+/** Eqs (39) to (42) of one axis, beside the simulation. */
+export type LoopAccuracy = Schemas['AccuracyDocument'];
 
 export type AxisMetrics = Schemas['AxisMetrics'];
 
@@ -57,14 +91,21 @@ export interface Problem extends Omit<Schemas['Problem'], 'type' | 'errors'> {
   errors: ProblemField[];
 }
 
-type WithSession<T extends { session: unknown }> = Omit<T, 'session'> & { session: SessionInfo };
-
 export type ServerMessage =
-  | WithSession<Schemas['Hello']>
-  | WithSession<Schemas['SessionMessage']>
+  | Schemas['Hello']
+  | Schemas['SessionMessage']
   | Schemas['Subscribed']
   | Schemas['Gap']
   | Schemas['Reset']
   | Schemas['ErrorMessage'];
 
 export type ClientMessage = Schemas['Subscribe'] | Schemas['Acknowledge'];
+
+/** The paper's numbers, before and after they are computed. */
+export type PaperDocument = Schemas['PaperDocument'];
+export type PaperRow = Schemas['PaperRow'];
+export type JudgedRow = Schemas['JudgedRow'];
+export type PaperFigure = Schemas['PaperFigure'];
+export type Erratum = Schemas['Erratum'];
+/** A scenario on many plausible plants. */
+export type MonteCarlo = Schemas['MonteCarloDocument'];

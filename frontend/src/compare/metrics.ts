@@ -16,7 +16,7 @@ interface Definition<Key extends string = keyof AxisMetrics> {
   less?: boolean;
 }
 
-export const DEFINITIONS: readonly Definition[] = [
+const DEFINITIONS: readonly Definition[] = [
   {
     key: 'max_abs_following_error',
     name: 'max |e_$|',

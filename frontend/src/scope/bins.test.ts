@@ -1,5 +1,5 @@
 import { describe, expect, it } from 'vitest';
-import { cut, writeCurve, writeTimes, type Points } from './bins';
+import { cut, pointsOf, writeCurve, type Bins } from './bins';
 
 describe('cut', () => {
   it('makes about as many bins as pixels, aligned to their size', () => {
@@ -15,36 +15,21 @@ describe('cut', () => {
   it('makes one bin of nothing', () => expect(cut(7, 7, 100).count).toBe(1));
 });
 
-describe('writeTimes', () => {
-  it('gives each bin its start and its middle', () => {
-    const times: number[] = [];
-    writeTimes({ first: 8, size: 4, count: 2, paired: true }, 1, 0.5, times);
-    expect(times).toEqual([5, 6, 7, 8]);
-  });
-  it('gives each sample its time', () => {
-    const times = [9, 9, 9, 9];
-    writeTimes({ first: 3, size: 1, count: 2, paired: false }, 0, 0.5, times);
-    expect(times).toEqual([1.5, 2]);
-  });
-});
-
 describe('writeCurve', () => {
   const bins = { first: 0, size: 2, count: 4, paired: true };
-  it('keeps both extremes and follows the slope', () => {
-    const values: Points = [];
-    writeCurve(bins, Float32Array.of(0, 2, 1, -9), Float32Array.of(1, 3, 2, -8), values);
-    expect(values).toEqual([0, 1, 2, 3, 2, 1, -8, -9]);
-  });
-  it('leaves gaps', () => {
-    const values: Points = [];
-    const gap = Number.NaN;
-    writeCurve(bins, Float32Array.of(0, gap, 1, 2), Float32Array.of(1, gap, 2, 3), values);
-    expect(values).toEqual([0, 1, null, null, 1, 2, 2, 3]);
-  });
+  const gap = Number.NaN;
+  const curve = (of: Bins, minimum: number[], maximum: number[]) => {
+    const values = new Float32Array(pointsOf(of));
+    writeCurve(of, Float32Array.from(minimum), Float32Array.from(maximum), values);
+    return [...values];
+  };
+  it('keeps both extremes and follows the slope', () =>
+    expect(curve(bins, [0, 2, 1, -9], [1, 3, 2, -8])).toEqual([0, 1, 2, 3, 2, 1, -8, -9]));
+  it('leaves gaps', () =>
+    expect(curve(bins, [0, gap, 1, 2], [1, gap, 2, 3])).toEqual([0, 1, gap, gap, 1, 2, 2, 3]));
   it('passes samples on', () => {
-    const values: Points = [];
-    const samples = Float32Array.of(4, Number.NaN, 5);
-    writeCurve({ first: 0, size: 1, count: 3, paired: false }, samples, samples, values);
-    expect(values).toEqual([4, null, 5]);
+    const samples = [4, gap, 5];
+    const single = { first: 0, size: 1, count: 3, paired: false };
+    expect(curve(single, samples, samples)).toEqual(samples);
   });
 });

@@ -25,55 +25,31 @@ export function cut(from: number, to: number, pixels: number): Bins {
   return { first, size, count, paired: size > 1 };
 }
 
-/** The points of one curve as uPlot takes them: null where there is nothing. */
-export type Points = (number | null)[];
-
-/** Writes the times of the points that `writeCurve` makes: two for a paired bin, else one. */
-export function writeTimes(bins: Bins, start: number, step: number, times: number[]): void {
-  const { first, size, count } = bins;
-  if (!bins.paired) {
-    times.length = count;
-    for (let i = 0; i < count; i++) times[i] = start + (first + i * size) * step;
-    return;
-  }
-  times.length = 2 * count;
-  for (let i = 0; i < count; i++) {
-    const time = start + (first + i * size) * step;
-    times[2 * i] = time;
-    times[2 * i + 1] = time + 0.5 * size * step;
-  }
+/** Returns how many points a curve of these bins has: two for a paired bin, else one. */
+export function pointsOf({ paired, count }: Bins): number {
+  return paired ? 2 * count : count;
 }
 
 /**
  * Writes both extremes of each bin, in the order in which the curve is likely to pass them: a rising
  * one goes through its minimum first. So extremes are kept, and slopes stay smooth when zoomed in.
+ * Points are evenly spaced in time; NaN is where there is nothing.
  */
 export function writeCurve(
   bins: Bins,
   minimum: Float32Array,
   maximum: Float32Array,
-  values: Points,
+  values: Float32Array,
 ): void {
-  const { count } = bins;
-  if (!bins.paired) {
-    values.length = count;
-    for (let i = 0; i < count; i++) {
-      const value = minimum[i] as number;
-      values[i] = value === value ? value : null; // NaN is not itself
-    }
-    return;
-  }
-  values.length = 2 * count;
+  const { count, paired } = bins;
   let before = Number.NaN;
   for (let i = 0; i < count; i++) {
     const low = minimum[i] as number;
-    const high = maximum[i] as number;
-    if (low !== low) {
-      values[2 * i] = null;
-      values[2 * i + 1] = null;
-      before = Number.NaN;
+    if (!paired) {
+      values[i] = low;
       continue;
     }
+    const high = maximum[i] as number;
     const middle = low + high;
     const falls = middle < before;
     values[2 * i] = falls ? high : low;

@@ -5,7 +5,7 @@ const all = SCOPES.map(({ id }) => scopeOf(id, ['A', 'B'], 'B', 'x'));
 
 describe('scopes', () => {
   it('tell B from A without colour', () => {
-    const [difference, a, b] = all[0]?.traces ?? [];
+    const [a, b, difference] = all[0]?.traces ?? [];
     expect(difference?.dash).toBeDefined();
     expect([a?.marked, b?.marked]).toEqual([false, true]);
   });

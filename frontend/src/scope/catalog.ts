@@ -21,6 +21,8 @@ export interface Scope {
   title: string;
   unit: string;
   traces: Trace[];
+  /** Span of the value axis while all is zero. */
+  still?: number;
   difference?: Difference;
 }
 
@@ -76,12 +78,11 @@ function followingError(axis: Axis, variants: readonly string[]): Scope {
   const channel = `${axis}.following_error`;
   const traces = both(variants, channel);
   const [a, b] = variants;
-  const scope: Scope = { id, title: `Following error ${axis}`, unit: 'm', traces };
+  const scope: Scope = { id, title: `Following error ${axis}`, unit: 'm', traces, still: 1e-5 };
   if (a === undefined || b === undefined) return scope;
   const name = differenceName(channel, a, b);
   scope.difference = { name, minuend: `${a}.${channel}`, subtrahend: `${b}.${channel}` };
-  // First, so that it lies below the two that it compares.
-  traces.unshift({ column: name, label: `${a}−${b}`, ink: 'difference', dash: [5, 4] });
+  traces.push({ column: name, label: `${a}−${b}`, ink: 'difference', dash: [5, 4] });
   return scope;
 }
 
@@ -137,7 +138,7 @@ export function differencesOf(variants: readonly string[]): Difference[] {
 }
 
 /** Columns that the plane needs. */
-export function planeColumns(variants: readonly string[]): string[] {
+function planeColumns(variants: readonly string[]): string[] {
   return [
     'x.position_reference',
     'y.position_reference',

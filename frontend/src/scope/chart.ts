@@ -1,24 +1,35 @@
-/** One scope: a uPlot that is fed from a source once a frame, when there is something new. */
+/** One scope: a canvas that is fed from a source once a frame, when there is something new. */
 
-import uPlot from 'uplot';
-import { minus, scaleFor } from '../units';
-import { writeCurve, writeTimes, type Points } from './bins';
+import { scaleFor, type Scale } from '../units';
+import { timeSplits, valueSplits, valueTexts } from './axes';
+import { pointsOf, writeCurve, type Bins } from './bins';
 import type { Scope, Trace } from './catalog';
-import type { Palette } from './palette';
-import { calmRange, multiples, roundStep, type Range } from './range';
+import type { Ink, Palette } from './palette';
+import { calmRange, multiples, roundStep, timeAt, type Range } from './range';
 import type { Source } from './source';
+import { drawRibbon, ribbonExtremes, type Ribbon } from './ribbon';
 
 /** Room for the numbers of the value axis and of the time axis, CSS pixels. */
 const GUTTER = 66;
 const AXIS = 22;
+const EDGE = 6;
+const RIGHT = 18;
 const MARKS_ACROSS = 8;
 /** A curve that goes up and down this many times its width is dense. */
 const DENSE = 6;
+/** A pointer that moves less than this between down and up has clicked, CSS pixels. */
+const CLICK = 4;
 
 /** A moment worth a line on the time axis: a change of parameters, a push. */
 export interface Moment {
   time: number;
   label: string;
+}
+
+/** Where a pointer is, and where its drag began, as shares of the time axis. */
+export interface Pointer {
+  at: number;
+  since: number | null;
 }
 
 export interface ChartState {
@@ -28,30 +39,45 @@ export interface ChartState {
   moments: readonly Moment[];
   /** Time of the mark that values are compared with. */
   mark: number | null;
+  /** Time under the pointer of any scope, and what its drag has marked. */
+  cursor: number | null;
+  selection: Range | null;
+  /** Bands behind the curves. */
+  ribbons: readonly Ribbon[];
 }
 
 export interface ChartEvents {
   zoom(range: Range): void;
   reset(): void;
   mark(time: number): void;
-  /** Time under the pointer; null when it leaves. */
-  cursor(time: number | null): void;
+  point(pointer: Pointer | null): void;
+}
+
+interface Line {
+  trace: Trace;
+  values: Float32Array;
 }
 
 export class Chart {
-  private plot: uPlot;
-  private readonly data: Points[];
+  private readonly c: CanvasRenderingContext2D;
+  private readonly lines: Line[];
+  private bins: Bins = { first: 0, size: 1, count: 0, paired: false };
   private minimum = new Float32Array(0);
   private maximum = new Float32Array(0);
   private values: Range | null = null;
+  private ribbons: readonly Ribbon[] = [];
   private drawn = '';
-  private state: ChartState | null = null;
-  private source: Source | null = null;
   private empty = true;
-  private readonly family: string;
+  private width = 1;
+  private height = 1;
+  private range: Range = { from: 0, to: 1 };
+  /** Where a button went down, CSS pixels. */
+  private pressed: number | null = null;
+  private readonly font: string;
+  private readonly stop = new AbortController();
 
   constructor(
-    private readonly element: HTMLElement,
+    private readonly canvas: HTMLCanvasElement,
     private readonly scope: Scope,
     private readonly palette: Palette,
     private readonly events: ChartEvents,
@@ -59,302 +85,294 @@ export class Chart {
     private readonly first: boolean,
     private readonly last: boolean,
   ) {
-    this.family = getComputedStyle(element).fontFamily;
-    this.data = [[], ...scope.traces.map((): Points => [])];
-    this.plot = new uPlot(this.options(), this.data as uPlot.AlignedData, element);
+    this.c = canvas.getContext('2d') as CanvasRenderingContext2D;
+    this.font = getComputedStyle(canvas).fontFamily;
+    this.lines = scope.traces.map((trace) => ({ trace, values: new Float32Array(0) }));
+    const { signal } = this.stop;
+    canvas.addEventListener('pointerdown', (event) => this.down(event), { signal });
+    canvas.addEventListener('pointermove', (event) => this.move(event), { signal });
+    canvas.addEventListener('pointerup', (event) => this.up(event), { signal });
+    canvas.addEventListener('pointerleave', () => this.leave(), { signal });
+    canvas.addEventListener('pointercancel', () => this.leave(), { signal });
+    canvas.addEventListener('dblclick', () => events.reset(), { signal });
+    this.resize();
   }
 
   destroy(): void {
-    this.plot.destroy();
+    this.stop.abort();
+    this.events.point(null);
   }
 
   resize(): void {
-    const { clientWidth: width, clientHeight: height } = this.element;
-    if (width > 0 && height > 0) this.plot.setSize({ width, height });
+    this.width = Math.max(1, this.canvas.clientWidth);
+    this.height = Math.max(1, this.canvas.clientHeight);
+    this.canvas.width = Math.round(this.width * devicePixelRatio);
+    this.canvas.height = Math.round(this.height * devicePixelRatio);
     this.drawn = '';
   }
 
   /** Draws, unless nothing has changed since the last time. */
   draw(source: Source, state: ChartState): void {
-    const { range, follow, moments, mark } = state;
-    const key = `${source.version} ${range.from} ${range.to} ${follow} ${moments.length} ${mark}`;
+    const { range, follow, moments, mark, cursor, selection, ribbons } = state;
+    if (ribbons !== this.ribbons) this.drawn = '';
+    this.ribbons = ribbons;
+    const key = `${source.version} ${range.from} ${range.to} ${follow} ${moments.length} ${mark} ${cursor} ${selection?.from} ${selection?.to}`;
     if (key === this.drawn) return;
     this.drawn = key;
-    this.state = state;
-    this.source = source;
-    const [low, high] = this.fill(source, range);
+    this.range = range;
+    const [low, high] = this.fill(source);
     this.empty = !(low <= high);
-    if (follow || !this.values) this.values = calmRange(follow ? this.values : null, low, high);
-    const values = this.values;
-    const { plot } = this;
-    plot.batch(() => {
-      plot.setData(this.data as uPlot.AlignedData, false);
-      plot.setScale('x', { min: range.from, max: range.to });
-      plot.setScale('y', { min: values.from, max: values.to });
-    });
+    if (follow || !this.values)
+      this.values = calmRange(follow ? this.values : null, low, high, this.scope.still);
+    const { c } = this;
+    c.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0);
+    c.clearRect(0, 0, this.width, this.height);
+    this.axes(this.values);
+    this.moments(state);
+    this.bands(this.values);
+    this.curves(source, this.values);
+    this.markers(source, this.values);
+    this.pointer(source, this.values, state);
   }
 
-  /** Fits the value axis to what is visible. */
-  autoscale(): void {
-    this.values = null;
-    this.drawn = '';
+  /** The unit of the value axis, which readings share. */
+  get scale(): Scale {
+    const { from, to } = this.values ?? { from: 0, to: 0 };
+    return scaleFor(Math.max(-from, to), this.scope.unit);
   }
 
-  private fill(source: Source, range: Range): [number, number] {
-    const bins = source.cut(
-      range.from,
-      range.to,
-      Math.max(50, this.plot.bbox.width / devicePixelRatio),
-    );
+  private get across(): number {
+    return Math.max(1, this.width - GUTTER - RIGHT);
+  }
+
+  private get bottom(): number {
+    return this.height - (this.last ? AXIS : EDGE);
+  }
+
+  private px(time: number): number {
+    return GUTTER + ((time - this.range.from) / (this.range.to - this.range.from)) * this.across;
+  }
+
+  private py(value: number, { from, to }: Range): number {
+    return EDGE + ((to - value) / (to - from)) * (this.bottom - EDGE);
+  }
+
+  /** Reads what the window holds; returns its least and largest value. */
+  private fill(source: Source): [number, number] {
+    const bins = source.cut(this.range.from, this.range.to, Math.max(50, this.across));
+    this.bins = bins;
     if (this.minimum.length < bins.count) {
       this.minimum = new Float32Array(bins.count + 64);
       this.maximum = new Float32Array(bins.count + 64);
     }
     const { minimum, maximum } = this;
-    writeTimes(bins, source.start, source.step, this.data[0] as number[]);
     let low = Number.POSITIVE_INFINITY;
     let high = Number.NEGATIVE_INFINITY;
-    this.scope.traces.forEach((trace, i) => {
-      source.reduce(trace.column, bins, minimum, maximum);
-      writeCurve(bins, minimum, maximum, this.data[i + 1] as Points);
+    for (const line of this.lines) {
+      source.reduce(line.trace.column, bins, minimum, maximum);
+      if (line.values.length < pointsOf(bins)) line.values = new Float32Array(pointsOf(bins) + 128);
+      writeCurve(bins, minimum, maximum, line.values);
       for (let bin = 0; bin < bins.count; bin++) {
         if ((minimum[bin] as number) < low) low = minimum[bin] as number;
         if ((maximum[bin] as number) > high) high = maximum[bin] as number;
       }
-    });
+    }
+    for (const ribbon of this.ribbons) {
+      const [least, most] = ribbonExtremes(ribbon, this.range);
+      low = Math.min(low, least);
+      high = Math.max(high, most);
+    }
     return [low, high];
   }
 
-  private options(): uPlot.Options {
-    const { palette, scope } = this;
-    const grid = { stroke: palette.grid, width: 1 };
-    const font = `11px ${this.family}`;
-    const shared = { stroke: palette.axis, font, ticks: { show: false }, grid };
-    return {
-      width: Math.max(1, this.element.clientWidth),
-      height: Math.max(1, this.element.clientHeight),
-      padding: [6, 18, this.last ? 0 : 6, 0],
-      legend: { show: false },
-      focus: { alpha: 1 },
-      scales: { x: { time: false, auto: false }, y: { auto: false } },
-      series: [{}, ...scope.traces.map((trace) => this.series(trace))],
-      axes: [
-        {
-          ...shared,
-          size: this.last ? AXIS : 0,
-          gap: 5,
-          space: 70,
-          values: (_, splits) =>
-            this.last
-              ? splits.map((split, i) => `${split}${i === splits.length - 1 ? ' s' : ''}`)
-              : [],
-        },
-        {
-          ...shared,
-          size: GUTTER,
-          gap: 6,
-          splits: (plot) => this.valueSplits(plot),
-          values: (_, splits) => this.valueTexts(splits),
-        },
-      ],
-      cursor: {
-        sync: { key: 'lab', setSeries: false, scales: ['x', null] },
-        y: false,
-        drag: { x: true, y: false, setScale: false, dist: 4 },
-        points: { size: 5, width: 1 },
-        bind: {
-          dblclick: () => () => {
-            this.events.reset();
-            return null;
-          },
-        },
-      },
-      hooks: {
-        setSelect: [(plot) => this.selected(plot)],
-        setCursor: [(plot) => this.pointed(plot)],
-        drawAxes: [(plot) => this.drawMoments(plot)],
-        draw: [
-          (plot) => {
-            this.drawCurves(plot);
-            this.drawMarkers(plot);
-          },
-        ],
-        ready: [
-          (plot) => {
-            plot.over.addEventListener('click', () => {
-              const { left } = plot.cursor;
-              if (plot.select.width < 4 && left !== undefined && left >= 0) {
-                this.events.mark(plot.posToVal(left, 'x'));
-              }
-            });
-          },
-        ],
-      },
-    };
+  private bands(values: Range): void {
+    if (this.ribbons.length === 0) return;
+    const { c } = this;
+    c.save();
+    c.beginPath();
+    c.rect(GUTTER, EDGE, this.across, this.bottom - EDGE);
+    c.clip();
+    const x = (time: number) => this.px(time);
+    const y = (value: number) => this.py(value, values);
+    for (const ribbon of this.ribbons) drawRibbon(c, ribbon, this.palette[ribbon.ink], x, y);
+    c.restore();
   }
 
-  private series(trace: Trace): uPlot.Series {
-    return {
-      stroke: this.palette[trace.ink],
-      width: trace.width ?? 1.5,
-      points: { show: false },
-      // Drawn by drawCurves.
-      paths: () => null,
-      ...(trace.dash ? { dash: trace.dash } : {}),
-    };
-  }
-
-  private valueSplits(plot: uPlot): number[] {
-    if (this.empty) return [];
-    const { min = -1, max = 1 } = plot.scales.y ?? {};
-    const lines = plot.bbox.height / devicePixelRatio / 24;
-    // Little room: the ends, which are round, and zero.
-    const apart = 0.25 * (max - min);
-    const splits = multiples({ from: min, to: max }, roundStep((max - min) / Math.min(6, lines)));
-    if (lines >= 2.5 && splits.length > 2) return splits;
-    return -min > apart && max > apart ? [min, 0, max] : [min, max];
-  }
-
-  private valueTexts(splits: number[]): string[] {
-    const largest = Math.max(...splits.map(Math.abs));
-    const { factor, unit } = scaleFor(largest, this.scope.unit);
-    const step = Math.min(...splits.slice(1).map((split, i) => split - (splits[i] ?? 0))) * factor;
-    // So many places as tell neighbours apart, and a half where the step has one.
-    const places = Number.isFinite(step) ? Math.max(0, Math.ceil(-Math.log10(step / 1.01))) : 0;
-    return splits.map((split, i) => {
-      const text = minus(String(Number((split * factor).toFixed(places + 1))));
-      return i === splits.length - 1 ? `${text} ${unit}` : text;
+  private axes(values: Range): void {
+    const { c, palette, bottom } = this;
+    c.strokeStyle = palette.grid;
+    c.fillStyle = palette.axis;
+    c.font = `11px ${this.font}`;
+    c.lineWidth = 1;
+    c.setLineDash([]);
+    c.beginPath();
+    c.textAlign = 'center';
+    c.textBaseline = 'top';
+    const times = timeSplits(this.range, this.across);
+    times.forEach((time, i) => {
+      const x = Math.round(this.px(time)) + 0.5;
+      c.moveTo(x, EDGE);
+      c.lineTo(x, bottom);
+      if (this.last) c.fillText(`${time}${i === times.length - 1 ? ' s' : ''}`, x, bottom + 5);
     });
-  }
-
-  private selected(plot: uPlot): void {
-    const { left, width } = plot.select;
-    if (width < 4) return;
-    const range = { from: plot.posToVal(left, 'x'), to: plot.posToVal(left + width, 'x') };
-    plot.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
-    this.events.zoom(range);
-  }
-
-  private pointed(plot: uPlot): void {
-    // Only the plot under the pointer has an event; the others follow by synchronisation.
-    if (!plot.cursor.event) return;
-    const { left } = plot.cursor;
-    this.events.cursor(left === undefined || left < 0 ? null : plot.posToVal(left, 'x'));
-  }
-
-  /**
-   * Draws the curves itself: with bevelled joins, and without dashes where a curve is so dense that
-   * they could not be seen, which takes a third of the time.
-   */
-  private drawCurves(plot: uPlot): void {
-    const { ctx, bbox } = plot;
-    const { min = 0, max = 1 } = plot.scales.x ?? {};
-    const { min: bottom = 0, max: top = 1 } = plot.scales.y ?? {};
-    const perSecond = bbox.width / (max - min);
-    const perUnit = bbox.height / (top - bottom);
-    const times = this.data[0] as number[];
-    ctx.save();
-    ctx.beginPath();
-    ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
-    ctx.clip();
-    ctx.lineJoin = 'bevel';
-    this.scope.traces.forEach((trace, i) => {
-      const values = this.data[i + 1] as Points;
-      let pen = false;
-      let travelled = 0;
-      let before = 0;
-      ctx.beginPath();
-      for (let k = 0; k < values.length; k++) {
-        const value = values[k] ?? null;
-        if (value === null) {
-          pen = false;
-          continue;
-        }
-        const x = bbox.left + ((times[k] as number) - min) * perSecond;
-        const y = bbox.top + (top - value) * perUnit;
-        if (pen) {
-          ctx.lineTo(x, y);
-          travelled += Math.abs(y - before);
-        } else {
-          ctx.moveTo(x, y);
-          pen = true;
-        }
-        before = y;
-      }
-      const dense = travelled > DENSE * bbox.width;
-      const width = dense ? 1 : (trace.width ?? 1.5);
-      ctx.strokeStyle = this.palette[trace.ink];
-      ctx.lineWidth = width * devicePixelRatio;
-      ctx.setLineDash(dense ? [] : (trace.dash ?? []).map((part) => part * devicePixelRatio));
-      ctx.stroke();
+    c.textAlign = 'right';
+    c.textBaseline = 'middle';
+    const splits = this.empty ? [] : valueSplits(values, bottom - EDGE);
+    const texts = valueTexts(splits, this.scope.unit);
+    splits.forEach((split, i) => {
+      const y = Math.round(this.py(split, values)) + 0.5;
+      c.moveTo(GUTTER, y);
+      c.lineTo(this.width - RIGHT, y);
+      c.fillText(texts[i] as string, GUTTER - 6, y);
     });
-    ctx.restore();
+    c.stroke();
   }
 
-  private drawMoments(plot: uPlot): void {
-    const { state } = this;
-    if (!state) return;
-    const { ctx } = plot;
-    const { top, height } = plot.bbox;
-    ctx.save();
-    ctx.lineWidth = devicePixelRatio;
-    ctx.strokeStyle = this.palette.axis;
-    const line = (time: number, dash: number[]) => {
-      if (time < state.range.from || time > state.range.to) return;
-      const x = Math.round(plot.valToPos(time, 'x', true)) + 0.5;
-      ctx.setLineDash(dash.map((length) => length * devicePixelRatio));
-      ctx.beginPath();
-      ctx.moveTo(x, top);
-      ctx.lineTo(x, top + height);
-      ctx.stroke();
-    };
-    for (const { time } of state.moments) line(time, [2, 3]);
-    if (this.first) this.drawLabels(plot, state);
-    if (state.mark !== null) line(state.mark, []);
-    ctx.restore();
-  }
-
-  /** What happened at the moments, as far as there is room. */
-  private drawLabels(plot: uPlot, { moments, range }: ChartState): void {
-    const { ctx } = plot;
-    ctx.font = `${10 * devicePixelRatio}px ${this.family}`;
-    ctx.fillStyle = this.palette.axis;
-    ctx.textBaseline = 'top';
-    ctx.textAlign = 'left';
+  /** Lines at moments and at the mark, and what happened then, as far as there is room. */
+  private moments({ moments, mark, range }: ChartState): void {
+    const shown = moments.filter(({ time }) => time >= range.from && time <= range.to);
+    for (const { time } of shown) this.upright(time, 'axis', [2, 3]);
+    if (mark !== null && mark >= range.from && mark <= range.to) this.upright(mark, 'axis', []);
+    if (!this.first) return;
+    const { c } = this;
+    c.font = `10px ${this.font}`;
+    c.textBaseline = 'top';
+    c.textAlign = 'left';
     let free = Number.NEGATIVE_INFINITY;
-    for (const { time, label } of moments) {
-      const x = plot.valToPos(time, 'x', true) + 3 * devicePixelRatio;
-      if (time < range.from || time > range.to || x < free) continue;
-      ctx.fillText(label, x, plot.bbox.top);
-      free = x + ctx.measureText(label).width + 6 * devicePixelRatio;
+    for (const { time, label } of shown) {
+      const x = this.px(time) + 3;
+      if (x < free) continue;
+      c.fillText(label, x, EDGE);
+      free = x + c.measureText(label).width + 6;
     }
+  }
+
+  private upright(time: number, ink: Ink, dash: number[]): void {
+    const { c } = this;
+    const x = Math.round(this.px(time)) + 0.5;
+    c.strokeStyle = this.palette[ink];
+    c.lineWidth = 1;
+    c.setLineDash(dash);
+    c.beginPath();
+    c.moveTo(x, EDGE);
+    c.lineTo(x, this.bottom);
+    c.stroke();
+  }
+
+  private curves(source: Source, values: Range): void {
+    const { c } = this;
+    c.save();
+    c.beginPath();
+    c.rect(GUTTER, EDGE, this.across, this.bottom - EDGE);
+    c.clip();
+    c.lineJoin = 'bevel';
+    for (const line of this.lines) this.curve(source, line, values);
+    c.restore();
+  }
+
+  /** Without dashes where a curve is so dense that they could not be seen: a third of the time. */
+  private curve(source: Source, { trace, values }: Line, { from, to }: Range): void {
+    const { c, bins } = this;
+    const points = pointsOf(bins);
+    const start = this.px(source.start + bins.first * source.step);
+    const apart =
+      (this.px(source.start + (bins.first + bins.size) * source.step) - start) /
+      (points / bins.count);
+    const perUnit = (this.bottom - EDGE) / (to - from);
+    const top = EDGE + to * perUnit;
+    let pen = false;
+    let travelled = 0;
+    let before = 0;
+    c.beginPath();
+    for (let k = 0; k < points; k++) {
+      const y = top - (values[k] as number) * perUnit;
+      if (y !== y) {
+        pen = false;
+        continue;
+      }
+      const x = start + k * apart;
+      if (pen) {
+        c.lineTo(x, y);
+        travelled += Math.abs(y - before);
+      } else {
+        c.moveTo(x, y);
+        pen = true;
+      }
+      before = y;
+    }
+    const dense = travelled > DENSE * this.across;
+    // Where its dashes leave nothing of them to be seen, it goes below the two that it compares.
+    const below = dense && trace.ink === 'difference';
+    c.globalCompositeOperation = below ? 'destination-over' : 'source-over';
+    c.strokeStyle = this.palette[trace.ink];
+    c.lineWidth = dense ? 1 : (trace.width ?? 1.5);
+    c.setLineDash(dense ? [] : (trace.dash ?? []));
+    c.stroke();
   }
 
   /** Round markers at round times: they move along with the curve. */
-  private drawMarkers(plot: uPlot): void {
-    const { state, source } = this;
-    if (!state || !source) return;
-    const { ctx } = plot;
-    const times = multiples(
-      state.range,
-      roundStep((state.range.to - state.range.from) / MARKS_ACROSS),
-    );
-    for (const trace of this.scope.traces) {
+  private markers(source: Source, values: Range): void {
+    const { from, to } = this.range;
+    const times = multiples(this.range, roundStep((to - from) / MARKS_ACROSS));
+    for (const { trace } of this.lines) {
       if (trace.marked !== true) continue;
-      ctx.fillStyle = this.palette[trace.ink];
-      for (const time of times) {
-        const value = source.at(trace.column, time);
-        if (!Number.isFinite(value)) continue;
-        ctx.beginPath();
-        ctx.arc(
-          plot.valToPos(time, 'x', true),
-          plot.valToPos(value, 'y', true),
-          3 * devicePixelRatio,
-          0,
-          2 * Math.PI,
-        );
-        ctx.fill();
-      }
+      for (const time of times) this.dot(source, trace, time, values, 3);
     }
+  }
+
+  private dot(source: Source, { column, ink }: Trace, time: number, values: Range, radius: number) {
+    const value = source.at(column, time);
+    if (!Number.isFinite(value)) return;
+    const { c } = this;
+    c.fillStyle = this.palette[ink];
+    c.beginPath();
+    c.arc(this.px(time), this.py(value, values), radius, 0, 2 * Math.PI);
+    c.fill();
+  }
+
+  /** The line under the pointer, the values there, and what a drag marks. */
+  private pointer(source: Source, values: Range, { cursor, selection }: ChartState): void {
+    if (cursor === null) return;
+    this.upright(cursor, 'strong', []);
+    for (const { trace } of this.lines) this.dot(source, trace, cursor, values, 2.5);
+    if (!selection) return;
+    const { c } = this;
+    const [from, to] = [this.px(selection.from), this.px(selection.to)];
+    c.globalAlpha = 0.18;
+    c.fillStyle = this.palette.focus;
+    c.fillRect(from, EDGE, to - from, this.bottom - EDGE);
+    c.globalAlpha = 1;
+  }
+
+  private share(x: number): number {
+    return Math.min(1, Math.max(0, (x - GUTTER) / this.across));
+  }
+
+  private down(event: PointerEvent): void {
+    if (event.button !== 0 || event.offsetX < GUTTER) return;
+    this.pressed = event.offsetX;
+    this.canvas.setPointerCapture(event.pointerId);
+  }
+
+  private move({ offsetX: x }: PointerEvent): void {
+    const { pressed } = this;
+    if (pressed === null && (x < GUTTER || x > GUTTER + this.across)) return this.leave();
+    const dragged = pressed !== null && Math.abs(x - pressed) >= CLICK;
+    this.events.point({ at: this.share(x), since: dragged ? this.share(pressed) : null });
+  }
+
+  private up({ offsetX: x }: PointerEvent): void {
+    const { pressed } = this;
+    if (pressed === null) return;
+    this.pressed = null;
+    const [from, to] = [this.share(Math.min(x, pressed)), this.share(Math.max(x, pressed))];
+    this.events.point({ at: this.share(x), since: null });
+    if (Math.abs(x - pressed) < CLICK) this.events.mark(timeAt(this.range, to));
+    else this.events.zoom({ from: timeAt(this.range, from), to: timeAt(this.range, to) });
+  }
+
+  private leave(): void {
+    this.pressed = null;
+    this.events.point(null);
   }
 }

@@ -11,7 +11,9 @@ export type Ink =
   | 'grid'
   | 'axis'
   | 'text'
-  | 'panel';
+  | 'panel'
+  | 'strong'
+  | 'focus';
 
 const INKS: readonly Ink[] = [
   'a',
@@ -25,6 +27,8 @@ const INKS: readonly Ink[] = [
   'axis',
   'text',
   'panel',
+  'strong',
+  'focus',
 ];
 
 export type Palette = Record<Ink, string>;

@@ -213,11 +213,14 @@ export class PlaneView {
       c.fillText(i === levels.length - 1 ? `${text(y)} ${unit}` : text(y), LEFT - 6, at);
     });
     c.textAlign = 'center';
-    for (const x of multiples(columns, step)) {
+    const marks = multiples(columns, step);
+    const fits = (x: number) => this.px(x) > LEFT + 8 && this.px(x) < size.width - 24;
+    const last = marks.filter(fits).at(-1);
+    for (const x of marks) {
       const at = Math.round(this.px(x)) + 0.5;
       c.moveTo(at, 0);
       c.lineTo(at, size.height - BOTTOM);
-      if (at > LEFT + 8 && at < size.width - 16) c.fillText(text(x), at, size.height - 8);
+      if (fits(x)) c.fillText(x === last ? `${text(x)} ${unit}` : text(x), at, size.height - 8);
     }
     c.stroke();
   }

@@ -27,6 +27,7 @@ describe('fit', () => {
   it('takes nothing for something', () => {
     expect(fit(Number.POSITIVE_INFINITY, Number.NEGATIVE_INFINITY)).toEqual({ from: -1, to: 1 });
     expect(fit(0, 0)).toEqual({ from: -0.1, to: 0.1 });
+    expect(fit(0, 0, 1e-5)).toEqual({ from: -1e-6, to: 1e-6 });
   });
 });
 

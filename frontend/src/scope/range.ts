@@ -5,6 +5,11 @@ export interface Range {
   to: number;
 }
 
+/** Returns the time at a share of a range. */
+export function timeAt({ from, to }: Range, share: number): number {
+  return from + share * (to - from);
+}
+
 /** Returns the step of 1, 2 or 5 times a power of ten that is at least `least`. */
 export function roundStep(least: number): number {
   const power = 10 ** Math.floor(Math.log10(least));
@@ -23,13 +28,13 @@ export function multiples({ from, to }: Range, step: number): number[] {
   return found;
 }
 
-/** Returns a range with round ends around the data, with some room. */
-export function fit(low: number, high: number): Range {
+/** Returns a range with round ends around the data, with some room; of nothing but zeros, `still`. */
+export function fit(low: number, high: number, still = 1): Range {
   if (!(low <= high)) return { from: -1, to: 1 };
   let span = high - low;
   const size = Math.max(Math.abs(low), Math.abs(high));
   // A constant, or one that differs by rounding only, gets a range of its own size.
-  if (span <= size * 1e-6) span = size === 0 ? 1 : size * 0.5;
+  if (span <= size * 1e-6) span = size === 0 ? still : size * 0.5;
   const step = roundStep(span / 10);
   const from = Math.floor((low - 0.04 * span) / step) * step;
   const to = Math.ceil((high + 0.04 * span) / step) * step;
@@ -44,8 +49,8 @@ export function fit(low: number, high: number): Range {
  * Returns the range to show: what fits, unless the present one holds the data and is not much too
  * large, so that an axis does not jump about while a curve slides through it.
  */
-export function calmRange(present: Range | null, low: number, high: number): Range {
-  const wanted = fit(low, high);
+export function calmRange(present: Range | null, low: number, high: number, still?: number): Range {
+  const wanted = fit(low, high, still);
   if (!present) return wanted;
   const holds = present.from <= low && high <= present.to;
   const roomy = present.to - present.from > 1.6 * (wanted.to - wanted.from);

@@ -2,6 +2,7 @@
 
 import type { Ring } from '../stream/ring';
 import { cut, type Bins } from './bins';
+import type { Range } from './range';
 
 export interface Source {
   /** Changes whenever there is something new to draw. */
@@ -17,6 +18,15 @@ export interface Source {
   reduce(column: string, bins: Bins, minimum: Float32Array, maximum: Float32Array): void;
   /** The value at a time, or NaN. */
   at(column: string, time: number): number;
+}
+
+/** Returns the least and the largest of all samples of a stretch of time; NaN where there are none. */
+export function extremes(source: Source, column: string, { from, to }: Range): [number, number] {
+  const first = Math.max(source.first, Math.round((from - source.start) / source.step));
+  const last = Math.min(source.last, Math.round((to - source.start) / source.step));
+  const [low, high] = [new Float32Array(1), new Float32Array(1)];
+  source.reduce(column, { first, size: last - first, count: 1, paired: true }, low, high);
+  return [low[0] as number, high[0] as number];
 }
 
 /** Name of the curve of one channel of A less B. */

@@ -5,11 +5,11 @@ import { PERIOD } from '../lab/session.svelte';
 import { AXES, type Axis } from '../api/types';
 import { Ring } from '../stream/ring';
 import { fromAddress, load, save, setAddress } from '../ui/storage';
-import { fieldOf, ownerOf } from '../tuning/fields';
+import { nameOf } from '../tuning/fields';
 import { columnsOf, DEFAULT_SCOPES, SCOPES, scopeOf, type ScopeId } from './catalog';
-import type { Moment } from './chart';
+import type { Moment, Pointer } from './chart';
 import { loop } from './loop';
-import type { Range } from './range';
+import { timeAt, type Range } from './range';
 import { LiveSource, type Source } from './source';
 
 export const SPANS = [1, 2, 5, 10, 20, 30] as const;
@@ -20,18 +20,21 @@ const READOUT = 100;
 /** How much of a live session the plane shows, s. */
 const TRAIL = 6;
 
+/** Shortest time axis, s: four control periods. */
+const LEAST_SPAN = 4 * PERIOD;
+
 const NO_RING = new Ring(16, []);
 
 class View {
   shown = $state.raw<readonly ScopeId[]>(keptScopes());
   variant = $state(load('variant', 'B'));
-  axis = $state<Axis>(load('axis', 'x'));
+  axis = $state<Axis>(load<string>('axis', 'x') === 'y' ? 'y' : 'x');
   span = $state<number>(load('span', 10));
   zoom = $state.raw<Range | null>(null);
   follow = $state(true);
   mark = $state<number | null>(null);
-  /** Time under the pointer; plain, as it moves with every event. */
-  cursor: number | null = null;
+  /** Where the pointer is on the time axis; plain, as it moves with every event. */
+  pointer: Pointer | null = null;
   /** Counts up to ten times a second while something moves: what readouts depend on. */
   beat = $state(0);
   /** Frames a second, and script ms a frame, over the last second. */
@@ -61,12 +64,12 @@ class View {
   readonly moments = $derived.by((): readonly Moment[] => {
     const planned = (lab.scenario?.schedule ?? []).map(({ time, set }) => ({
       time,
-      label: Object.keys(set).map(shortName).join(', '),
+      label: labelOf(set),
     }));
     if (lab.mode === 'whatif') return planned;
     const changes = (lab.session.info?.changes ?? []).map(({ tick, set }) => ({
       time: tick * PERIOD,
-      label: Object.keys(set).map(shortName).join(', '),
+      label: labelOf(set),
     }));
     return [...planned, ...changes, ...lab.session.pushes].sort((a, b) => a.time - b.time);
   });
@@ -87,6 +90,20 @@ class View {
     return { from: to - this.span, to };
   }
 
+  /** Time under the pointer: what slides through below it while it rests. */
+  get cursor(): number | null {
+    return this.pointer && timeAt(this.range(), this.pointer.at);
+  }
+
+  /** The stretch of time that a drag has marked so far. */
+  get selection(): Range | null {
+    const { pointer } = this;
+    if (!pointer || pointer.since === null) return null;
+    const [from, to] = [pointer.since, pointer.at].sort((a, b) => a - b) as [number, number];
+    const range = this.range();
+    return { from: timeAt(range, from), to: timeAt(range, to) };
+  }
+
   /** What the plane shows of that: of a live session the last laps only, the others lie below them. */
   trail(): Range {
     const range = this.range();
@@ -96,12 +113,11 @@ class View {
 
   /** The moment that readouts tell of: under the pointer, else the newest. */
   moment(): number {
-    const { from, to } = this.range();
-    if (this.cursor !== null && this.cursor >= from && this.cursor <= to) return this.cursor;
-    const { source } = this;
+    const { cursor, source } = this;
+    if (cursor !== null) return cursor;
     if (!source) return Number.NaN;
     const newest = source.start + source.last * source.step;
-    return lab.mode === 'live' ? Math.min(newest, to) : Number.NaN;
+    return lab.mode === 'live' ? Math.min(newest, this.range().to) : Number.NaN;
   }
 
   toggle(id: ScopeId): void {
@@ -130,18 +146,32 @@ class View {
   zoomBy(ratio: number): void {
     const { from, to } = this.range();
     const centre = this.cursor ?? (from + to) / 2;
-    const within = Math.min(to, Math.max(from, centre));
-    this.zoom = {
-      from: Math.max(0, within - (within - from) * ratio),
-      to: within + (to - within) * ratio,
-    };
+    const length = Math.max(LEAST_SPAN, (to - from) * ratio);
+    const start = centre - ((centre - from) * length) / (to - from);
+    this.look({ from: start, to: start + length });
   }
 
   /** Moves the time axis by a share of its length. */
   moveBy(share: number): void {
     const { from, to } = this.range();
-    const shift = Math.max(-from, share * (to - from));
-    this.zoom = { from: from + shift, to: to + shift };
+    const shift = share * (to - from);
+    this.look({ from: from + shift, to: to + shift });
+  }
+
+  /** Zooms to a range, as far as there are samples: to the whole of them, if it is that long. */
+  private look({ from, to }: Range): void {
+    const { source } = this;
+    if (!source) return;
+    const start = source.start + source.first * source.step;
+    // A young session does not fill its time axis yet.
+    const end = Math.max(
+      source.start + source.last * source.step,
+      start + (lab.mode === 'live' ? this.span : 0),
+    );
+    const length = Math.min(to - from, end - start);
+    const first = Math.min(Math.max(from, start), end - length);
+    const whole = lab.mode === 'whatif' && length === end - start;
+    this.zoom = whole ? null : { from: first, to: first + length };
   }
 
   toggleMark(): void {
@@ -179,8 +209,10 @@ class View {
   }
 }
 
-function shortName(path: string): string {
-  return `${ownerOf(path)} ${fieldOf(path).label.replace('_', '')}`.trim();
+function labelOf(set: object): string {
+  return Object.keys(set)
+    .map((path) => nameOf(path).replace('_', ''))
+    .join(', ');
 }
 
 function keptScopes(): readonly ScopeId[] {

@@ -46,7 +46,7 @@ export interface StreamOptions {
 export class StreamClient {
   ring: Ring;
   /** Counts since the client was made; who reads them takes differences. */
-  readonly counts = { frames: 0, samples: 0, dropped: 0, reconnects: 0 };
+  readonly counts = { frames: 0, samples: 0, dropped: 0 };
   /** When the newest frame came in, in ms of performance.now(). */
   receivedAt = 0;
   private socket: Socket | null = null;
@@ -57,6 +57,8 @@ export class StreamClient {
   private wanted: Subscription | null = null;
   private closed = false;
   private greeted = false;
+  /** Which of the session's timelines the ring holds. */
+  private timeline = 0;
   private readonly backoff: Backoff;
 
   constructor(
@@ -122,7 +124,6 @@ export class StreamClient {
       this.lost();
       return;
     }
-    this.counts.reconnects += 1;
     this.open();
   }
 
@@ -149,8 +150,9 @@ export class StreamClient {
         this.backoff.reset();
         this.events.connection('connected');
         this.events.session(message.session);
-        // A session that went back while nobody listened is another timeline.
-        if (message.session.tick < this.ring.end) this.ring.clear();
+        // The session may have been reset while nobody listened.
+        if (message.session.timeline !== this.timeline) this.ring.clear();
+        this.timeline = message.session.timeline;
         if (this.subscription.columns.length > 0) this.send();
         break;
       case 'subscribed': {
@@ -171,6 +173,7 @@ export class StreamClient {
         this.counts.dropped += message.frames;
         break;
       case 'session':
+        this.timeline = message.session.timeline;
         this.events.session(message.session);
         break;
       case 'reset':

@@ -1,4 +1,5 @@
 import { describe, expect, it } from 'vitest';
+import fixture from '../../../tests/fixtures/frame.bin?inline';
 import { decodeFrame } from './frame';
 
 /** Writes a frame by the byte table of docs/stream.md. */
@@ -43,4 +44,23 @@ describe('decodeFrame', () => {
     new DataView(other).setUint16(4, 2, true);
     expect(() => decodeFrame(other)).toThrow('protocol 2');
   });
+});
+
+it('reads the fixture as tests/unit/test_frames.py does', async () => {
+  const data = await (await fetch(fixture)).arrayBuffer();
+  expect(data.byteLength).toBe(24 + 3 * 5 * 4);
+  const { sequence, tick, samples, columns } = decodeFrame(data);
+  expect([sequence, tick, samples]).toEqual([4_000_000_000, 2 ** 40 + 12_345, 5]);
+  // toEqual tells -0 from 0, and takes NaN for NaN.
+  expect(columns.map((column) => [...column])).toEqual([
+    [0, -0, 1, -1.5, Math.fround(0.1)],
+    [
+      Number.POSITIVE_INFINITY,
+      Number.NEGATIVE_INFINITY,
+      Number.NaN,
+      Math.fround(1.17549435e-38),
+      Math.fround(3.4028235e38),
+    ],
+    [16_777_216, Math.fround(-2.0625e-5), Math.fround(1e-45), Math.fround(299_792_458), -7.25],
+  ]);
 });

@@ -2,7 +2,7 @@
 
 const MAGIC = 0x4d525350; // "PSRM" read as a little-endian number
 const HEADER = 24;
-export const PROTOCOL = 1;
+const PROTOCOL = 1;
 
 export interface Frame {
   sequence: number;

@@ -5,7 +5,7 @@
  * ticks, from which long windows are drawn. Ticks that never came are NaN, and are drawn as gaps.
  */
 
-export const BLOCK = 16;
+const BLOCK = 16;
 
 interface Column {
   samples: Float32Array;

@@ -39,7 +39,7 @@ it('tells the range in the unit of the screen', () => {
       range: '>= 0 and <= 1000000000',
       unit: 'N/m',
     }),
-  ).toBe('Is out of range: −5 N/mm. Allowed: ≥ 0 and ≤ 1000000 N/mm.');
+  ).toBe('Is out of range: −5 N/mm. Allowed: 0 to 1000000 N/mm.');
   expect(refusal({ loc: 'trajectory', message: 'too fast.', range: '', unit: '' })).toBe(
     'Too fast.',
   );

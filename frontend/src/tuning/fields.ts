@@ -2,6 +2,7 @@
 
 import type { ProblemField, Value } from '../api/types';
 import { clean, digits, minus, prettyUnit } from '../units';
+import { LAWS } from './gains';
 
 export interface Field {
   label: string;
@@ -77,6 +78,8 @@ const FIELDS: Record<string, Entry> = {
   'friction.sigma_0': ['stiffness σ_0', 'N/mm', 1e-3],
   'friction.sigma_1': ['damping σ_1', 'N s/mm', 1e-3],
   'friction.sigma_2': ['viscous σ_2', 'N s/m', 1],
+  force_map: ['force map', '', 1],
+  'force_map.gain': ['map gain', '', 1],
   'force_map.F_pk': ['peak thrust', 'N', 1],
   'force_map.offset': ['commutation', ...UM],
   'amplifiers.bandwidth': ['bandwidth', 'Hz', 1],
@@ -85,6 +88,9 @@ const FIELDS: Record<string, Entry> = {
   'encoder.resolution': ['encoder count', ...NM],
   'encoder.sde_amplitude': ['encoder error', ...NM],
   'encoder.noise': ['encoder noise', ...NM],
+  'resonance.frequency': ['resonance', 'Hz', 1],
+  'resonance.damping': ['mode damping', '1', 1],
+  'resonance.coupling': ['mode coupling', '1', 1],
   'load.x': ['load x', 'N', 1],
   'load.y': ['load y', 'N', 1],
   'load.noise': ['load noise', 'N', 1],
@@ -113,11 +119,17 @@ export function ownerOf(path: string): string {
   return axis === undefined ? '' : `plant ${axis}`;
 }
 
+/** Returns what a change is called: `B k_p x`, `B stiction F_s y`. */
+export function nameOf(path: string): string {
+  const [, axis] = /\.model\.([xy])\./.exec(path) ?? [];
+  return `${ownerOf(path)} ${fieldOf(path).label} ${axis ?? ''}`.trim();
+}
+
 /** Writes a value for reading; `significant` digits. */
 export function show(path: string, value: Value | undefined, significant = 4): string {
   if (value === undefined || value === null) return 'auto';
   if (typeof value === 'boolean') return value ? 'on' : 'off';
-  if (typeof value === 'string') return value;
+  if (typeof value === 'string') return LAWS.find(({ law }) => law === value)?.name ?? value;
   if (typeof value === 'number') {
     const { factor, whole } = fieldOf(path);
     return whole === true ? String(value) : trim(digits(clean(value * factor), significant));
@@ -133,9 +145,12 @@ export function refusal({ loc, message, value, range, unit }: ProblemField): str
   if (range === undefined || range === '') return text;
   const { factor, unit: shown } = fieldOf(loc);
   const scaled = range
-    .replace(/-?\d+(\.\d+)?(e[+-]?\d+)?/gi, (number) => String(clean(Number(number) * factor)))
-    .replace('>=', '≥')
-    .replace('<=', '≤');
+    .replace(/-?\d+(\.\d+)?(e[+-]?\d+)?/gi, (number) =>
+      trim(digits(clean(Number(number) * factor), 6)),
+    )
+    .replace(/^>= (\S+) and <= (\S+)$/, '$1 to $2')
+    .replaceAll('>=', '≥')
+    .replaceAll('<=', '≤');
   return (
     `${text} Allowed: ${scaled} ${shown === '' ? prettyUnit(unit ?? '') : shown}`.trimEnd() + '.'
   );

@@ -50,7 +50,7 @@ export function gainPath(variant: string, axis: Axis, gain: Gain): string {
 }
 
 /** Everything of the controllers that the panel can change. */
-export function tunables(variants: readonly string[]): string[] {
+function tunables(variants: readonly string[]): string[] {
   return variants.flatMap((variant) => [
     ...AXES.flatMap((axis) => [gainPath(variant, axis, 'k_p'), gainPath(variant, axis, 'k_d')]),
     `variants.${variant}.controller.compensation.law`,

@@ -23,11 +23,6 @@ export class Newest<T> {
     if (!this.running) void this.work();
   }
 
-  /** Forgets what waits; what runs goes on. */
-  clear(): void {
-    this.waiting = null;
-  }
-
   private async work(): Promise<void> {
     this.running = true;
     while (this.waiting) {

@@ -1,10 +1,12 @@
 import { expect, it } from 'vitest';
+import fixture from '../../../tests/fixtures/whatif.bin?inline';
 import { readPreview } from './preview';
 
 function answer(): ArrayBuffer {
   const header = {
     result: { window: { start: 4.5, end: 10.5 }, variants: {} },
-    how: 'whole',
+    how: 'window',
+    begin: 1.5,
     time: { start: 4.5, step: 3, count: 2 },
     columns: [
       { name: 'A.x.following_error', unit: 'm', minimum: 0, maximum: 2 },
@@ -22,9 +24,9 @@ function answer(): ArrayBuffer {
 }
 
 it('reads result and curves', () => {
-  const { result, how, source } = readPreview(answer());
+  const { result, how, begin, source } = readPreview(answer());
   expect(result.window.end).toBe(10.5);
-  expect(how).toBe('whole');
+  expect([how, begin]).toEqual(['window', 1.5]);
   expect([source.start, source.step, source.last]).toEqual([4.5, 3, 2]);
   expect(source.at('A.x.following_error', 8)).toBe(3);
   expect(source.at('A.x.following_error', 11)).toBeNaN();
@@ -37,4 +39,30 @@ it('computes A less B', () => {
   const bins = source.cut(4.5, 10.5, 1);
   source.reduce('A-B.x.following_error', bins, low, high);
   expect([low[0], high[0]]).toEqual([1.5, 2.5]);
+});
+
+it('reads the fixture as tests/contract/test_generated.py does', async () => {
+  const data = await (await fetch(fixture)).arrayBuffer();
+  const { result, how, begin, source } = readPreview(data);
+  expect([how, begin]).toEqual(['whole', 0]);
+  expect(result.window).toEqual({ start: 0, end: 0.02 });
+  expect(Object.keys(result.variants)).toEqual(['A', 'B']);
+  expect([source.start, source.step, source.last]).toEqual([0, 0.001, 20]);
+  const reduced = (column: string, bin: number) => {
+    const [low, high] = [new Float32Array(1), new Float32Array(1)];
+    source.reduce(column, { ...source.cut(0, 0, 1), first: bin, size: 1, count: 1 }, low, high);
+    return [low[0], high[0]];
+  };
+  // Bin 19 holds ticks 38 and 39; the reference is 0.01 m/s (t - 5 ms) by then.
+  const last = {
+    'x.position_reference': [1.4e-4, 1.45e-4],
+    'A.x.following_error': [3.145e-5, 3.225e-5],
+    'B.x.following_error': [9.6e-6, 1.065e-5],
+  };
+  for (const [column, [low, high]] of Object.entries(last)) {
+    const [least, most] = reduced(column, 19);
+    expect(least).toBeCloseTo(low as number, 10);
+    expect(most).toBeCloseTo(high as number, 10);
+    expect(reduced(column, 0)[0]).toBe(0);
+  }
 });

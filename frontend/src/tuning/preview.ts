@@ -5,8 +5,10 @@ import { StillSource, differenceName, type Envelope } from '../scope/source';
 
 export interface Preview {
   result: Metrics;
-  /** `whole` when the scenario was simulated from its start. */
-  how: string;
+  /** `window` when the run began at a stored state of the unchanged scenario, at `begin`. */
+  how: 'whole' | 'window';
+  /** s */
+  begin: number;
   source: StillSource;
 }
 
@@ -14,14 +16,15 @@ interface Header {
   result: Metrics;
   time: { start: number; step: number; count: number };
   columns: { name: string; unit: string; minimum: number; maximum: number }[];
-  how: string;
+  how: 'whole' | 'window';
+  begin: number;
 }
 
 /** Reads an answer of POST /whatif; arrays are views into it. */
 export function readPreview(buffer: ArrayBuffer): Preview {
   const length = new DataView(buffer).getUint32(0, true);
   const text = new TextDecoder().decode(new Uint8Array(buffer, 8, length));
-  const { result, time, columns: list, how } = JSON.parse(text) as Header;
+  const { result, time, columns: list, how, begin } = JSON.parse(text) as Header;
   const numbers = new Float32Array(buffer, 8 + length);
   const columns = new Map<string, Envelope>();
   for (const { name, minimum, maximum } of list) {
@@ -36,7 +39,8 @@ export function readPreview(buffer: ArrayBuffer): Preview {
     if (!a || !b) continue;
     columns.set(differenceName(`${axis}.following_error`, 'A', 'B'), middles(a, b));
   }
-  return { result, how, source: new StillSource(time.start, time.step, time.count, columns) };
+  const source = new StillSource(time.start, time.step, time.count, columns);
+  return { result, how, begin, source };
 }
 
 /** A less B at the middle of each bin: extremes of a difference do not follow from extremes. */

@@ -2,6 +2,7 @@
 
 import { ApiError, type Api } from '../api/client';
 import type { Changes, ProblemField, Scenario } from '../api/types';
+import { wordsOf } from '../ui/words';
 import { Newest } from './newest';
 import { readPreview, type Preview } from './preview';
 
@@ -63,10 +64,12 @@ export class WhatIf {
     const begin = performance.now();
     try {
       const signal = AbortSignal.timeout(TIMEOUT);
-      const buffer = await this.api.whatif({ ...question, points }, signal);
+      const exact = points === FINE;
+      const buffer = await this.api.whatif({ ...question, points, exact }, signal);
       this.answer = { ...readPreview(buffer), question };
-      if (points === COARSE) this.took = performance.now() - begin;
-      if (points === FINE && this.rest === null && !this.queue.superseded) this.standing = 'exact';
+      if (!exact) this.took = performance.now() - begin;
+      // Too long a scenario never runs from its start: what stands then is as good as it gets.
+      if (exact && this.rest === null && !this.queue.superseded) this.standing = 'exact';
       this.refused([], '');
     } catch (error) {
       // A newer question is on its way; its answer counts.
@@ -75,7 +78,7 @@ export class WhatIf {
       if (this.rest !== null) clearTimeout(this.rest);
       this.rest = null;
       if (error instanceof ApiError) this.refused(error.problem.errors, error.message);
-      else this.refused([], error instanceof Error ? error.message : String(error));
+      else this.refused([], wordsOf(error));
     }
   }
 }

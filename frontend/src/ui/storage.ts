@@ -2,13 +2,25 @@
 
 const PREFIX = 'motionlab.';
 
+/** Returns what was kept, or `fallback` where that is damaged or of another form. */
 export function load<T>(key: string, fallback: T): T {
   try {
     const text = localStorage.getItem(PREFIX + key);
-    return text === null ? fallback : (JSON.parse(text) as T);
+    const kept: unknown = text === null ? null : JSON.parse(text);
+    return alike(kept, fallback) ? (kept as T) : fallback;
   } catch {
     return fallback;
   }
+}
+
+/** Whether a value has the form of `form`, and every entry that it has; null is any form. */
+function alike(value: unknown, form: unknown): boolean {
+  if (form === null) return true;
+  if (typeof value !== typeof form || value === null) return false;
+  if (Array.isArray(value) !== Array.isArray(form)) return false;
+  if (typeof form !== 'object') return true;
+  const entries = value as Record<string, unknown>;
+  return Object.entries(form as object).every(([key, entry]) => alike(entries[key], entry));
 }
 
 export function save(key: string, value: unknown): void {

@@ -1,0 +1,22 @@
+/** How long work takes, and when it was asked for, in words. */
+
+const MINUTE = 60;
+
+/** Writes a time that nobody needs to the second: "under 1 s", "12 s", "3 min". */
+export function duration(seconds: number): string {
+  if (seconds < 1) return 'under 1 s';
+  if (seconds < 2 * MINUTE) return `${Math.round(seconds).toString()} s`;
+  return `${Math.round(seconds / MINUTE).toString()} min`;
+}
+
+/** Writes a moment in the reader's time: the time of today, else the day too. */
+export function moment(iso: string, now = new Date()): string {
+  const date = new Date(iso);
+  const time = date.toLocaleTimeString([], {
+    hour: '2-digit',
+    minute: '2-digit',
+    second: '2-digit',
+  });
+  const today = date.toDateString() === now.toDateString();
+  return today ? time : `${date.toLocaleDateString()} ${time}`;
+}
