@@ -1,0 +1,208 @@
+/** The path under the hand: its history, what the server says of it, and what A and B make of it. */
+
+import { ApiError } from '../api/client';
+import { equal } from '../api/paths';
+import type { Changes, ProblemField, Trajectory } from '../api/types';
+import { lab } from '../lab/lab.svelte';
+import { Newest } from '../tuning/newest';
+import { WhatIf } from '../tuning/whatif.svelte';
+import { messages } from '../ui/messages.svelte';
+import { load, save } from '../ui/storage';
+import { readChecked, type Checked } from './check';
+import { History } from './history';
+import { asPath, asTable, fewest, keptTable, repeated, type DrawnPath, type Table } from './path';
+import { converted, shape, type Shape } from './shapes';
+
+export type Tool = 'edit' | 'add' | 'move';
+
+/** Longest motion that is simulated while a hand moves, and longest that is at all, s. */
+const LONGEST = { moving: 10, resting: 120 };
+
+/** Bins of the profiles: about one for each pixel of their width. */
+const POINTS = 400;
+
+export class Editor {
+  table = $state.raw<Table>(keptTable(load('path', null)) ?? asTable(shape('rhombus')));
+  selected = $state<number | null>(null);
+  tool = $state<Tool>('edit');
+  /** Grid that points snap to, m. */
+  step = $state(load('path-step', 1e-3));
+  name = $state(load('path-name', ''));
+  /** What the server found about `checkedOf`. */
+  found = $state.raw<Checked | null>(null);
+  private checkedOf = $state.raw<Table | null>(null);
+  /** Why the server refuses the table as it stands, or what it lacks. */
+  refused = $state('');
+  lastFeasible = $state.raw<Table | null>(null);
+  canUndo = $state(false);
+  canRedo = $state(false);
+  /** Bin of the profiles that a pointer is over. */
+  cursor = $state<number | null>(null);
+  readonly whatif = new WhatIf(lab.api, (fields, detail) => this.complain(fields, detail));
+  problem = $state('');
+  private moving = false;
+  private readonly history = new History<Table>();
+  private readonly checks = new Newest<Table>((table) => this.check(table));
+
+  readonly path = $derived(asPath(this.table));
+
+  /** Whether what the server found is of the path as it stands. */
+  readonly fresh = $derived(this.checkedOf === this.table);
+
+  readonly feasible = $derived(this.fresh && this.refused === '' && this.found?.feasible === true);
+
+  /** Replaces the trajectory; changes of one named gesture in quick succession are undone as one. */
+  set(table: Table, gesture = ''): void {
+    if (equal(table, this.table)) return;
+    this.history.keep(this.table, gesture, performance.now());
+    this.moving = gesture.startsWith('drag');
+    this.adopt(table);
+  }
+
+  edit(path: DrawnPath, gesture = ''): void {
+    this.set(asTable(path), gesture);
+  }
+
+  /** Ends a gesture. */
+  rest(): void {
+    this.history.pause();
+    if (!this.moving) return;
+    this.moving = false;
+    save('path', this.table);
+    if (this.feasible) this.simulate(this.table);
+  }
+
+  undo(): void {
+    this.moving = false;
+    this.adopt(this.history.undo(this.table));
+  }
+
+  redo(): void {
+    this.moving = false;
+    this.adopt(this.history.redo(this.table));
+  }
+
+  start(which: Shape): void {
+    this.edit(shape(which));
+    this.selected = null;
+    this.tool = which === 'empty' ? 'add' : 'edit';
+  }
+
+  /** Makes an editable path of a figure. */
+  convert(): void {
+    const path = converted(this.table);
+    if (path) this.edit(path);
+  }
+
+  setStep(step: number): void {
+    this.step = step;
+    save('path-step', step);
+  }
+
+  /** Asks the server about the path as it stands. */
+  ask(): void {
+    this.checks.push(this.table);
+  }
+
+  backToFeasible(): void {
+    if (this.lastFeasible) this.set(this.lastFeasible);
+  }
+
+  async slowDown(): Promise<void> {
+    await lab.try(async () => {
+      const { trajectory, stretch } = await lab.api.slow(this.request(this.table));
+      if (stretch > 1) {
+        this.set(trajectory);
+        messages.info(`Slowed down: every move takes ${stretch.toFixed(3)} times as long.`);
+      }
+    });
+  }
+
+  async open(name: string): Promise<void> {
+    await lab.try(async () => {
+      const { trajectory } = await lab.api.trajectory(name);
+      this.set(trajectory);
+      this.selected = null;
+      this.named(name);
+    });
+  }
+
+  named(name: string): void {
+    this.name = name;
+    save('path-name', name);
+  }
+
+  private adopt(table: Table): void {
+    this.table = table;
+    this.canUndo = this.history.canUndo;
+    this.canRedo = this.history.canRedo;
+    const count = this.path?.points.length ?? 0;
+    if (this.selected !== null && this.selected >= count) this.selected = null;
+    // Storage is slow: what a hand moves is kept when it rests.
+    if (!this.moving) save('path', table);
+  }
+
+  /** What-if changes of the lab but for its path: the motor and gains that the path is for. */
+  private request(trajectory: Trajectory): {
+    scenario: NonNullable<typeof lab.session.info>['scenario'];
+    set: Changes;
+    trajectory: Trajectory;
+    points: number;
+  } {
+    const scenario = lab.session.info?.scenario;
+    if (!scenario) throw new Error('There is no session yet.');
+    const others = Object.entries(lab.draft).filter(([path]) => !path.startsWith('trajectory'));
+    return { scenario, set: Object.fromEntries(others), trajectory, points: POINTS };
+  }
+
+  private async check(table: Table): Promise<void> {
+    const lacking = lacks(asPath(table));
+    if (lacking !== '') {
+      this.refused = lacking;
+      this.found = null;
+      this.checkedOf = table;
+      return;
+    }
+    try {
+      const request = this.request(table);
+      const found = readChecked(await lab.api.check(request));
+      this.found = found;
+      this.checkedOf = table;
+      this.refused = '';
+      if (!found.feasible) return;
+      this.lastFeasible = table;
+      if (!this.moving || found.duration <= LONGEST.moving) this.simulate(table);
+    } catch (error) {
+      if (!(error instanceof ApiError)) throw error;
+      const fields = error.problem.errors.map(({ loc, message }) => `${loc}: ${message}`);
+      this.refused = fields.join('; ') || error.message;
+      this.checkedOf = table;
+    }
+  }
+
+  /** Asks what A and B make of the path. */
+  private simulate(table: Table): void {
+    if (!this.found || this.found.duration > LONGEST.resting) return;
+    const { scenario, set, trajectory } = this.request(table);
+    const changes = { ...set, trajectory: trajectory as Changes[string] };
+    this.whatif.ask({ scenario, set: changes, columns: [] });
+  }
+
+  private complain(fields: readonly ProblemField[], detail: string): void {
+    this.problem = fields.map(({ loc, message }) => `${loc}: ${message}`).join('; ') || detail;
+  }
+}
+
+/** Returns what a drawn path lacks before anything can be said of it. */
+function lacks(path: DrawnPath | null): string {
+  if (!path) return '';
+  const least = fewest(path);
+  if (path.points.length < least) {
+    return `Set ${least} points or more: choose Add and click on the plane.`;
+  }
+  const twice = repeated(path);
+  const next = twice === null ? 0 : ((twice + 1) % path.points.length) + 1;
+  return twice === null ? '' : `Points ${twice + 1} and ${next} are at the same place.`;
+}
+
+export const editor = new Editor();
