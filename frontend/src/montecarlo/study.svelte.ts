@@ -1,0 +1,76 @@
+/** The Monte Carlo study of the Lab screen: asked for, watched, and whether it is of what is shown. */
+
+import type { Axis, Changes, MonteCarlo, Scenario } from '../api/types';
+import { JobStore } from '../jobs/job.svelte';
+import { lab } from '../lab/lab.svelte';
+import type { Ribbon } from '../scope/ribbon';
+import type { Source } from '../scope/source';
+import { load, save } from '../ui/storage';
+import { covers, ribbons, type Spec } from './spread';
+
+export const CASES = [100, 300, 1000] as const;
+
+interface Question {
+  scenario: Scenario;
+  set: Changes;
+}
+
+class Study {
+  readonly job = new JobStore(lab.api, 'monte-carlo');
+  cases = $state<number>(load('montecarlo.cases', 300));
+  /** Largest following error allowed, m. */
+  spec = $state.raw<Spec>(load('montecarlo.spec', {}));
+  /** Whether the bands are drawn. */
+  drawn = $state(load('montecarlo.drawn', true));
+  readonly result = $derived<MonteCarlo | null>(this.job.report?.result ?? null);
+
+  private readonly question = $derived.by((): Question | null => {
+    const scenario = lab.session.info?.scenario;
+    return scenario ? { scenario, set: lab.draft } : null;
+  });
+
+  /** Whether the study is of another scenario or draft than the one that is shown. */
+  readonly stale = $derived.by(() => {
+    const { request } = this.job.report ?? {};
+    if (!request || !this.question) return false;
+    const asked = { scenario: request.scenario, set: request.set };
+    return JSON.stringify(asked) !== JSON.stringify(this.question);
+  });
+
+  private readonly bands = $derived.by((): Record<Axis, Ribbon[]> | null => {
+    const { result } = this;
+    return result && { x: ribbons(result, 'x'), y: ribbons(result, 'y') };
+  });
+
+  async run(): Promise<void> {
+    if (this.question) await this.job.start('/montecarlo', { ...this.question, cases: this.cases });
+  }
+
+  setCases(cases: number): void {
+    this.cases = cases;
+    save('montecarlo.cases', cases);
+  }
+
+  setSpec(axis: Axis, limit: number | null): void {
+    const others = Object.entries(this.spec).filter(([other]) => other !== axis);
+    this.spec = Object.fromEntries(limit === null ? others : [...others, [axis, limit]]) as Spec;
+    save('montecarlo.spec', this.spec);
+  }
+
+  setDrawn(drawn: boolean): void {
+    this.drawn = drawn;
+    save('montecarlo.drawn', drawn);
+  }
+
+  /** The bands behind a scope of what-if curves; none where they are of another stretch of time. */
+  behind(scope: string, source: Source | null): readonly Ribbon[] {
+    const axis = scope === 'ex' ? 'x' : scope === 'ey' ? 'y' : null;
+    if (!axis || !this.drawn || !this.bands || !source || lab.mode !== 'whatif') return NONE;
+    const end = source.start + source.last * source.step;
+    return covers(this.result?.time ?? [], source.start, end) ? this.bands[axis] : NONE;
+  }
+}
+
+const NONE: readonly Ribbon[] = [];
+
+export const study = new Study();

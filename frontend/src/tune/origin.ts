@@ -1,0 +1,93 @@
+/** Whether what a job found is of the loop that is looked at now: same motor, motion and controller. */
+
+import { at, difference, equal, withChanges } from '../api/paths';
+import type { Scenario, Value } from '../api/types';
+import type { Source } from './form';
+
+type Parts = Readonly<Record<string, Value>>;
+
+/** What can be another one. */
+export type Other = 'motor' | 'load' | 'motion' | 'controller' | 'gains';
+
+/** What decides a loop, and what the cost over gains. */
+export const LOOP: readonly Other[] = ['motor', 'load', 'controller', 'gains'];
+export const MAP: readonly Other[] = ['motor', 'load', 'motion', 'controller'];
+
+/** Returns a source with its changes; a part that only the server knows is left as its name. */
+export function wholeOf({ scenario, set }: Source, parts: Parts): Scenario {
+  const named = Object.entries(set).flatMap(([path, value]) =>
+    typeof value === 'string' ? [[`${path}=${value}`, { name: value }] as const] : [],
+  );
+  return withChanges(scenario, set, { ...Object.fromEntries(named), ...parts });
+}
+
+/** Returns the source of a job's request; null where another program asked by a scenario's name. */
+export function sourceOf({ scenario, set = {} }: Record<string, unknown>): Source | null {
+  return typeof scenario === 'object' && scenario !== null ? ({ scenario, set } as Source) : null;
+}
+
+/** Lists what differs between the whole scenario of a job and the present one. */
+export function othersOf(then: Scenario, now: Scenario, variant: string): Set<Other> {
+  const found = new Set<Other>();
+  if (!samePlant(then, now)) found.add('motor');
+  if (!equal(then.load, now.load)) found.add('load');
+  if (!equal(then.trajectory, now.trajectory)) found.add('motion');
+  const path = `variants.${variant}`;
+  const [a, b] = [at(then, path), at(now, path)];
+  if (typeof a !== 'object' || typeof b !== 'object' || a === null || b === null) {
+    return found.add('controller');
+  }
+  for (const { path: changed } of difference(a, b)) {
+    found.add(/\.k_[pd]$/.test(changed) ? 'gains' : 'controller');
+  }
+  return found;
+}
+
+/** A motor that is known by its name only is compared by it. */
+function samePlant({ plant: a }: Scenario, { plant: b }: Scenario): boolean {
+  const bare = [a, b].some((plant) => Object.keys(plant).length === 1);
+  return bare ? a.name === b.name : equal(a, b);
+}
+
+const WORDS: readonly [Other, string][] = [
+  ['motor', 'another motor'],
+  ['load', 'another load'],
+  ['motion', 'another motion'],
+  ['controller', 'another controller'],
+  ['gains', 'other gains'],
+];
+
+/** Writes of what a job was, as far as it matters: "another motor (matched) and other gains". */
+export function otherWords(
+  then: Scenario,
+  now: Scenario,
+  variant: string,
+  matter: readonly Other[],
+): string {
+  const others = othersOf(then, now, variant);
+  const same = then.plant.name === now.plant.name;
+  const words = WORDS.flatMap(([other, word]) => {
+    if (!others.has(other) || !matter.includes(other)) return [];
+    if (other !== 'motor') return [word];
+    return [
+      same ? `the motor ${then.plant.name} with other numbers` : `${word} (${then.plant.name})`,
+    ];
+  });
+  return words.join(' and ');
+}
+
+export type Swept = 'present' | 'chosen';
+
+/** Returns of which of the two loops a job was; if of neither, what it was of, beside the likest. */
+export function loopOf(
+  then: Scenario,
+  present: Scenario,
+  chosen: Scenario | null,
+  variant: string,
+): { of: Swept | null; told: string } {
+  const differs = (whole: Scenario) =>
+    LOOP.filter((other) => othersOf(then, whole, variant).has(other)).length;
+  const likest = chosen && differs(chosen) < differs(present) ? chosen : present;
+  if (differs(likest) === 0) return { of: likest === present ? 'present' : 'chosen', told: '' };
+  return { of: null, told: `of ${otherWords(then, likest, variant, LOOP)}` };
+}
