@@ -5,6 +5,8 @@ const server = process.env.MOTIONLAB_SERVER ?? 'http://127.0.0.1:8000';
 
 export default defineConfig({
   plugins: [svelte()],
+  // Tests import the binary fixtures that the Python tests read too.
+  assetsInclude: ['**/*.bin'],
   build: {
     target: 'es2022',
     assetsInlineLimit: 0,
@@ -19,6 +21,7 @@ export default defineConfig({
         ws: true,
         headers: { origin: server },
       },
+      '/scene': { target: server, changeOrigin: true, ws: true, headers: { origin: server } },
     },
   },
   test: {

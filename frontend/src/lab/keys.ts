@@ -1,4 +1,4 @@
-/** Keys of the Lab screen; the help sheet lists the same table. */
+/** Keys of the whole page and of the Lab screen; the help sheet lists the same tables. */
 
 import { SCOPES } from '../scope/catalog';
 import { view } from '../scope/view.svelte';
@@ -11,11 +11,16 @@ export interface Key {
 }
 
 const FASTER = 1.25;
-const SPEED = { least: 0.1, most: 10 };
 export const LONG_STEP = 200;
 
-export const KEYS: readonly Key[] = [
-  { keys: 'Esc', does: 'STOP: ramp to rest, then currents to zero' },
+/** Of every screen. */
+export const COMMON: readonly Key[] = [
+  { keys: 'Esc', does: 'STOP: ramp to rest, then currents to zero; an open sheet closes first' },
+  { keys: 't', does: 'Light or dark' },
+  { keys: '?', does: 'This sheet' },
+];
+
+export const LAB: readonly Key[] = [
   { keys: 'Space', does: 'Play or pause' },
   { keys: 's, S', does: 'Step one tick (0.5 ms), or 100 ms' },
   { keys: 'r', does: 'Reset to 0 s' },
@@ -24,20 +29,32 @@ export const KEYS: readonly Key[] = [
   { keys: 'u', does: 'Undo the last change' },
   { keys: 'a', does: 'Apply what-if changes to the session' },
   { keys: '1 to 6', does: 'Show or hide a scope' },
-  { keys: '+ −', does: 'Zoom the time axis, about the pointer or the middle' },
+  { keys: '+ −', does: 'Zoom the time axis about the pointer or its middle' },
   { keys: ', .', does: 'Move the time axis' },
   { keys: 'm', does: 'Set or clear the mark' },
   { keys: '0', does: 'Reset zoom and mark' },
   { keys: 'f', does: 'Value axes follow the data, or hold' },
-  { keys: 't', does: 'Light or dark' },
-  { keys: '?', does: 'This sheet' },
+];
+
+/** The plane has to have the focus for all but the first two; trajectory/hand.ts handles them. */
+export const TRAJECTORIES: readonly Key[] = [
+  { keys: 'Ctrl+Z', does: 'Undo' },
+  { keys: 'Ctrl+Y', does: 'Redo; Ctrl+Shift+Z too' },
+  { keys: 'Tab', does: 'Next point of the plane, with shift the one before' },
+  { keys: 'Arrows', does: 'Move the point by 1 mm, with shift by 0.1 mm; without one the path' },
+  { keys: 'Ins', does: 'Add a point after it' },
+  { keys: 'Del', does: 'Remove it' },
 ];
 
 /** Handles a key of the whole page; fields and buttons keep the keys that are theirs. */
 export function onKey(event: KeyboardEvent, help: () => void): void {
   if (event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented) return;
   const target = event.target instanceof Element ? event.target : null;
-  if (document.querySelector('dialog[open]')) return;
+  const dialog = document.querySelector<HTMLDialogElement>('dialog[open]');
+  if (dialog) {
+    if (event.key === 'Escape' && !dialog.matches(':modal')) dialog.close();
+    return;
+  }
   if (event.key === 'Escape') {
     void lab.stop();
     return;
@@ -53,8 +70,7 @@ export function onKey(event: KeyboardEvent, help: () => void): void {
 function actions(help: () => void): Record<string, () => void> {
   const { session } = lab;
   const speed = (factor: number) => {
-    const next = Number((session.speed * factor).toPrecision(2));
-    void lab.try(() => session.setSpeed(Math.min(SPEED.most, Math.max(SPEED.least, next))));
+    void lab.try(() => session.setSpeed(session.speed * factor));
   };
   const scopes = SCOPES.map((scope, i) => [String(i + 1), () => view.toggle(scope.id)] as const);
   return {

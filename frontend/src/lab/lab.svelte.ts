@@ -1,6 +1,7 @@
 /** What the Lab screen knows and does; components read it and call it. */
 
-import { Api, ApiError } from '../api/client';
+import { Api, ApiError, UNREACHABLE } from '../api/client';
+import { TokenPrompt } from '../api/token.svelte';
 import { difference, equal, needsRestart, withChanges, at } from '../api/paths';
 import type {
   Changes,
@@ -9,13 +10,16 @@ import type {
   ProblemField,
   Scenario,
   ScenarioEntry,
+  Trajectory,
   Value,
 } from '../api/types';
 import { refusal } from '../tuning/fields';
+import { Limits } from '../tuning/limits.svelte';
 import { Newest } from '../tuning/newest';
 import { WhatIf } from '../tuning/whatif.svelte';
 import { messages } from '../ui/messages.svelte';
 import { fromAddress, load, save, setAddress } from '../ui/storage';
+import { wordsOf } from '../ui/words';
 import { SessionStore } from './session.svelte';
 
 export type Mode = 'whatif' | 'live';
@@ -23,10 +27,16 @@ export type Mode = 'whatif' | 'live';
 /** Shortest time between two changes of a running session while a slider moves, ms. */
 const LIVE_SPACING = 80;
 
+function ofTrajectory(path: string): boolean {
+  return path.split('.')[0] === 'trajectory';
+}
+
 export class Lab {
   readonly api = new Api();
+  readonly token = new TokenPrompt(this.api);
   readonly session = new SessionStore(this.api);
   readonly whatif = new WhatIf(this.api, (fields, detail) => this.refuse(fields, detail));
+  readonly limits = new Limits(this.api);
   scenarios = $state.raw<readonly ScenarioEntry[]>([]);
   parts = $state.raw<Parts>({ motors: [], controllers: [], trajectories: [] });
   mode = $state<Mode>(
@@ -37,27 +47,17 @@ export class Lab {
   /** Messages of refused values, by path. */
   problems = $state.raw<Record<string, string>>({});
   metrics = $state.raw<Metrics | null>(null);
-  tokenWanted = $state(false);
   /** The shipped scenario of the same name, where the paper's values stand. */
   shipped = $state.raw<Scenario | null>(null);
   private drafts = $state.raw<readonly Changes[]>([]);
-  private resolved = $state.raw<Readonly<Record<string, Value>>>({});
+  /** What shipped parts consist of, as `path=name`. */
+  resolved = $state.raw<Readonly<Record<string, Value>>>({});
   /** Live changes that the server has not confirmed. */
   private unsent = $state.raw<Changes>({});
   /** How many changes each gesture has made to the session, for undo. */
   private gestures: number[] = [];
   private moving = false;
   private readonly live = new Newest<null>(() => this.sendLive());
-  /** Requests that wait for a token. */
-  private tokenWaiters: (() => void)[] = [];
-
-  constructor() {
-    this.api.onUnauthorized = () =>
-      new Promise((resolve) => {
-        this.tokenWanted = true;
-        this.tokenWaiters.push(resolve);
-      });
-  }
 
   /** What the controls show. */
   readonly scenario = $derived.by((): Scenario | null => {
@@ -66,7 +66,12 @@ export class Lab {
     return withChanges(current, this.mode === 'whatif' ? this.draft : this.unsent, this.resolved);
   });
 
-  readonly variants = $derived(Object.keys(this.session.info?.scenario.variants ?? {}));
+  private readonly letters = $derived(
+    Object.keys(this.session.info?.scenario.variants ?? {}).join(' '),
+  );
+
+  /** A new list only when it has other names: what is drawn for each would begin anew. */
+  readonly variants = $derived(this.letters === '' ? [] : this.letters.split(' '));
 
   /** How what the controls show differs from the scenario as it was loaded. */
   readonly changes = $derived(
@@ -94,7 +99,7 @@ export class Lab {
     try {
       await action();
     } catch (error) {
-      messages.error(error instanceof Error ? error.message : String(error));
+      messages.error(wordsOf(error));
     }
   }
 
@@ -138,7 +143,11 @@ export class Lab {
 
   /** Stops at once: nothing is asked and nothing is waited for. */
   async stop(): Promise<void> {
-    await this.try(() => this.session.stop());
+    try {
+      await this.session.stop();
+    } catch (error) {
+      messages.error(`STOP was not taken. ${wordsOf(error)}`);
+    }
   }
 
   async choosePlant(name: string): Promise<void> {
@@ -147,6 +156,22 @@ export class Lab {
       const inside = Object.keys(this.draft).filter((path) => path.startsWith('plant.'));
       if (inside.length > 0) this.forget(inside);
       this.set({ plant: name });
+    });
+  }
+
+  /** Takes a whole trajectory as a what-if change, in place of changes of the present one. */
+  tryTrajectory(trajectory: Trajectory): void {
+    this.forget(Object.keys(this.draft).filter(ofTrajectory));
+    this.setMode('whatif');
+    this.set({ trajectory: trajectory as Value });
+  }
+
+  /** Gives a whole trajectory to the session, which begins anew at 0 s. */
+  async giveTrajectory(trajectory: Trajectory): Promise<void> {
+    await this.try(async () => {
+      await this.give({ trajectory: trajectory as Value });
+      this.forget(Object.keys(this.draft).filter(ofTrajectory));
+      this.setMode('live');
     });
   }
 
@@ -179,9 +204,10 @@ export class Lab {
     });
   }
 
-  async loadScenario(scenario: string | Scenario): Promise<void> {
+  /** Opens a scenario in place of the present one, with changes if there are any. */
+  async loadScenario(scenario: string | Scenario, set: Changes = {}): Promise<void> {
     await this.try(async () => {
-      await this.session.create({ scenario });
+      await this.session.create({ scenario, set });
       this.drafts = [];
       this.keepDraft({});
       await this.afterLoad();
@@ -189,16 +215,7 @@ export class Lab {
   }
 
   async upload(file: File): Promise<void> {
-    await this.try(async () => {
-      await this.loadScenario(await this.api.parse(await file.text()));
-    });
-  }
-
-  async giveToken(token: string): Promise<void> {
-    await this.api.login(token);
-    this.tokenWanted = false;
-    this.tokenWaiters.forEach((go) => go());
-    this.tokenWaiters = [];
+    await this.try(async () => this.loadScenario(await this.api.parse(await file.text())));
   }
 
   async readMetrics(): Promise<void> {
@@ -212,9 +229,9 @@ export class Lab {
       const metrics = await this.api.metrics(id);
       this.metrics = Object.keys(metrics.variants).length > 0 ? metrics : null;
     } catch (error) {
-      // Too early for a window, or the server is away: the status line tells that already.
-      if (error instanceof ApiError) this.metrics = null;
-      else throw error;
+      if (!(error instanceof ApiError)) throw error;
+      // Too early for a window. Without a server, what was measured last stays.
+      if (error.status !== UNREACHABLE) this.metrics = null;
     }
   }
 

@@ -12,6 +12,8 @@ import { fromAddress, load, save, setAddress } from '../ui/storage';
 const CAPACITY = 65_536;
 export const PERIOD = 0.0005;
 export const PUSH_SECONDS = 0.05;
+/** Simulated over real time. */
+export const SPEED = { least: 0.1, most: 10 };
 
 /** What is kept of a session, so that it can be made again when the server has lost it. */
 interface Kept {
@@ -38,6 +40,12 @@ export class SessionStore {
     return this.info?.id ?? '';
   }
 
+  /** The session that a command is for. */
+  private get target(): string {
+    if (!this.info) throw new Error('There is no session yet: the server has not answered.');
+    return this.info.id;
+  }
+
   /** Time that the newest sample stands for. */
   get time(): number {
     const ring = this.client?.ring;
@@ -54,19 +62,27 @@ export class SessionStore {
     }
     try {
       const info = await this.api.session(id);
-      this.adopt(info, kept?.id === id ? kept.base : info.base);
+      this.adopt(info, (kept?.id === id ? kept.base : null) ?? info.base);
     } catch (error) {
       if (!(error instanceof ApiError) || error.status !== 404) throw error;
       await this.recreate(kept?.id === id ? kept : null);
     }
   }
 
-  /** Makes a session and leaves the present one to expire. */
+  /** Makes a session; the present one ends unless somebody else watches it. */
   async create(request: ScenarioRequest, base?: Scenario): Promise<void> {
-    const before = this.info;
+    const before = this.id;
     const info = await this.api.create(request);
+    const alone = before !== '' && (await this.alone(before).catch(() => false));
     this.adopt(info, base ?? info.base);
-    if (before) await this.api.remove(before.id).catch(() => undefined);
+    if (alone) await this.api.remove(before).catch(() => undefined);
+  }
+
+  /** Whether nobody else watches the session. Asked while our own stream still counts. */
+  private async alone(id: string): Promise<boolean> {
+    const own = this.connection === 'connected' ? 1 : 0;
+    const { watchers } = await this.api.session(id);
+    return watchers <= own;
   }
 
   subscribe(subscription: Subscription): void {
@@ -75,48 +91,49 @@ export class SessionStore {
   }
 
   async play(): Promise<void> {
-    this.update(await this.api.command(this.id, 'play', { speed: this.speed }));
+    this.update(await this.api.command(this.target, 'play', { speed: this.speed }));
   }
 
   async pause(): Promise<void> {
-    this.update(await this.api.command(this.id, 'pause'));
+    this.update(await this.api.command(this.target, 'pause'));
   }
 
   async step(ticks: number): Promise<void> {
-    this.update(await this.api.command(this.id, 'step', { ticks }));
+    this.update(await this.api.command(this.target, 'step', { ticks }));
   }
 
   async reset(): Promise<void> {
-    this.update(await this.api.command(this.id, 'reset'));
+    this.update(await this.api.command(this.target, 'reset'));
   }
 
   async undo(): Promise<void> {
-    this.update(await this.api.command(this.id, 'undo'));
+    this.update(await this.api.command(this.target, 'undo'));
   }
 
   async stop(): Promise<void> {
     this.stopping = true;
     try {
-      this.update(await this.api.command(this.id, 'stop'));
+      this.update(await this.api.command(this.target, 'stop'));
     } finally {
       this.stopping = false;
     }
   }
 
   async setSpeed(speed: number): Promise<void> {
-    this.speed = speed;
-    save('speed', speed);
+    const within = Math.min(SPEED.most, Math.max(SPEED.least, speed));
+    this.speed = Number(within.toPrecision(2));
+    save('speed', this.speed);
     if (this.info?.state === 'playing') await this.play();
   }
 
   async push(axis: Axis, force: number): Promise<void> {
-    const { tick } = await this.api.push(this.id, { axis, force, duration: PUSH_SECONDS });
+    const { tick } = await this.api.push(this.target, { axis, force, duration: PUSH_SECONDS });
     this.pushes = [...this.pushes, { time: tick * PERIOD, label: `push ${axis}` }];
   }
 
   /** Changes parameters of the running session; the server says at which tick. */
   async patch(set: Changes): Promise<void> {
-    await this.api.patch(this.id, set);
+    await this.api.patch(this.target, set);
     // The stream brings the server's own account; until then the controls need not jump back.
     if (this.info) this.info = { ...this.info, scenario: withChanges(this.info.scenario, set) };
   }
@@ -180,10 +197,18 @@ export class SessionStore {
       messages.info('The session of this address no longer exists. A new one was made.');
       return;
     }
-    await this.create({ scenario: kept.scenario }, kept.base);
+    try {
+      await this.create({ scenario: kept.scenario }, kept.base);
+    } catch (error) {
+      if (!(error instanceof ApiError) || error.status !== 422) throw error;
+      // What an older version or a damaged storage has kept must not keep the page from opening.
+      await this.create({});
+      messages.error(`The session was gone, and what was kept of it is refused. ${error.message}`);
+      return;
+    }
     messages.info(
-      'The session was gone: the server was restarted, or it had been idle for long. It was made ' +
-        'again from the scenario and the changes kept here, and is paused at 0 s.',
+      'The session was gone: another tab has left it, the server was restarted, or it had been idle ' +
+        'for long. It was made again from the scenario and the changes kept here, and is paused at 0 s.',
     );
   }
 }

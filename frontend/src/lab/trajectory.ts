@@ -2,7 +2,7 @@
 
 import type { Axis, Value } from '../api/types';
 import { numberAt } from '../api/paths';
-import type { Source } from '../scope/source';
+import { extremes, type Source } from '../scope/source';
 
 /** What a person changes first; the rest is folded away. */
 const MAIN = new Set([
@@ -67,11 +67,8 @@ export interface Peaks {
 /** Returns the reference's peaks over a source, and how much of the motor's limits they are. */
 export function peaks(source: Source, plant: object): Peaks | null {
   const largest = (axis: Axis, what: string): number => {
-    const column = `${axis}.${what}_reference`;
-    const bins = { first: 0, size: source.last, count: 1, paired: true };
-    const [low, high] = [new Float32Array(1), new Float32Array(1)];
-    source.reduce(column, bins, low, high);
-    return Math.max(Math.abs(low[0] as number), Math.abs(high[0] as number));
+    const whole = { from: source.start, to: source.start + source.last * source.step };
+    return Math.max(...extremes(source, `${axis}.${what}_reference`, whole).map(Math.abs));
   };
   const found = (['x', 'y'] as const).map((axis) => {
     const velocity = largest(axis, 'velocity');
