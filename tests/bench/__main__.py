@@ -3,16 +3,47 @@
 from __future__ import annotations
 
 import argparse
+import functools
 import os
 import subprocess
 import sys
 import tempfile
+from collections.abc import Callable, Iterator
 
+import motionlab  # noqa: F401 - first, as in the command: it decides how numpy is loaded
 from tests.bench.accuracy import accuracy
+from tests.bench.batch import batch
 from tests.bench.command import command
-from tests.bench.machine import AVX2_ENVIRONMENT, description
+from tests.bench.controllers import controllers
+from tests.bench.identify import identify
+from tests.bench.machine import AVX2_ENVIRONMENT, description, load
+from tests.bench.maps import maps
+from tests.bench.page import page
+from tests.bench.plates import plates
+from tests.bench.scene import scene
 from tests.bench.speed import speed
-from tests.bench.table import Table
+from tests.bench.start import start
+from tests.bench.stream import stream
+from tests.bench.table import Row, Table
+from tests.bench.tuning import tuning
+
+_KERNEL: dict[str, Callable[[str], Iterator[Row]]] = {
+    "speed": speed,
+    "batch": batch,
+    "accuracy": lambda _: accuracy(),
+    "command": lambda _: command(),
+    "tuning": tuning,
+    "identify": lambda _: identify(),
+    "controllers": lambda _: controllers(),
+    "maps": lambda _: maps(),
+    "plates": lambda _: plates(),
+}
+_LAB: dict[str, Callable[[], Iterator[Row]]] = {
+    "start": start,
+    "stream": stream,
+    "page": page,
+    "scene": scene,
+}
 
 
 def main() -> int:
@@ -24,24 +55,40 @@ def main() -> int:
         default="native",
         help="avx2: compile kernel and C for a processor without AVX-512 (haswell)",
     )
-    avx2 = parser.parse_args().target == "avx2"
+    everything = [*_KERNEL, *_LAB]
+    parser.add_argument(
+        "names",
+        metavar="NAME",
+        nargs="*",
+        help=f"what to measure, all when left out: {', '.join(everything)}",
+    )
+    options = parser.parse_args()
+    if unknown := [name for name in options.names if name not in everything]:
+        parser.error(f"nothing is called {unknown[0]}; there are {', '.join(everything)}")
+    avx2 = options.target == "avx2"
     if avx2 and os.environ.get("NUMBA_CPU_NAME") != AVX2_ENVIRONMENT["NUMBA_CPU_NAME"]:
-        return _again_for_avx2()
+        return _again_for_avx2(options.names)
 
+    wanted = options.names or everything
+    arch = "haswell" if avx2 else "native"
     print(description())
     table = Table()
-    table.add("speed", lambda: speed("haswell" if avx2 else "native"))
-    table.add("accuracy", accuracy)
-    table.add("command", command)
-    print(f"{table.missed} of the targets missed" if table.missed else "every target met")
+    for name, kernel in _KERNEL.items():
+        if name in wanted:
+            table.add(name, functools.partial(kernel, arch))
+    for name, lab in _LAB.items():
+        if name in wanted:
+            table.add(name, lab)
+    missed = f"{table.missed} of the targets missed" if table.missed else "every target met"
+    print(f"{missed}; load at the end {load()}")
     return 0 if table.complete else 1
 
 
-def _again_for_avx2() -> int:
+def _again_for_avx2(names: list[str]) -> int:
     """Run this again where numba compiles for AVX2, with a cache of its own."""
     with tempfile.TemporaryDirectory() as cache:
         environment = os.environ | AVX2_ENVIRONMENT | {"NUMBA_CACHE_DIR": cache}
-        again = (sys.executable, "-m", "tests.bench", "--target", "avx2")
+        again = (sys.executable, "-m", "tests.bench", "--target", "avx2", *names)
         return subprocess.run(again, env=environment, check=False).returncode
 
 

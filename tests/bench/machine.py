@@ -43,11 +43,16 @@ def vector_unit() -> str:
     return "AVX2" if "+avx2" in have else "other"
 
 
+def load() -> str:
+    """Return how many processes wanted a core at once, on average over the last minute."""
+    return f"{os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else "unknown"
+
+
 def description() -> str:
     """Return the lines that head the table."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     return (
-        f"{processor()}, {cores} cores, one used\n"
+        f"{processor()}, {cores} cores, load of the machine before this {load()}\n"
         f"numba {numba.__version__}, LLVM {'.'.join(map(str, binding.llvm_version_info))},"
         f" compiling for {_target()[0]}: {vector_unit()}"
     )

@@ -26,20 +26,24 @@ struct parameters {
     struct { double half_step, gain[3], offset[3], limit; } amplifiers;
     struct { double resolution, sde_amplitude, sde_period; } encoder;
     struct { double M, stop, stop_stiffness, stop_damping; } mechanics;
+    struct { double compliance, hold, drift, pull, keep; } resonance;
     struct {
         double k_p, k_d, M, force_limit, feedforward, observer, observer_alpha, delay, ideal_force;
     } controller;
+    struct { double b_0, b_1, b_2, a_1, a_2; } notch;
     struct {
         double law, enabled, from_reference, gain, residual_alpha, regularisation, z_limit;
     } compensation;
     struct lugre model_friction;
     struct force_map model_map;
     struct { double current, error; } limits;
+    struct { double thrust, normal, positions, currents, per_ampere, gain; } tables[2]; /* unused */
+    struct { double law, overlap, inverse, shares; } sharing;
 };
 
 struct state {
-    double p, v, z, i[3];
-    double p_last, v_last, e_last, z_hat, residual, d;
+    double p, v, z, y, y_rate, i[3];
+    double p_last, v_last, e_last, z_hat, residual, d, n_1, n_2;
     double f_acting, f_hat_acting, f_added_acting, K_acting;
     double f_pending, f_hat_pending, f_added_pending, K_pending, c_pending[3];
     double age, failed;
@@ -151,7 +155,7 @@ static double lane(
     const double inverse_M_damped = 1 / (M + 0.5 * H * truth.sigma_2);
     const double half_pull = (0.5 * H * truth.sigma_0 + truth.sigma_1) * inverse_M;
     const double softness = 1 / truth.sigma_0;
-    const double stop = par->mechanics.stop;
+    const double stop = par->mechanics.stop, compliance = par->resonance.compliance;
     const double k_p = par->controller.k_p, k_d = par->controller.k_d;
     const double model_M = par->controller.M, force_limit = par->controller.force_limit;
     const double resolution = par->encoder.resolution;
@@ -164,6 +168,7 @@ static double lane(
     const int ideal = par->controller.ideal_force > 0;
     const int from_reference = par->compensation.from_reference > 0;
     const int feedforward = par->controller.feedforward > 0;
+    const int notched = par->notch.b_0 != 1;
     const int observer = par->controller.observer > 0;
     struct state s = *now;
     double largest = 0;
@@ -173,9 +178,9 @@ static double lane(
         const int first = s.age == 0;
 
         /* measure */
-        double p_meas = s.p + in->noise[axis];
+        double seen = s.p + s.y, p_meas = seen + in->noise[axis];
         if (sde != 0)
-            p_meas += sde * sin(sde_turns * s.p);
+            p_meas += sde * sin(sde_turns * seen);
         if (resolution > 0)
             p_meas = resolution * rint(p_meas * per_count);
         double e = in->p_ref[axis] - p_meas;
@@ -238,6 +243,13 @@ static double lane(
                 : s.d + par->controller.observer_alpha * (known - model_M * a - s.d);
             wanted += s.d;
         }
+        if (notched) {
+            double feedback = observer ? u + s.d : u;
+            double passed = par->notch.b_0 * feedback + s.n_1;
+            s.n_1 = par->notch.b_1 * feedback - par->notch.a_1 * passed + s.n_2;
+            s.n_2 = par->notch.b_2 * feedback - par->notch.a_2 * passed;
+            wanted += passed - feedback;
+        }
         double command = clip(wanted, -force_limit, force_limit);
 
         /* share */
@@ -278,6 +290,11 @@ static double lane(
                 force = thrust(&map, middle, s.i);
                 for (int j = 0; j < 3; j++)
                     s.i[j] = target[j] + rest * (s.i[j] - target[j]);
+            }
+            if (compliance != 0) {
+                double settled = compliance * force, away = s.y - settled;
+                s.y = settled + par->resonance.hold * away + par->resonance.drift * s.y_rate;
+                s.y_rate = par->resonance.pull * away + par->resonance.keep * s.y_rate;
             }
             force -= in->load[axis];
             if (fabs(middle) > stop) {

@@ -1,4 +1,4 @@
-"""Compiling and calling the scalar C reference."""
+"""Compiling and calling the C references: one lane at a time, and sixteen side by side."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ from motionlab.simulation.kernel import INPUT_ROWS, PARAMETER_ROWS, STATE_ROWS, 
 
 Array = NDArray[np.float64]
 
-_SOURCE = Path(__file__).with_name("reference.c")
+_LANES = 16
+"""Lanes side by side; eight or thirty-two are no faster."""
 _LARGE = 1e300  # -ffast-math leaves infinity undefined
 
 
@@ -35,24 +36,7 @@ class ScalarC:
     """
 
     def __init__(self, arch: str = "native") -> None:
-        gcc = shutil.which("gcc")
-        if gcc is None:
-            raise FileNotFoundError("gcc")
-        self.flags = ("-O3", f"-march={arch}", "-ffast-math")
-        self.version = _output(gcc, "-dumpfullversion")
-        sizes = (f"-DT_S={CONTROL_PERIOD!r}", f"-DSUBSTEPS={SUBSTEPS}")
-        with tempfile.TemporaryDirectory() as folder:
-            made, library = Path(folder, "reference.o"), Path(folder, "reference.so")
-            _output(gcc, *self.flags, *sizes, "-fPIC", "-c", str(_SOURCE), "-o", str(made))
-            # Linked without -ffast-math: with it, loading the library would have the whole process
-            # flush subnormals, the kernel too.
-            _output(gcc, "-shared", str(made), "-o", str(library), "-lm")
-            self._library = ctypes.CDLL(str(library))
-        rows = [
-            getattr(self._library, f"{kind}_rows")() for kind in ("parameter", "state", "input")
-        ]
-        if rows != [PARAMETER_ROWS, STATE_ROWS, INPUT_ROWS]:
-            raise RuntimeError(f"reference.c has {rows} rows, not the kernel's")
+        self._library, self.flags, self.version = _compiled("reference.c", arch)
 
     def run(self, parameters: Array, state: Array, inputs: Array) -> Array:
         """Advance lanes as the kernel would, but keep no samples.
@@ -84,6 +68,73 @@ class ScalarC:
             _pointer(largest),
         )
         return largest
+
+
+class LanesC:
+    """The C reference in lanes, compiled.
+
+    Parameters
+    ----------
+    arch : str
+        gcc's ``-march``.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no gcc.
+    """
+
+    def __init__(self, arch: str = "native") -> None:
+        more = ("-fopenmp-simd", f"-DW={_LANES}")
+        self._library, self.flags, self.version = _compiled("reference_lanes.c", arch, *more)
+
+    def run(self, parameters: Array, state: Array, inputs: Array) -> Array:
+        """Advance lanes as a batch would, but gather no metrics; see `ScalarC.run`.
+
+        Parameters
+        ----------
+        parameters : ndarray, shape (PARAMETER_ROWS, lanes)
+            The number of lanes is a multiple of sixteen.
+        state : ndarray, shape (STATE_ROWS, lanes)
+            Overwritten by the state at the end.
+        inputs : ndarray, shape (ticks, INPUT_ROWS, 2)
+            As for the kernel.
+        """
+        largest = np.zeros(parameters.shape[1])
+        for first in range(0, len(largest), _LANES):
+            here = slice(first, first + _LANES)
+            par = np.ascontiguousarray(np.clip(parameters[:, here], -_LARGE, _LARGE))
+            now, peak = np.ascontiguousarray(state[:, here]), np.zeros(_LANES)
+            self._library.run_lanes(
+                _pointer(par),
+                _pointer(now),
+                _pointer(inputs),
+                ctypes.c_long(len(inputs)),
+                _pointer(peak),
+            )
+            state[:, here], largest[here] = now, peak
+        return largest
+
+
+def _compiled(source: str, arch: str, *more: str) -> tuple[ctypes.CDLL, tuple[str, ...], str]:
+    """Return a C reference, ready to be called, with its flags and the compiler's version."""
+    gcc = shutil.which("gcc")
+    if gcc is None:
+        raise FileNotFoundError("gcc")
+    flags = ("-O3", f"-march={arch}", "-ffast-math")
+    sizes = (f"-DT_S={CONTROL_PERIOD!r}", f"-DSUBSTEPS={SUBSTEPS}", *more)
+    path = str(Path(__file__).with_name(source))
+    with tempfile.TemporaryDirectory() as folder:
+        made, library = Path(folder, "reference.o"), Path(folder, "reference.so")
+        _output(gcc, *flags, *sizes, "-fPIC", "-c", path, "-o", str(made))
+        # Linked without -ffast-math: with it, loading the library would have the whole process
+        # flush subnormals, the kernel too.
+        _output(gcc, "-shared", str(made), "-o", str(library), "-lm")
+        loaded = ctypes.CDLL(str(library))
+    rows = [getattr(loaded, f"{kind}_rows")() for kind in ("parameter", "state", "input")]
+    if rows != [PARAMETER_ROWS, STATE_ROWS, INPUT_ROWS]:
+        raise RuntimeError(f"{source} has {rows} rows, not the kernel's")
+    return loaded, flags, _output(gcc, "-dumpfullversion")
 
 
 def _pointer(array: Array) -> ctypes.c_void_p:

@@ -14,7 +14,8 @@ from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.lanes import WIDTH
 from motionlab.simulation.kernel import SAMPLE_ROWS, State, run_ticks
 from motionlab.simulation.noise import PAGE, page_inputs
-from motionlab.simulation.run import Prepared, prepare, run
+from motionlab.simulation.prepare import Prepared, prepare
+from motionlab.simulation.run import run
 from motionlab.simulation.timeline import Timeline
 from motionlab.telemetry.channels import Sample
 from tests.bench.machine import vector_unit
@@ -32,7 +33,7 @@ def speed(arch: str) -> Iterator[Row]:
     """Measure the user's run and the bare kernel; check that C computes the same."""
     prepared = prepare(load_scenario("circle"))
     ticks = prepared.reference.ticks
-    parameters, start, inputs = _arrays(prepared)
+    parameters, start, inputs = arrays(prepared)
     page = np.empty((PAGE, SAMPLE_ROWS, WIDTH), dtype=np.float32)
 
     def bare() -> Array:
@@ -51,7 +52,7 @@ def speed(arch: str) -> Iterator[Row]:
         lanes = np.ascontiguousarray(parameters.T[:_LANES])
         states = np.ascontiguousarray(start.T[:_LANES])
         contenders["C"] = lambda: c.run(lanes, states.copy(), inputs)
-    times = _in_turns(contenders)
+    times = in_turns(contenders)
 
     ratio_target, real_time_target = _TARGETS.get(vector_unit(), _TARGETS["AVX2"])
     laps = {"run": "run(), A and B, x and y, all channels kept", "bare": "bare kernel, same lanes"}
@@ -80,15 +81,21 @@ def speed(arch: str) -> Iterator[Row]:
         exact = {"plant.x.encoder.resolution": 0.0, "plant.y.encoder.resolution": 0.0}
         sharp = prepare(load_scenario("circle", exact))
         yield _agreement("C agrees, exact encoder", c, sharp, _EXACT_TOLERANCE)
+        rings: dict[str, float] = {}
+        for axis in "xy":
+            rings[f"plant.{axis}.resonance.coupling"] = -0.1
+            rings |= {f"variants.{name}.controller.{axis}.notch.gain": 0.1 for name in "AB"}
+        ringing = prepare(load_scenario("circle", exact | rings))
+        yield _agreement("C agrees, resonance and notch", c, ringing, _EXACT_TOLERANCE)
 
 
 def simulation_time() -> float:
     """Return the median time of `run` on the shipped circle, s."""
     prepared = prepare(load_scenario("circle"))
-    return _in_turns({"run": lambda: run(prepared)})["run"]
+    return in_turns({"run": lambda: run(prepared)})["run"]
 
 
-def _arrays(prepared: Prepared) -> tuple[Array, Array, Array]:
+def arrays(prepared: Prepared) -> tuple[Array, Array, Array]:
     """Return parameters and initial state of the one block of lanes, and all inputs."""
     (parameters,) = lane_parameters(prepared.scenario)
     place = prepared.reference.position[0]
@@ -99,7 +106,7 @@ def _arrays(prepared: Prepared) -> tuple[Array, Array, Array]:
     return parameters, state, inputs
 
 
-def _in_turns(contenders: dict[str, Callable[[], object]]) -> dict[str, float]:
+def in_turns(contenders: dict[str, Callable[[], object]]) -> dict[str, float]:
     """Return the median time of each contender, all measured in turns after one warm round."""
     times: dict[str, list[float]] = {name: [] for name in contenders}
     for _ in range(_REPETITIONS + 1):
@@ -112,7 +119,7 @@ def _in_turns(contenders: dict[str, Callable[[], object]]) -> dict[str, float]:
 
 def _agreement(what: str, c: ScalarC, prepared: Prepared, tolerance: float) -> Row:
     """Compare final positions and largest following errors of C with those of the kernel."""
-    parameters, state, inputs = _arrays(prepared)
+    parameters, state, inputs = arrays(prepared)
     lanes = np.ascontiguousarray(parameters.T[:_LANES])
     states = np.ascontiguousarray(state.T[:_LANES])
     largest = c.run(lanes, states, inputs)

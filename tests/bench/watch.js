@@ -1,0 +1,70 @@
+// Put before the page's own scripts: notes answers of what-ifs, and which canvases are drawn after.
+(() => {
+  const bench = { answers: 0, drawn: new Set(), frames: 0 };
+  window.bench = bench;
+
+  const fetched = window.fetch;
+  window.fetch = async (...given) => {
+    const response = await fetched(...given);
+    const body = given[1]?.body;
+    // What the page asks for once the controls rest is not an answer to an event.
+    if (!String(given[0]).endsWith('/whatif') || JSON.parse(body).exact) return response;
+    const read = response.arrayBuffer.bind(response);
+    response.arrayBuffer = async () => {
+      const buffer = await read();
+      bench.answers += 1;
+      bench.drawn.clear();
+      return buffer;
+    };
+    return response;
+  };
+
+  // Every plot clears its canvas before it draws.
+  const { clearRect } = CanvasRenderingContext2D.prototype;
+  CanvasRenderingContext2D.prototype.clearRect = function (...given) {
+    bench.drawn.add(this.canvas);
+    return clearRect.apply(this, given);
+  };
+
+  const count = () => {
+    bench.frames += 1;
+    requestAnimationFrame(count);
+  };
+  requestAnimationFrame(count);
+
+  const shown = (canvas) => canvas.isConnected && canvas.clientWidth > 0;
+  const frame = () => new Promise(requestAnimationFrame);
+  // After the frame's script, layout and paint.
+  const painted = async () => {
+    await frame();
+    await new Promise((resolve) => {
+      const { port1, port2 } = new MessageChannel();
+      port1.onmessage = resolve;
+      port2.postMessage(null);
+    });
+  };
+
+  /** Moves a slider `times` times; resolves to ms from each event until every plot is redrawn. */
+  bench.slide = async (label, times) => {
+    const slider = document.querySelector(`input[type=range][aria-label="${label}"]`);
+    const canvases = [...document.querySelectorAll('canvas')].filter(shown);
+    const home = slider.valueAsNumber;
+    const taken = [];
+    for (let i = 0; i < times; i++) {
+      // Between two frames, at another phase each time.
+      await frame();
+      await new Promise((resolve) => setTimeout(resolve, (i * 7) % 16));
+      const { answers } = bench;
+      const begin = performance.now();
+      slider.value = String(home + 0.1 * Math.sin((i + 1) * 2.4));
+      slider.dispatchEvent(new Event('input', { bubbles: true }));
+      while (bench.answers === answers || canvases.some((canvas) => !bench.drawn.has(canvas))) {
+        await painted();
+        if (performance.now() - begin > 10_000) throw new Error(`event ${i} without an answer`);
+      }
+      taken.push(performance.now() - begin);
+    }
+    slider.dispatchEvent(new Event('change', { bubbles: true }));
+    return { taken, plots: canvases.length };
+  };
+})();
