@@ -28,11 +28,21 @@ FLAGS = [
     "--disable-sync",
 ]
 
+SOFTWARE_GL = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+"""Instead of --disable-gpu where something is drawn in 3-D."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark the tests of this folder."""
+    for item in items:
+        if item.path.is_relative_to(Path(__file__).parent):
+            item.add_marker(pytest.mark.browser)
+
 
 def missing(reason: str) -> None:
     """Skip a test, or fail it where continuous integration has to have everything."""
     if os.environ.get("CI") == "true":
-        pytest.fail(reason)
+        pytest.fail(reason, pytrace=False)
     pytest.skip(reason)
 
 
@@ -42,12 +52,17 @@ class Server:
     def __init__(self) -> None:
         self._process: subprocess.Popen[str] | None = None
         self.port = 0
-        self.restarts = -1
+        self.starts = 0
         self.start()
 
     @property
     def url(self) -> str:
         return f"http://127.0.0.1:{self.port}"
+
+    @property
+    def pid(self) -> int:
+        assert self._process is not None
+        return self._process.pid
 
     def start(self) -> None:
         command = [sys.executable, "-m", "motionlab", "serve", "--port", str(self.port)]
@@ -60,17 +75,19 @@ class Server:
         found = re.search(r":(\d+)/", line)
         assert found, line
         self.port = int(found[1])
-        self.restarts += 1
+        self.starts += 1
 
     def stop(self) -> None:
-        assert self._process is not None
+        if self._process is None:
+            return
         self._process.terminate()
         self._process.wait(20)
         assert self._process.stderr is not None
         self._process.stderr.close()
+        self._process = None
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def server() -> Iterator[Server]:
     if not (ROOT / "frontend" / "dist" / "index.html").is_file():
         missing("the page is not built: frontend/npm run build")
@@ -92,8 +109,15 @@ def browser() -> Iterator[Browser]:
 
 
 @pytest.fixture
-def page(browser: Browser, server: Server) -> Iterator[Page]:
+def refusals() -> list[str]:
+    """What the browser may write to its console in this test: an answer 4xx is an error to it."""
+    return []
+
+
+@pytest.fixture
+def page(browser: Browser, server: Server, refusals: list[str]) -> Iterator[Page]:
     """The lab, loaded and connected; any error on its console fails the test."""
+    starts = server.starts
     context = browser.new_context(viewport={"width": 1440, "height": 900}, accept_downloads=True)
     page = context.new_page()
     complaints: list[str] = []
@@ -103,7 +127,10 @@ def page(browser: Browser, server: Server) -> Iterator[Page]:
     page.goto(server.url)
     page.get_by_text("connected", exact=True).wait_for()
     yield page
+    session = page.evaluate("new URL(location.href).searchParams.get('session')")
+    context.request.delete(f"{server.url}/api/v1/sessions/{session}")
     context.close()
     # Requests that fail while the server is away, or after it has forgotten, are to be expected.
-    expected = ("ERR_CONNECTION_REFUSED", "404") if server.restarts else ()
-    assert [c for c in complaints if not any(word in c for word in expected)] == []
+    if server.starts > starts:
+        refusals += ["ERR_CONNECTION_REFUSED", "404"]
+    assert [c for c in complaints if not any(word in c for word in refusals)] == []

@@ -6,45 +6,21 @@ import re
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Browser, Page, expect
 
+from tests.e2e.actions import (
+    LONG,
+    button,
+    clock,
+    metric,
+    region,
+    set_field,
+    state,
+    wait_for_clock,
+)
 from tests.e2e.conftest import ROOT, Server
 
 AXE = ROOT / "frontend" / "node_modules" / "axe-core" / "axe.min.js"
-LONG = 20_000  # ms; a wait that ends sooner in every sound run
-
-
-def state(page: Page, name: str) -> None:
-    expect(page.locator(".bar").get_by_role("status")).to_have_text(name, timeout=LONG)
-
-
-def clock(page: Page) -> float:
-    minutes, seconds = page.locator(".clock").inner_text().replace("s", "").strip().split(":")
-    return 60.0 * float(minutes) + float(seconds)
-
-
-def button(page: Page, name: str) -> None:
-    page.get_by_role("button", name=name, exact=True).click()
-
-
-def metric(page: Page, name: str, column: int) -> str:
-    row = page.get_by_role("region", name="Metrics").locator("tr", has_text=name).first
-    return row.locator("td").nth(column).inner_text()
-
-
-def wait_for_clock(page: Page, seconds: float) -> None:
-    page.wait_for_function(
-        "least => { const [m, s] = document.querySelector('.clock').innerText.split(':');"
-        " return 60 * +m + parseFloat(s) > least }",
-        arg=seconds,
-        timeout=LONG,
-    )
-
-
-def set_field(page: Page, label: str, value: str) -> None:
-    field = page.get_by_role("textbox", name=label, exact=True)
-    field.fill(value)
-    field.press("Enter")
 
 
 def test_play_shows_b_better_than_a(page: Page) -> None:
@@ -52,7 +28,7 @@ def test_play_shows_b_better_than_a(page: Page) -> None:
     button(page, "Play")
     state(page, "playing")
     wait_for_clock(page, 2.5)
-    expect(page.get_by_role("region", name="Metrics")).to_contain_text("B vs A")
+    expect(region(page, "Metrics")).to_contain_text("B vs A")
     assert float(metric(page, "max |e", 0)) > 3.0 * float(metric(page, "max |e", 1))
     button(page, "Pause")
     state(page, "paused")
@@ -60,12 +36,14 @@ def test_play_shows_b_better_than_a(page: Page) -> None:
     still = clock(page)
     page.wait_for_timeout(300)
     assert clock(page) == still
+    expect(region(page, "Plane")).to_contain_text("error × 200")  # noqa: RUF001
+    expect(region(page, "Scopes")).to_contain_text(re.compile(r"A.\d+\.\d.µm"))
 
 
 def test_a_gain_changed_live_is_listed_and_undone(page: Page) -> None:
     page.keyboard.press("l")
     set_field(page, "B k_p x, N/mm", "312")
-    changes = page.get_by_role("region", name="Changes")
+    changes = region(page, "Changes")
     expect(changes).to_contain_text("312", timeout=LONG)
     button(page, "Undo")
     expect(changes).to_contain_text("None", timeout=LONG)
@@ -73,26 +51,33 @@ def test_a_gain_changed_live_is_listed_and_undone(page: Page) -> None:
 
 def test_what_if_answers_before_anything_is_applied(page: Page) -> None:
     page.keyboard.press("w")
-    region = page.get_by_role("region", name="Metrics")
-    expect(region).to_contain_text("2.57", timeout=LONG)
+    metrics = region(page, "Metrics")
+    expect(metrics).to_contain_text("2.57", timeout=LONG)
     set_field(page, "B k_p x, N/mm", "400")
-    expect(region).not_to_contain_text("2.57", timeout=LONG)
+    expect(metrics).not_to_contain_text("2.57", timeout=LONG)
     assert float(metric(page, "max |e", 1)) == pytest.approx(1.35, abs=0.1)
     button(page, "Apply 1 to session")
-    expect(page.get_by_role("region", name="Changes")).to_contain_text("400", timeout=LONG)
+    expect(region(page, "Changes")).to_contain_text("400", timeout=LONG)
 
 
 def test_a_push_moves_both(page: Page) -> None:
-    button(page, "Play")
-    wait_for_clock(page, 0.5)
+    for _ in range(5):
+        page.keyboard.press("S")
+    wait_for_clock(page, 0.49)
+    before = [float(metric(page, "max |e", column)) for column in (0, 1)]
     page.get_by_role("textbox", name="Force on x, N").fill("8")
     page.get_by_role("button", name="Push x").click()
-    page.wait_for_timeout(600)
-    assert float(metric(page, "max |e", 0)) > 25.0
-    assert float(metric(page, "max |e", 1)) > 5.0
+    expect(region(page, "Scopes")).to_be_visible()
+    page.get_by_role("button", name="Step", exact=True).press("S")
+    wait_for_clock(page, 0.59)
+    expect(region(page, "Metrics")).to_contain_text("0 to 0.6 s", timeout=LONG)
+    after = [float(metric(page, "max |e", column)) for column in (0, 1)]
+    assert [b - a > 4.0 for a, b in zip(before, after, strict=True)] == [True, True]
 
 
-def test_samples_and_scenario_are_downloaded(page: Page, tmp_path: Path) -> None:
+def test_samples_and_scenario_are_downloaded(
+    page: Page, tmp_path: Path, refusals: list[str]
+) -> None:
     button(page, "Play")
     wait_for_clock(page, 0.5)
     button(page, "Pause")
@@ -103,18 +88,91 @@ def test_samples_and_scenario_are_downloaded(page: Page, tmp_path: Path) -> None
     with page.expect_download() as toml:
         page.get_by_role("link", name="TOML").click()
     toml.value.save_as(tmp_path / "circle.toml")
-    assert "[variants.B.controller" in (tmp_path / "circle.toml").read_text()
+    text = (tmp_path / "circle.toml").read_text()
+    assert "[variants.B.controller" in text
+    (tmp_path / "seven.toml").write_text(text.replace("seed = 2019", "seed = 7"))
+    page.get_by_label("Scenario file").set_input_files(tmp_path / "seven.toml")
+    expect(page.get_by_role("textbox", name="seed")).to_have_value("7", timeout=LONG)
+    refusals.append("422")
+    (tmp_path / "bad.toml").write_text(text.replace("k_p = 200300", "k_p = -5"))
+    page.get_by_label("Scenario file").set_input_files(tmp_path / "bad.toml")
+    expect(page.locator(".message")).to_contain_text("B k_p x: Is out of range: ", timeout=LONG)
+    expect(page.get_by_role("textbox", name="seed")).to_have_value("7")
 
 
 def test_stop_acts_at_once_and_only_a_reset_leaves_it(page: Page) -> None:
     button(page, "Play")
     wait_for_clock(page, 0.5)
+    button(page, "Sets…")
+    expect(page.get_by_role("dialog", name="Named sets")).to_be_visible()
     button(page, "STOP")
     state(page, "stopped")
+    button(page, "Close")
     expect(page.get_by_role("button", name="Play", exact=True)).to_be_disabled()
-    page.get_by_role("region", name="Scenario").get_by_role("button", name="Reset").click()
+    region(page, "Scenario").get_by_role("button", name="Reset").click()
     state(page, "paused")
     expect(page.locator(".clock")).to_contain_text("0:00.000", timeout=LONG)
+
+
+def test_a_refused_value_is_named_where_it_stands(page: Page, refusals: list[str]) -> None:
+    refusals.append("422")
+    set_field(page, "B k_p x, N/mm", "-5")
+    field = page.get_by_role("textbox", name="B k_p x, N/mm")
+    told = region(page, "Controllers").get_by_role("alert")
+    expect(told).to_have_text(
+        re.compile("^Is out of range: .5 N/mm. Allowed: 0 to 1000000 N/mm.$"), timeout=LONG
+    )
+    expect(field).to_have_attribute("aria-invalid", "true")
+    expect(region(page, "Metrics")).to_contain_text("not computed")
+    set_field(page, "B k_p x, N/mm", "400")
+    expect(told).to_have_count(0, timeout=LONG)
+    expect(region(page, "Metrics")).to_contain_text("exact", timeout=LONG)
+
+
+def test_wheel_and_drag_zoom_and_numbers_follow(page: Page) -> None:
+    scopes = region(page, "Scopes")
+    scopes.get_by_role("button", name="Table").click()
+    table = region(page, "Scopes as numbers")
+    expect(table.get_by_role("rowheader", name="5", exact=True)).to_be_visible(timeout=LONG)
+    scopes.get_by_role("button", name="Table").click()
+    box = page.locator(".chart").first.bounding_box()
+    assert box is not None
+    x, y = box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"]
+    page.mouse.move(x, y)
+    page.mouse.wheel(0, -900)
+    page.mouse.down()
+    page.mouse.move(x + 100, y, steps=4)
+    page.mouse.up()
+    scopes.get_by_role("button", name="Table").click()
+    expect(table.get_by_role("rowheader", name=re.compile(r"^7\.\d\d"))).not_to_have_count(0)
+    expect(table.get_by_role("rowheader", name="5", exact=True)).to_have_count(0)
+    scopes.get_by_role("button", name="Reset").click()
+    expect(table.get_by_role("rowheader", name="5", exact=True)).to_be_visible(timeout=LONG)
+
+
+def test_a_scenario_tells_its_schedule_and_where_the_model_errs(page: Page) -> None:
+    page.get_by_role("combobox", name="Scenario").select_option("fig5")
+    scenario = region(page, "Scenario")
+    expect(scenario).to_contain_text("At 90 s: A compensation on", timeout=LONG)
+    expect(region(page, "Plant")).to_contain_text("≠ the controllers' model")
+    expect(region(page, "Metrics")).to_contain_text("174 to 180 s", timeout=LONG)
+
+
+def test_named_sets_are_kept_and_used(page: Page) -> None:
+    set_field(page, "B k_p x, N/mm", "400")
+    button(page, "Sets…")
+    sheet = page.get_by_role("dialog", name="Named sets")
+    sheet.get_by_role("textbox", name="Name of the set").fill("stiff")
+    sheet.get_by_role("button", name="Save present values").click()
+    sheet.get_by_role("button", name="Close").click()
+    button(page, "Discard")
+    expect(region(page, "Changes")).to_contain_text("None")
+    button(page, "Sets…")
+    sheet.get_by_role("button", name="Use").click()
+    expect(region(page, "Changes")).to_contain_text("400")
+    button(page, "Sets…")
+    sheet.get_by_role("button", name="Delete stiff").click()
+    expect(sheet).to_contain_text("No set yet")
 
 
 def test_a_reload_loses_nothing(page: Page) -> None:
@@ -129,7 +187,7 @@ def test_a_reload_loses_nothing(page: Page) -> None:
     page.reload()
     state(page, "paused")
     assert clock(page) == before
-    expect(page.get_by_role("region", name="Changes")).to_contain_text("250", timeout=LONG)
+    expect(region(page, "Changes")).to_contain_text("250", timeout=LONG)
 
 
 def test_a_server_that_restarts_gets_the_session_back(page: Page, server: Server) -> None:
@@ -140,37 +198,14 @@ def test_a_server_that_restarts_gets_the_session_back(page: Page, server: Server
     server.stop()
     connection = page.locator(".connection")
     expect(connection).to_have_text("connection lost, trying again", timeout=LONG)
+    button(page, "STOP")
+    expect(page.get_by_text("STOP was not taken.")).to_be_visible(timeout=LONG)
     server.start()
     expect(connection).to_have_text("connected", timeout=LONG)
     expect(page.get_by_text(re.compile("session was gone"))).to_be_visible(timeout=LONG)
     state(page, "paused")
     expect(page.locator(".clock")).to_contain_text("0:00.000", timeout=LONG)
-    expect(page.get_by_role("region", name="Changes")).to_contain_text("250", timeout=LONG)
-
-
-def test_everything_by_keyboard(page: Page) -> None:
-    page.keyboard.press("Space")
-    state(page, "playing")
-    wait_for_clock(page, 0.3)
-    page.keyboard.press("Space")
-    state(page, "paused")
-    before = clock(page)
-    page.keyboard.press("S")
-    page.wait_for_function(
-        "before => parseFloat(document.querySelector('.clock').innerText.split(':')[1]) > before",
-        arg=before,
-        timeout=LONG,
-    )
-    page.keyboard.press("?")
-    expect(page.get_by_role("dialog")).to_be_visible()
-    page.keyboard.press("Escape")
-    expect(page.get_by_role("dialog")).to_be_hidden()
-    page.keyboard.press("w")
-    page.keyboard.press("l")
-    page.keyboard.press("Escape")
-    state(page, "stopped")
-    page.keyboard.press("r")
-    state(page, "paused")
+    expect(region(page, "Changes")).to_contain_text("250", timeout=LONG)
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])
@@ -180,6 +215,38 @@ def test_axe_finds_nothing_serious(page: Page, theme: str) -> None:
     wait_for_clock(page, 1.0)
     button(page, "Pause")
     page.add_script_tag(path=AXE)
+    assert _serious(page) == []
+    for toggle in page.get_by_role("button", name="Table").all():
+        toggle.click()
+    button(page, "Sets…")
+    assert _serious(page) == []
+
+
+def _serious(page: Page) -> list[str]:
     found = page.evaluate("axe.run()")["violations"]
-    serious = [v["id"] for v in found if v["impact"] in {"serious", "critical"}]
-    assert serious == []
+    return [v["id"] for v in found if v["impact"] in {"serious", "critical"}]
+
+
+def test_a_command_before_there_is_a_session(browser: Browser, server: Server) -> None:
+    page = browser.new_page()
+    page.route("**/api/v1/sessions", lambda _: None)  # the server takes its time
+    page.goto(server.url)
+    page.get_by_role("heading", name="Motion Lab").wait_for()
+    page.keyboard.press("Space")
+    expect(page.get_by_text("There is no session yet")).to_be_visible(timeout=LONG)
+    button(page, "STOP")
+    expect(page.get_by_text("STOP was not taken. There is no session yet")).to_be_visible()
+    page.close()
+
+
+def test_another_tab_keeps_its_session(page: Page, server: Server) -> None:
+    other = page.context.new_page()
+    other.goto(page.url)
+    other.get_by_text("connected", exact=True).wait_for()
+    region(page, "Scenario").get_by_role("combobox").first.select_option("rhombus")
+    expect(region(page, "Trajectory")).to_contain_text("polygon", timeout=LONG)
+    other.keyboard.press("S")
+    wait_for_clock(other, 0.09)
+    session = other.evaluate("new URL(location.href).searchParams.get('session')")
+    other.request.delete(f"{server.url}/api/v1/sessions/{session}")
+    other.close()

@@ -1,0 +1,51 @@
+"""What a browser has kept from an older version, or damaged; and refusals that read the same."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from tests.e2e.actions import region, set_field
+
+DAMAGED = {
+    "draft": None,
+    "sets": None,
+    "push": {"x": 5},
+    "path": {"kind": "path", "points": 5},
+    "session": {"id": "gone", "base": {}, "scenario": {}},
+}
+
+
+@pytest.mark.parametrize("key", DAMAGED)
+def test_the_page_opens_over_damaged_storage(page: Page, refusals: list[str], key: str) -> None:
+    refusals += ["404", "422"]  # of the session that is gone, and of what was kept of it
+    first = page.url
+    page.goto("about:blank")  # whose leaving keeps nothing
+    text = json.dumps(json.dumps(DAMAGED[key]))
+    page.add_init_script(
+        f"if (!sessionStorage.damaged && location.host) {{ sessionStorage.damaged = 1;"
+        f" localStorage.setItem('motionlab.{key}', {text}) }}"
+    )
+    page.goto(first.split("?")[0] if key == "session" else first)
+    expect(page.get_by_text("connected", exact=True)).to_be_visible()
+    page.get_by_role("link", name="Trajectories").click()
+    expect(region(page, "Path")).to_be_visible()
+
+
+def test_the_same_refusal_of_both_axes_is_shown_once(page: Page, refusals: list[str]) -> None:
+    refusals += ["422"]
+    for axis in "xy":
+        set_field(page, f"stiction F_s {axis}, N", "-1")
+    motor = region(page, "Plant")
+    expect(motor.get_by_role("alert")).to_have_count(1)
+
+
+@pytest.mark.parametrize("width", [320, 401, 481, 640, 720, 861])
+def test_stop_is_whole_at_every_width(page: Page, width: int) -> None:
+    page.set_viewport_size({"width": width, "height": 480})
+    box = page.get_by_role("button", name="STOP", exact=True).bounding_box()
+    assert box is not None
+    assert 0 <= box["x"]
+    assert box["x"] + box["width"] <= width

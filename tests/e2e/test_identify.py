@@ -1,0 +1,279 @@
+"""What a person does on the screen that identifies friction, in a real browser."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from playwright.sync_api import Locator, Page, expect
+
+from tests.e2e.actions import LONG, region, set_field, tab_to
+from tests.e2e.conftest import ROOT, Server, missing
+
+AXE = ROOT / "frontend" / "node_modules" / "axe-core" / "axe.min.js"
+DONE = 60_000  # ms
+MINUS = "\N{MINUS SIGN}"
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """A server of its own, whose records begin with none."""
+    if not (ROOT / "frontend" / "dist" / "index.html").is_file():
+        missing("the page is not built: frontend/npm run build")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("MOTIONLAB_DATA", str(tmp_path_factory.mktemp("data")))
+        server = Server()
+    yield server
+    server.stop()
+
+
+@pytest.fixture
+def screen(page: Page) -> Page:
+    """The screen that identifies, on its defaults."""
+    page.get_by_role("link", name="Identify").click()
+    expect(region(page, "Experiment")).to_contain_text("29 min of the motor", timeout=LONG)
+    return page
+
+
+def points(page: Page) -> int:
+    text = region(page, "Measured").get_by_text(re.compile(r"^\d+ points$")).inner_text()
+    return int(text.split()[0])
+
+
+def wait_for_points(page: Page, count: int) -> None:
+    page.wait_for_function(
+        "least => parseInt([...document.querySelectorAll('[aria-label=Measured] .note')]"
+        ".map(e => e.innerText).find(t => /points$/.test(t))) >= least",
+        arg=count,
+        timeout=LONG,
+    )
+
+
+def identify(page: Page) -> Locator:
+    return page.get_by_role("button", name="Identify", exact=True)
+
+
+def set_short(page: Page, motor: str = "matched") -> None:
+    """Choose an experiment that is over within a second or two."""
+    page.get_by_label("motor").select_option(motor)
+    for label, value in {
+        "slowest, mm/s": "2",
+        "speeds": "9",
+        "time of each, s": "1",
+        "rates, N/s": "50",
+    }.items():
+        set_field(page, label, value)
+    page.get_by_label("places").select_option("4")
+    expect(region(page, "Experiment")).to_contain_text("18 motions there and back", timeout=LONG)
+
+
+def set_long(page: Page) -> None:
+    """Choose an experiment that goes on until it is cancelled."""
+    for label, value in {
+        "slowest, mm/s": "1",
+        "fastest, mm/s": "30",
+        "speeds": "60",
+        "time of each, s": "28",
+    }.items():
+        set_field(page, label, value)
+    page.get_by_role("radio", name="linear").click()
+    expect(region(page, "Experiment")).to_contain_text("120 motions there and back", timeout=LONG)
+
+
+def wait_until_done(page: Page) -> None:
+    """Wait for the end of a run that has just been started, not of an earlier one."""
+    experiment = region(page, "Experiment")
+    expect(experiment.get_by_role("progressbar")).to_be_visible(timeout=LONG)
+    expect(experiment).to_contain_text("took", timeout=DONE)
+
+
+def cell(page: Page, name: str, column: int) -> str:
+    row = ("F_c", "F_s", "v_s", "sigma_2", "f_0", "sigma_0", "sigma_1", "M").index(name)
+    line = region(page, "Found").locator("tbody tr").nth(row)
+    return line.locator("td").nth(column).inner_text().replace(MINUS, "-")
+
+
+def test_before_the_first_run_the_screen_says_what_to_do(screen: Page) -> None:
+    expect(region(screen, "Found")).to_contain_text("press Identify")
+    expect(region(screen, "Experiment")).to_contain_text("64 motions there and back")
+    expect(region(screen, "Experiment")).to_contain_text("29 min")
+    expect(region(screen, "Measured")).to_contain_text("planned")
+    for name in ("Compare", "Apply"):
+        expect(region(screen, name).get_by_role("button")).to_have_count(0)
+
+
+def test_points_arrive_and_the_run_is_cancelled(screen: Page) -> None:
+    set_long(screen)
+    identify(screen).click()
+    experiment = region(screen, "Experiment")
+    expect(experiment.get_by_role("progressbar")).to_be_visible(timeout=LONG)
+    expect(identify(screen)).to_be_disabled()
+    wait_for_points(screen, 2)
+    first = points(screen)
+    expect(experiment.get_by_role("status")).to_contain_text("x: uniform motion")
+    wait_for_points(screen, first + 4)
+    expect(experiment).to_contain_text("left")
+    experiment.get_by_role("button", name="Cancel").click()
+    expect(experiment).to_contain_text("Cancelled after", timeout=LONG)
+    assert points(screen) >= first + 4
+    expect(identify(screen)).to_be_enabled()
+
+
+def test_a_reload_finds_the_run_going_on(screen: Page) -> None:
+    set_long(screen)
+    identify(screen).click()
+    wait_for_points(screen, 4)
+    before = points(screen)
+    screen.reload()
+    expect(region(screen, "Experiment").get_by_role("progressbar")).to_be_visible(timeout=LONG)
+    wait_for_points(screen, before + 2)
+    # what was typed is still there
+    expect(screen.get_by_role("textbox", name="speeds", exact=True)).to_have_value("60")
+    region(screen, "Experiment").get_by_role("button", name="Cancel").click()
+    expect(region(screen, "Experiment")).to_contain_text("Cancelled after", timeout=LONG)
+
+
+def test_from_a_run_to_the_model_of_the_lab(screen: Page) -> None:
+    set_short(screen)
+    identify(screen).click()
+    wait_until_done(screen)
+    found = region(screen, "Found")
+    expect(found.locator("tbody tr")).to_have_count(8)
+    assert cell(screen, "F_c", 0) == "239.9"  # before, mN
+    # the matched motor is stronger than its map: forces come out low, velocities do not
+    assert cell(screen, "F_s", 4) == "-16.6 %"
+    assert abs(float(cell(screen, "v_s", 4).split()[0])) < 1.0
+    screen.get_by_role("radio", name="y", exact=True).last.click()
+    expect(found).to_contain_text("Found on y")
+    assert cell(screen, "F_c", 0) == "817.9"
+
+    compare = region(screen, "Compare")
+    compare.get_by_role("button", name="Compare A (old) with B (new)").click()
+    row = compare.locator("tr", has_text="max |e").first
+    expect(row.locator("td").nth(2)).to_have_text(
+        re.compile(rf"^{MINUS}[4-6]\d\.\d %$"), timeout=LONG
+    )
+    expect(row.locator("td").first).to_have_text("10.4")
+
+    apply = region(screen, "Apply")
+    apply.get_by_role("button", name="Apply 12 values").click()
+    expect(apply.get_by_role("status")).to_contain_text("model of B is the identified one")
+    apply.get_by_role("link", name="Open the Lab").click()
+    changes = region(screen, "Changes")
+    expect(changes).to_contain_text("B Coulomb F_c".replace("_", ""), timeout=LONG)
+    screen.go_back()
+    region(screen, "Apply").get_by_role("button", name="Undo").click()
+    expect(region(screen, "Apply").get_by_role("status")).to_contain_text("stay as they are")
+    screen.go_forward()
+    expect(changes).not_to_contain_text("Coulomb", timeout=LONG)
+
+
+def test_what_is_found_goes_to_a_running_session_and_back(screen: Page, server: Server) -> None:
+    set_short(screen)
+    identify(screen).click()
+    wait_until_done(screen)
+    apply = region(screen, "Apply")
+    apply.get_by_role("checkbox", name="A").check()
+    apply.get_by_role("radio", name="live").click()
+    apply.get_by_role("button", name="Apply 12 values").click()
+    expect(apply.get_by_role("status")).to_contain_text("model of A and B", timeout=LONG)
+    expect(apply.get_by_role("status")).to_contain_text("in the running session")
+
+    def believed() -> list[float]:
+        session = screen.evaluate("new URL(location.href).searchParams.get('session')")
+        answer = screen.request.get(f"{server.url}/api/v1/sessions/{session}").json()
+        variants: dict[str, Any] = answer["scenario"]["variants"]
+        return [v["controller"]["model"]["x"]["friction"]["F_s"] for v in variants.values()]
+
+    screen.wait_for_timeout(500)
+    assert all(3.0 < F_s < 3.3 for F_s in believed())
+    apply.get_by_role("button", name="Undo").click()
+    screen.wait_for_timeout(500)
+    assert believed() == [3.5908, 3.5908]
+
+
+def test_an_earlier_record_is_opened_and_laid_beside(screen: Page) -> None:
+    for motor in ("nominal", "as-measured"):
+        set_short(screen, motor)
+        identify(screen).click()
+        wait_until_done(screen)
+    found = region(screen, "Found")
+    beside = found.get_by_role("combobox", name="Earlier result beside it")
+    nominal = beside.locator("option", has_text="nominal").first.get_attribute("value")
+    assert nominal is not None
+    beside.select_option(nominal)
+    expect(found.get_by_role("columnheader", name="earlier")).to_be_visible()
+    assert cell(screen, "F_s", 6) == "-15.3 %"
+    expect(found).to_contain_text("less by 12 %: the force map in control is off")
+    expect(region(screen, "Measured")).to_contain_text("earlier fit")
+    screen.get_by_role("combobox", name="Identification: earlier ones").select_option(nominal)
+    expect(found.locator("tbody tr").first.locator("td").nth(4)).to_have_text(f"{MINUS}0.9 %")
+
+
+def test_what_is_wrong_is_told_before_anything_moves(screen: Page, refusals: list[str]) -> None:
+    refusals += ["422"]
+    experiment = region(screen, "Experiment")
+    set_field(screen, "speeds", "3")
+    expect(experiment.get_by_role("alert")).to_have_text(
+        "speeds 3: has too few items. Allowed: 5 or more items.", timeout=LONG
+    )
+    expect(identify(screen)).to_be_disabled()
+    set_field(screen, "speeds", "12")
+    expect(experiment.get_by_role("alert")).to_have_count(0, timeout=LONG)
+    set_field(screen, "fastest, mm/s", "900")
+    expect(experiment.get_by_role("alert").last).to_contain_text(
+        re.compile(r"^900 mm/s needs .* the stroke of x is 170 mm"), timeout=LONG
+    )
+    set_field(screen, "fastest, mm/s", "150")
+    set_field(screen, "slowest, mm/s", "0.1")
+    set_field(screen, "time of each, s", "3600")
+    expect(experiment.get_by_role("alert")).to_contain_text("too long for one experiment")
+    screen.get_by_role("button", name="Defaults").click()
+    expect(experiment.get_by_role("alert")).to_have_count(0, timeout=LONG)
+    expect(identify(screen)).to_be_enabled()
+
+
+def test_everything_by_keyboard_alone(screen: Page) -> None:
+    set_short(screen)
+    keyboard = screen.keyboard
+    tab_to(screen, "Identify")
+    tab_to(screen, "slowest, mm/s")
+    tab_to(screen, "Identify")
+    keyboard.press("Enter")
+    wait_until_done(screen)
+    tab_to(screen, "Stribeck curve, friction force over velocity")
+    plot = screen.get_by_role("slider", name="Stribeck curve, friction force over velocity")
+    keyboard.press("End")
+    expect(plot).to_have_attribute("aria-valuetext", re.compile(r"velocity .*measured .*N"))
+    tab_to(screen, "Table of Residuals")
+    keyboard.press("Enter")
+    expect(region(screen, "Residuals").get_by_role("table")).to_be_visible()
+    tab_to(screen, "Compare A (old) with B (new)")
+    keyboard.press("Enter")
+    expect(region(screen, "Compare")).to_contain_text("max |e", timeout=LONG)
+    tab_to(screen, "Apply 12 values")
+    keyboard.press("Enter")
+    expect(region(screen, "Apply").get_by_role("status")).to_contain_text("model of B")
+    keyboard.press("Tab")
+    keyboard.press("Enter")
+    expect(region(screen, "Apply").get_by_role("status")).to_contain_text("stay as they are")
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_axe_finds_nothing_serious(screen: Page, theme: str) -> None:
+    screen.emulate_media(color_scheme="dark" if theme == "dark" else "light")
+    set_short(screen)
+    identify(screen).click()
+    wait_until_done(screen)
+    region(screen, "Compare").get_by_role("button").click()
+    expect(region(screen, "Compare")).to_contain_text("max |e", timeout=LONG)
+    screen.add_script_tag(path=AXE)
+    found = screen.evaluate("axe.run()")["violations"]
+    serious = [
+        (v["id"], [node["html"][:120] for node in v["nodes"]])
+        for v in found
+        if v["impact"] in {"serious", "critical"}
+    ]
+    assert serious == []

@@ -1,0 +1,140 @@
+"""What a person does on the Paper screen, in a real browser."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Locator, Page, expect
+
+from tests.e2e.actions import button, region, state
+from tests.e2e.conftest import ROOT, Server
+
+AXE = ROOT / "frontend" / "node_modules" / "axe-core" / "axe.min.js"
+LONG = 60_000  # ms; a wait that ends sooner in every sound run
+API = "/api/v1"
+
+
+@pytest.fixture(autouse=True)
+def data(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Keep what the server saves in a folder of the test."""
+    monkeypatch.setenv("MOTIONLAB_DATA", str(tmp_path))
+    return tmp_path
+
+
+@pytest.fixture
+def paper(data: Path, page: Page) -> Page:
+    """The Paper screen with its rows."""
+    page.get_by_role("link", name="Paper").click()
+    expect(row(page, "Turns of a phase N")).to_be_visible(timeout=LONG)
+    return page
+
+
+def row(page: Page, name: str) -> Locator:
+    return page.get_by_role("row", name=re.compile(re.escape(name))).first
+
+
+def computed(page: Page, server: Server, *only: str) -> None:
+    """Have some rows computed, and look at the record of it."""
+    job = page.request.post(f"{server.url}{API}/reproduce", data={"only": list(only)}).json()["id"]
+    url = f"{server.url}{API}/jobs/{job}"
+    for _ in range(600):
+        if page.request.get(url).json()["state"] == "done":
+            break
+        page.wait_for_timeout(100)
+    page.evaluate("localStorage.removeItem('motionlab.job.reproduce')")
+    page.reload()
+
+
+def test_rows_are_there_before_anything_is_computed(paper: Page) -> None:
+    expect(row(paper, "Turns of a phase N")).to_contain_text("not computed")
+    expect(row(paper, "Deformation of the new x platform")).to_contain_text("not comparable")
+    expect(region(paper, "Row")).to_contain_text("Choose a row")
+    expect(region(paper, "Errata")).to_have_count(0)
+
+
+def test_rows_fill_in_survive_a_reload_and_are_cancelled(paper: Page) -> None:
+    button(paper, "Compute them")
+    expect(row(paper, "Turns of a phase N")).to_contain_text("✓holds", timeout=LONG)
+    paper.reload()
+    expect(row(paper, "Turns of a phase N")).to_contain_text("✓holds", timeout=LONG)
+    expect(paper.get_by_role("progressbar", name="Reproduction, share done")).to_be_visible()
+    button(paper, "Cancel")
+    expect(region(paper, "Run")).to_contain_text("Cancelled")
+    expect(row(paper, "Turns of a phase N")).to_contain_text("✓holds")
+    expect(row(paper, "pentagram, y")).to_contain_text("not computed")
+    expect(paper.get_by_role("button", name="Compute them")).to_be_enabled()
+
+
+def test_a_record_is_shown_at_once_with_its_failures_red(paper: Page, server: Server) -> None:
+    computed(paper, server, "limits", "sizing")
+    failed = row(paper, "Largest velocity, one phase, y")
+    expect(failed).to_contain_text("✗known failure", timeout=LONG)
+    paper.get_by_role("radio", name="Red").click()
+    expect(row(paper, "Turns of a phase N")).to_have_count(0)
+    failed.get_by_role("button").click()
+    expect(region(paper, "Row")).to_contain_text("0.89 m/s needs 12.5 kg")
+    expect(region(paper, "Row")).to_contain_text("motionlab design --json")
+    paper.reload()
+    expect(region(paper, "Row")).to_contain_text("0.89 m/s needs 12.5 kg", timeout=LONG)
+    expect(row(paper, "Turns of a phase N")).to_have_count(0)
+    paper.get_by_role("radio", name="All").click()
+    expect(row(paper, "Turns of a phase N")).to_contain_text("145")
+
+
+def test_a_recipe_opens_in_the_lab(paper: Page, server: Server) -> None:
+    computed(paper, server, "rhombus-x")
+    expect(row(paper, "Following error, rhombus, x")).to_contain_text("✓better", timeout=LONG)
+    row(paper, "Following error, rhombus, x").get_by_role("button").click()
+    chosen = region(paper, "Row")
+    expect(chosen).to_contain_text("the time law of the edges is not printed")
+    expect(chosen).to_contain_text("Plausible motors")
+    expect(chosen.get_by_role("figure").first).to_be_visible()
+    expect(chosen).to_contain_text("motionlab run rhombus --set plant=matched --json")
+    button(paper, "Open rhombus in the Lab")
+    state(paper, "paused")
+    scenario = region(paper, "Scenario").get_by_role("combobox").first
+    expect(scenario).to_have_value("rhombus")
+    session = paper.evaluate("new URL(location.href).searchParams.get('session')")
+    opened = paper.request.get(f"{server.url}{API}/sessions/{session}").json()
+    assert opened["scenario"]["plant"]["name"] == "matched"
+
+
+def test_a_command_is_copied(paper: Page) -> None:
+    paper.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    row(paper, "Turns of a phase N").get_by_role("button").click()
+    paper.get_by_role("button", name="Copy: Command").click()
+    expect(paper.get_by_role("button", name="Copy: Command")).to_have_text("✓ copied")
+    assert paper.evaluate("navigator.clipboard.readText()") == "motionlab design --json"
+
+
+def test_a_row_is_chosen_by_keyboard(paper: Page) -> None:
+    row(paper, "Turns of a phase N").get_by_role("button").focus()
+    paper.keyboard.press("Enter")
+    expect(region(paper, "Row")).to_contain_text("a whole number")
+    assert "row=turns" in paper.url
+
+
+def test_on_a_phone_nothing_sticks_out(paper: Page, server: Server) -> None:
+    computed(paper, server, "limits")
+    paper.set_viewport_size({"width": 390, "height": 844})
+    expect(row(paper, "Largest velocity, one phase, y")).to_contain_text("known failure")
+    wide = "document.documentElement.scrollWidth - document.documentElement.clientWidth"
+    assert paper.evaluate(wide) <= 0
+    row(paper, "Largest velocity, one phase, y").click()
+    expect(region(paper, "Row")).to_be_in_viewport()
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_axe_finds_nothing_serious(paper: Page, server: Server, theme: str) -> None:
+    paper.emulate_media(color_scheme="dark" if theme == "dark" else "light")
+    computed(paper, server, "limits", "performance", "friction")
+    expect(region(paper, "Identified friction").get_by_role("figure").first).to_be_visible(
+        timeout=LONG
+    )
+    row(paper, "Largest velocity, one phase, y").get_by_role("button").click()
+    paper.add_script_tag(path=AXE)
+    found = paper.evaluate("axe.run()")["violations"]
+    serious = [v for v in found if v["impact"] in {"serious", "critical"}]
+    assert [f"{v['id']}: {v['nodes'][0]['html']}" for v in serious] == []

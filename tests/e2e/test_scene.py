@@ -1,0 +1,117 @@
+"""The 3-D stage in a real browser: seen to move, and back after its process was killed."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from imageio.v3 import imread
+from numpy.typing import NDArray
+from playwright.sync_api import Browser, Page, expect
+
+from tests.e2e.actions import LONG, button, clock, wait_for_clock
+from tests.e2e.conftest import CHROMIUM, FLAGS, SOFTWARE_GL, Server
+
+# A page without a GPU says so; viser's own remarks are not the lab's.
+HARMLESS = ("GPU", "WebGL", "swiftshader", "WebSocket connection", "503")
+
+
+@pytest.fixture
+def stage(browser: Browser, server: Server) -> Iterator[Page]:
+    """The lab in a browser that draws in software; the driver of `browser` starts it."""
+    launched = browser.browser_type.launch(
+        executable_path=CHROMIUM, args=[f for f in FLAGS if f != "--disable-gpu"] + SOFTWARE_GL
+    )
+    page = launched.new_page(viewport={"width": 1280, "height": 720})
+    complaints: list[str] = []
+    page.on("console", lambda m: complaints.append(m.text) if m.type == "error" else None)
+    page.on("pageerror", lambda error: complaints.append(str(error)))
+    page.set_default_timeout(LONG)
+    page.goto(server.url)
+    page.get_by_text("connected", exact=True).wait_for()
+    yield page
+    launched.close()
+    assert [c for c in complaints if not any(word in c for word in HARMLESS)] == []
+
+
+def seen(page: Page) -> NDArray[np.uint8] | None:
+    """Return the pixels of the stages, clear of viser's notes and controls; None of no frame."""
+    frame = page.locator("iframe")
+    box = frame.bounding_box() if frame.count() == 1 else None
+    if box is None:  # between one process and the next
+        return None
+    clip = {
+        "x": box["x"] + 0.45 * box["width"],
+        "y": box["y"] + 0.35 * box["height"],
+        "width": 0.5 * box["width"],
+        "height": 0.6 * box["height"],
+    }
+    return imread(page.screenshot(clip=clip))[..., :3]  # type: ignore[arg-type]
+
+
+def until(page: Page, holds: Callable[[], bool]) -> None:
+    for _ in range(LONG // 250):
+        if holds():
+            return
+        page.wait_for_timeout(250)
+    raise AssertionError("it never came to pass")
+
+
+def shows_a_stage(page: Page) -> bool:
+    pixels = seen(page)
+    return pixels is not None and len(np.unique(pixels.reshape(-1, 3), axis=0)) > 100
+
+
+def moves(page: Page) -> bool:
+    before = seen(page)
+    page.wait_for_timeout(500)
+    after = seen(page)
+    if before is None or after is None or before.shape != after.shape:
+        return False
+    return float((np.abs(after.astype(int) - before).max(axis=-1) > 40).mean()) > 1e-3
+
+
+def scene_processes(server: Server) -> list[int]:
+    tasks = Path(f"/proc/{server.pid}/task").iterdir()
+    children = [pid for task in tasks for pid in (task / "children").read_text().split()]
+    commands = {int(pid): Path(f"/proc/{pid}/cmdline").read_bytes() for pid in children}
+    return [pid for pid, command in commands.items() if b"motionlab.scene" in command]
+
+
+def test_the_stage_moves_and_comes_back_when_its_process_is_killed(
+    stage: Page, server: Server
+) -> None:
+    assert scene_processes(server) == []
+    stage.get_by_role("radio", name="Stage 3-D").click()
+    until(stage, lambda: shows_a_stage(stage))
+    stage.wait_for_timeout(1000)
+    assert not moves(stage)
+    button(stage, "Play")
+    until(stage, lambda: moves(stage))
+
+    [first] = scene_processes(server)
+    os.kill(first, signal.SIGKILL)
+    before = clock(stage)
+    wait_for_clock(stage, before + 0.5)
+    until(stage, lambda: scene_processes(server) not in ([], [first]))
+    until(stage, lambda: shows_a_stage(stage) and moves(stage))
+
+    # Back on the plane nobody watches, and the session is not kept busy for it.
+    stage.get_by_role("radio", name="Plane").click()
+    expect(stage.locator("iframe")).to_have_count(0)
+    expect(stage.get_by_role("region", name="Plane").locator("canvas")).to_be_visible()
+
+
+def test_what_is_not_available_is_said_with_a_way_back(stage: Page) -> None:
+    refusal = {"title": "Service Unavailable", "status": 503, "detail": "viser cannot be loaded"}
+    stage.route("**/scene/**", lambda route: route.fulfill(status=503, json=refusal))
+    stage.get_by_role("radio", name="Plane").press("ArrowRight")
+    said = stage.get_by_role("alert").filter(has_text="viser cannot be loaded")
+    expect(said).to_be_visible(timeout=LONG)
+    stage.unroute("**/scene/**")
+    stage.get_by_role("button", name="Try again").press("Enter")
+    expect(stage.locator("iframe")).to_be_visible(timeout=LONG)

@@ -1,0 +1,213 @@
+"""What a person does on the screen of paths, in a real browser."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Locator, Page, expect
+
+from tests.e2e.conftest import ROOT, Server
+
+AXE = ROOT / "frontend" / "node_modules" / "axe-core" / "axe.min.js"
+LONG = 20_000  # ms; a wait that ends sooner in every sound run
+STROKE = (0.085, 0.145)
+
+
+@pytest.fixture(autouse=True)
+def data(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Keep what the server saves in a folder of the test."""
+    monkeypatch.setenv("MOTIONLAB_DATA", str(tmp_path))
+    return tmp_path
+
+
+@pytest.fixture
+def paths(data: Path, page: Page) -> Page:
+    """The screen of paths."""
+    page.get_by_role("link", name="Trajectories").click()
+    expect(limits(page)).to_contain_text("feasible", timeout=LONG)
+    return page
+
+
+def region(page: Page, name: str) -> Locator:
+    return page.get_by_role("region", name=name, exact=True)
+
+
+def limits(page: Page) -> Locator:
+    return region(page, "Limits")
+
+
+def pixels(page: Page, x: float, y: float) -> tuple[float, float]:
+    """Return where a place, m, is on the page while the whole stroke is shown."""
+    box = page.get_by_role("application").bounding_box()
+    assert box is not None
+    width, height = box["width"], box["height"]
+    scale = min((width - 56) / (2.1 * STROKE[0]), (height - 34) / (2.1 * STROKE[1]))
+    return (
+        box["x"] + (width + 24) / 2 + x * scale,
+        box["y"] + (height - 10) / 2 - y * scale,
+    )
+
+
+def click(page: Page, x: float, y: float) -> None:
+    page.mouse.click(*pixels(page, x, y))
+
+
+def drag(page: Page, start: tuple[float, float], end: tuple[float, float]) -> None:
+    page.mouse.move(*pixels(page, *start))
+    page.mouse.down()
+    page.mouse.move(*pixels(page, *end), steps=8)
+    page.mouse.up()
+
+
+def coordinates(page: Page) -> list[tuple[str, str]]:
+    fields = region(page, "Points").get_by_role("textbox")
+    values = [fields.nth(i).input_value() for i in range(fields.count())]
+    return list(zip(values[::2], values[1::2], strict=True))
+
+
+def set_field(page: Page, label: str, value: str) -> None:
+    field = page.get_by_role("textbox", name=label, exact=True)
+    field.fill(value)
+    field.press("Enter")
+
+
+RHOMBUS = [("30", "0"), ("0", "30"), ("-30", "0"), ("0", "-30")]
+
+
+def test_a_rhombus_is_drawn_by_hand_and_run(paths: Page) -> None:
+    paths.get_by_label("start from").select_option("nothing")
+    expect(limits(paths)).to_contain_text("Set 2 points or more", timeout=LONG)
+    for x, y in ((0.04, 0.0), (0.0, 0.05), (-0.04, 0.0), (0.0, -0.05)):
+        click(paths, x, y)
+    paths.get_by_role("checkbox", name="closed").check()
+    assert coordinates(paths) == [("40", "0"), ("0", "50"), ("-40", "0"), ("0", "-50")]
+    expect(limits(paths).get_by_role("status")).to_have_text("feasible", timeout=LONG)
+    results = region(paths, "Errors of A and B")
+    expect(results).to_contain_text("exact", timeout=LONG)
+    expect(results.locator("tbody tr").first).to_contain_text("µm")
+    results.get_by_role("button", name="Give to session").click()
+    expect(region(paths, "Trajectory")).to_contain_text("path", timeout=LONG)
+    paths.get_by_role("button", name="Play", exact=True).click()
+    expect(paths.locator(".bar").get_by_role("status")).to_have_text("playing", timeout=LONG)
+
+
+def test_a_point_out_of_the_stroke_is_refused_with_place_and_reason(paths: Page) -> None:
+    drag(paths, (0.03, 0.0), (0.095, 0.01))
+    expect(limits(paths).get_by_role("status")).to_have_text(re.compile("infeasible"), timeout=LONG)
+    assert coordinates(paths)[0] == ("95", "10")
+    worst = limits(paths).get_by_role("listitem").first
+    expect(worst).to_contain_text("x leaves the stroke")
+    expect(worst).to_contain_text("x 95.00, y 10.00 mm")
+    expect(worst).to_contain_text("95.0 mm, allowed ±85.0 mm")
+    expect(limits(paths)).to_contain_text("no slower time law helps")
+    for name in ("Slow down until feasible", "Use in what-if", "Give to session"):
+        expect(paths.get_by_role("button", name=name)).to_be_disabled()
+    paths.get_by_role("button", name="Last feasible").click()
+    expect(limits(paths).get_by_role("status")).to_have_text("feasible", timeout=LONG)
+    expect(paths.get_by_role("button", name="Give to session")).to_be_enabled()
+
+
+def test_too_fast_a_path_is_slowed_down_until_feasible(paths: Page) -> None:
+    set_field(paths, "max speed, mm/s", "600")
+    set_field(paths, "max acceleration, m/s²", "6")
+    expect(limits(paths)).to_contain_text("y needs too much thrust", timeout=LONG)
+    paths.get_by_role("button", name="Slow down until feasible").click()
+    expect(limits(paths).get_by_role("status")).to_have_text("feasible", timeout=LONG)
+    expect(paths.get_by_text(re.compile(r"every move takes 1\.\d+ times as long"))).to_be_visible()
+    slower = paths.get_by_role("textbox", name="max acceleration, m/s²").input_value()
+    assert 1.0 < float(slower) < 6.0
+
+
+def test_everything_is_undone_and_done_again(paths: Page) -> None:
+    drag(paths, (0.03, 0.0), (0.05, 0.02))
+    click(paths, -0.015, -0.015)
+    paths.keyboard.press("ArrowLeft")
+    paths.keyboard.press("Shift+ArrowDown")
+    paths.keyboard.press("Delete")
+    paths.get_by_role("radio", name="Smooth").click()
+    set_field(paths, "laps", "3")
+    changed = coordinates(paths)
+    assert changed != RHOMBUS
+    undo = paths.get_by_role("button", name="Undo")
+    while undo.is_enabled():
+        paths.keyboard.press("Control+z")
+    assert coordinates(paths) == RHOMBUS
+    expect(paths.get_by_role("radio", name="Straight")).to_be_checked()
+    redo = paths.get_by_role("button", name="Redo")
+    while redo.is_enabled():
+        paths.keyboard.press("Control+Shift+Z")
+    assert coordinates(paths) == changed
+    expect(paths.get_by_role("textbox", name="laps", exact=True)).to_have_value("3")
+
+
+def test_points_are_reached_and_moved_by_keys(paths: Page) -> None:
+    plane = paths.get_by_role("application")
+    plane.focus()
+    paths.keyboard.press("Tab")
+    paths.keyboard.press("Tab")
+    paths.keyboard.press("ArrowUp")
+    paths.keyboard.press("Shift+ArrowRight")
+    assert coordinates(paths)[1] == ("0.1", "31")
+    paths.keyboard.press("Insert")
+    assert len(coordinates(paths)) == 5
+    paths.keyboard.press("Delete")
+    assert len(coordinates(paths)) == 4
+    for _ in range(5):
+        paths.keyboard.press("Tab")
+    expect(plane).not_to_be_focused()
+
+
+def test_a_path_is_saved_and_loaded_in_a_fresh_browser(
+    paths: Page, browser: Browser, server: Server
+) -> None:
+    set_field(paths, "point 1 x, mm", "42.5")
+    saved = region(paths, "Saved paths")
+    saved.get_by_role("textbox", name="Name of the path").fill("my-rhombus")
+    saved.get_by_role("button", name="Save").click()
+    expect(paths.get_by_text("Saved as my-rhombus.")).to_be_visible(timeout=LONG)
+    context = browser.new_context(viewport={"width": 1280, "height": 720})
+    fresh = context.new_page()
+    fresh.goto(f"{server.url}/?screen=trajectories")
+    expect(limits(fresh)).to_contain_text("feasible", timeout=LONG)
+    assert coordinates(fresh) == RHOMBUS
+    fresh.get_by_label("Open a path").select_option("my-rhombus")
+    expect(fresh.get_by_role("textbox", name="point 1 x, mm")).to_have_value("42.5", timeout=LONG)
+    fresh.get_by_role("button", name="Delete", exact=True).click()
+    expect(fresh.get_by_text(re.compile("my-rhombus is deleted"))).to_be_visible(timeout=LONG)
+    context.close()
+
+
+def test_a_shipped_figure_is_made_editable(paths: Page) -> None:
+    paths.get_by_label("Open a path").select_option("pentagram")
+    expect(region(paths, "Path")).to_contain_text("star", timeout=LONG)
+    paths.get_by_role("button", name="Make its points editable").click()
+    assert len(coordinates(paths)) == 5
+    expect(limits(paths).get_by_role("status")).to_have_text("feasible", timeout=LONG)
+    saved = region(paths, "Saved paths")
+    expect(saved).to_contain_text("save under another name")
+    expect(saved.get_by_role("button", name="Save")).to_be_disabled()
+
+
+def test_the_path_goes_to_the_lab_as_a_what_if(paths: Page) -> None:
+    paths.get_by_role("button", name="Use in what-if").click()
+    expect(region(paths, "Changes")).to_contain_text("trajectory", timeout=LONG)
+    expect(region(paths, "Trajectory")).to_contain_text("path")
+    paths.go_back()
+    expect(region(paths, "Path on the plane")).to_be_visible(timeout=LONG)
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_axe_finds_nothing_serious(paths: Page, theme: str) -> None:
+    paths.emulate_media(color_scheme="dark" if theme == "dark" else "light")
+    set_field(paths, "point 1 x, mm", "93")
+    expect(limits(paths)).to_contain_text("leaves the stroke", timeout=LONG)
+    paths.add_script_tag(path=AXE)
+    found = paths.evaluate("axe.run()")["violations"]
+    serious = [
+        (v["id"], [node["html"][:120] for node in v["nodes"]])
+        for v in found
+        if v["impact"] in {"serious", "critical"}
+    ]
+    assert serious == []

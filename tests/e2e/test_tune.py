@@ -1,0 +1,158 @@
+"""Tuning as a person does it: search, map, reload, cancel, compare, apply, read off."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+import pytest
+from playwright.sync_api import Locator, Page, expect
+
+from tests.e2e.actions import LONG, button, region, set_field, state
+from tests.e2e.conftest import ROOT, Server
+
+SLOW = 90_000  # ms; a search or a map on a machine that does much else
+
+
+@pytest.fixture
+def tune(page: Page, server: Server) -> Iterator[Page]:
+    """The Tune screen, with searches that are soon over."""
+    state(page, "paused")
+    page.get_by_role("link", name="Tune", exact=True).click()
+    region(page, "Search").wait_for()
+    set_field(page, "starts", "2")
+    set_field(page, "evaluations of a start", "40")
+    page.get_by_role("checkbox", name="window", exact=True).check()
+    yield page
+    for job in page.request.get(f"{server.url}/api/v1/jobs").json():
+        page.request.delete(f"{server.url}/api/v1/jobs/{job['id']}")
+
+
+def searched(page: Page) -> Locator:
+    """Search, wait for the end, and return the lines of the candidates."""
+    button(page, "Search gains")
+    expect(page.get_by_role("button", name="Search gains")).to_be_disabled()
+    rows = region(page, "Candidates").locator("tbody tr")
+    expect(rows).to_have_count(4, timeout=SLOW)
+    return rows
+
+
+def line(page: Page, name: str) -> Locator:
+    return region(page, "Candidates").locator("tbody tr", has_text=name)
+
+
+def test_search_reload_compare_apply_and_undo(tune: Page) -> None:
+    page = tune
+    candidates = region(page, "Candidates")
+    rows = searched(page)
+    expect(rows.first).to_contain_text("present")
+    expect(candidates.locator("tr.chosen")).to_contain_text("start")
+    chosen = candidates.locator("tr.chosen").inner_text()
+
+    page.reload()
+    expect(region(page, "Candidates").locator("tr.chosen")).to_have_text(
+        re.compile(re.escape(chosen.split("\t", maxsplit=1)[0].strip())), timeout=LONG
+    )
+
+    apply = region(page, "Compare and apply")
+    button(page, "Compare")
+    row = apply.locator("tbody tr", has_text="RMS").first
+    expect(row.locator("td").last).to_contain_text("\u2212", timeout=LONG)
+    button(page, "Apply to B")
+    expect(apply).to_contain_text("has these gains, as a what-if change")
+    apply.get_by_role("link", name="Open the Lab").click()
+    changes = region(page, "Changes")
+    expect(changes).to_contain_text(re.compile("B.*x"), timeout=LONG)
+    page.get_by_role("link", name="Tune", exact=True).click()
+    button(page, "Undo")
+    expect(apply).not_to_contain_text("has these gains")
+
+
+def test_progress_is_shown_and_a_search_is_cancelled(tune: Page) -> None:
+    page = tune
+    set_field(page, "evaluations of a start", "2000")
+    set_field(page, "starts", "16")
+    set_field(page, "end of the window, s", "9")
+    button(page, "Search gains")
+    panel = region(page, "Search")
+    expect(panel.get_by_role("progressbar")).to_be_visible()
+    # what goes on is drawn, and found again after a reload
+    page.get_by_role("radio", name="search", exact=True).click()
+    legend = region(page, "Landscape")
+    expect(legend).to_contain_text("start 3", timeout=LONG)
+    page.reload()
+    expect(region(page, "Search").get_by_role("progressbar")).to_be_visible(timeout=LONG)
+    expect(region(page, "Landscape")).to_contain_text("start 3", timeout=LONG)
+    button(page, "Cancel")
+    expect(region(page, "Search")).to_contain_text("Cancelled")
+    expect(page.get_by_role("button", name="Search gains")).to_be_enabled()
+
+
+def test_gains_are_picked_off_the_map_and_refused_where_unstable(tune: Page) -> None:
+    page = tune
+    page.get_by_role("radio", name="x", exact=True).first.click()
+    button(page, "Map the cost")
+    landscape = region(page, "Landscape")
+    expect(landscape).to_contain_text("edge of stability", timeout=SLOW)
+    expect(region(page, "Search").get_by_role("progressbar")).to_have_count(0, timeout=SLOW)
+    picture = landscape.get_by_role("slider")
+    box = picture.bounding_box()
+    assert box is not None
+    # the middle of the map is stable, its lower right corner far beyond the edge
+    page.mouse.click(box["x"] + 0.45 * box["width"], box["y"] + 0.5 * box["height"])
+    expect(line(page, "picked")).to_have_class(re.compile("chosen"))
+    warnings = region(page, "Compare and apply").get_by_role("alert")
+    expect(region(page, "Loop figures")).to_contain_text("yes", timeout=LONG)
+    expect(warnings).to_have_count(0)
+    page.mouse.click(box["x"] + 0.8 * box["width"], box["y"] + 0.8 * box["height"])
+    expect(warnings.first).to_contain_text("The chosen gains of x are unstable", timeout=LONG)
+    expect(warnings.first).to_contain_text("edge of stability")
+
+
+def test_a_range_that_is_the_wrong_way_round_is_told_by_name(
+    tune: Page, refusals: list[str]
+) -> None:
+    refusals.append("422")
+    page = tune
+    set_field(page, "least k_p, N/mm", "50000")
+    button(page, "Search gains")
+    alert = region(page, "Search").get_by_role("alert")
+    expect(alert).to_contain_text("range of k_p")
+    expect(alert).to_contain_text("must lie below")
+
+
+def test_the_loop_is_drawn_with_a_sweep_and_told_in_figures(tune: Page) -> None:
+    page = tune
+    figures = region(page, "Loop figures")
+    expect(figures).to_contain_text("crossover (39)", timeout=LONG)
+    # of the present gains, whatever an earlier search has found
+    present = line(page, "present").get_by_role("radio")
+    if present.count():
+        present.check()
+    sine = figures.locator("tr", has_text="error of the sine (41)")
+    expect(sine).to_contain_text("1.94", timeout=LONG)
+    loop = region(page, "Loop over frequency")
+    button(page, "Sweep")
+    swept = re.compile("sweep( of (present|chosen))?, 20 mm/s")
+    expect(loop).to_contain_text(swept, timeout=SLOW)
+    page.get_by_role("radio", name="S", exact=True).click()
+    expect(loop).not_to_contain_text("Phase")
+    # the numbers are there as a table too
+    loop.get_by_role("button", name="Table").first.click()
+    expect(loop.get_by_role("table").first).to_be_visible()
+    # a sweep is not drawn beside a loop that it is not of
+    page.get_by_label("gains of", exact=True).select_option("A")
+    expect(loop).to_contain_text("The last sweep was of axis x of controller B", timeout=LONG)
+    expect(loop).not_to_contain_text(swept)
+
+
+def test_nothing_serious_for_who_cannot_see_it_well(tune: Page) -> None:
+    page = tune
+    searched(page)
+    page.add_script_tag(path=ROOT / "frontend" / "node_modules" / "axe-core" / "axe.min.js")
+    for theme in ("light", "dark"):
+        page.evaluate(f"document.documentElement.dataset.theme = '{theme}'")
+        page.wait_for_timeout(300)  # colours change within 120 ms
+        found = page.evaluate("async () => (await axe.run()).violations")
+        serious = [v for v in found if v["impact"] in {"serious", "critical"}]
+        assert serious == [], [(v["id"], v["nodes"][0]["html"]) for v in serious]
