@@ -1,7 +1,37 @@
 """Settings for all tests."""
 
+import os
+from collections.abc import Iterator
+
+import pytest
 from hypothesis import settings
 
 # The same examples on every run, and no assertion on timing.
 settings.register_profile("motionlab", deadline=None, derandomize=True)
 settings.load_profile("motionlab")
+
+_skipped: list[str] = []
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _no_data_of_the_user(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Let servers and commands keep what they keep where no user looks."""
+    before = os.environ.get("MOTIONLAB_DATA")
+    os.environ["MOTIONLAB_DATA"] = str(tmp_path_factory.mktemp("data"))
+    yield
+    if before is None:
+        del os.environ["MOTIONLAB_DATA"]
+    else:
+        os.environ["MOTIONLAB_DATA"] = before
+
+
+def pytest_runtest_logreport(report: pytest.TestReport) -> None:
+    """Keep why tests were skipped."""
+    if report.skipped and isinstance(report.longrepr, tuple):
+        _skipped.append(report.longrepr[2].removeprefix("Skipped: "))
+
+
+def pytest_unconfigure() -> None:
+    """Say last how many tests were skipped, and how to get them."""
+    for reason in dict.fromkeys(_skipped):
+        print(f"{_skipped.count(reason)} tests skipped: {reason}")

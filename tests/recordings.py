@@ -7,8 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from motionlab.config.planar import AXES
 from motionlab.telemetry.channels import CHANNELS, REFERENCES
-from motionlab.telemetry.recording import AXES, Divergence, Recording, VariantRecord
+from motionlab.telemetry.recording import Divergence, Recording, VariantRecord
 from motionlab.trajectory.reference import Interval, Reference
 
 NAMES = [channel.name for channel in CHANNELS]

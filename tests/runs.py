@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.load import load_scenario
-from motionlab.simulation.run import Prepared, prepare, run
+from motionlab.config.planar import AXES
+from motionlab.simulation.prepare import Prepared, prepare
+from motionlab.simulation.run import run
 from motionlab.telemetry.recording import Recording
-
-AXES = ("x", "y")
 
 FRICTIONLESS: dict[str, Any] = {
     f"{part}.{axis}.friction.enabled": False
@@ -30,6 +30,15 @@ IDEAL: dict[str, Any] = FRICTIONLESS | {
 
 SHORT: dict[str, Any] = {"trajectory.laps": 1, "trajectory.lead_in": 0.5}
 """Changes to `circle`: one lap, to be quick."""
+
+
+def true_map(plant: str) -> dict[str, Any]:
+    """Return changes to `circle` that give variant A the force map of a shipped motor."""
+    motor = load_scenario("circle", {"plant": plant}).plant
+    return {
+        f"variants.A.controller.model.{axis}.force_map": getattr(motor, axis).force_map.model_dump()
+        for axis in AXES
+    }
 
 
 class Played(NamedTuple):

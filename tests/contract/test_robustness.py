@@ -11,11 +11,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from motionlab.config.load import load_scenario, parse_assignments
+from motionlab.config.changes import parse_assignments
+from motionlab.config.load import load_scenario
 from motionlab.errors import ConfigError, Infeasible
 from motionlab.lanes import cache
+from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
-from motionlab.simulation.run import prepare, run
+from motionlab.simulation.run import run
 from motionlab.telemetry import recorder
 from tests.recordings import noise
 

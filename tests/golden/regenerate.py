@@ -16,8 +16,9 @@ from typing import Any
 
 from motionlab.config.load import load_scenario
 from motionlab.config.shipped import names
+from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
-from motionlab.simulation.run import prepare, run
+from motionlab.simulation.run import run
 
 FILE = Path(__file__).with_name("golden.json")
 METRICS = ("max_abs_following_error", "rms_following_error")

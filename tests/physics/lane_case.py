@@ -10,13 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.control.compensation import OBSERVER, OFF, Compensation
+from motionlab.control.notch import PASS
 from motionlab.control.position import PositionController
+from motionlab.control.sharing import CLOSED_FORM
 from motionlab.lanes import WIDTH
 from motionlab.plant.current import Amplifiers
 from motionlab.plant.encoder import Encoder
 from motionlab.plant.friction import LuGre
 from motionlab.plant.magnetics import ForceMap
 from motionlab.plant.mechanics import Mechanics
+from motionlab.plant.resonance import sampled
+from motionlab.plant.table import ANALYTIC
 from motionlab.simulation.kernel import (
     INPUT_ROWS,
     PARAMETER_ROWS,
@@ -82,6 +86,7 @@ def lane(axis: Axis, law: float = OFF, changes: Mapping[str, float] | None = Non
             stop_stiffness=1e7,
             stop_damping=1e4,
         ),
+        resonance=sampled(frequency=150.0, damping=0.02, coupling=0.0, mass=axis.M, h=H),
         controller=PositionController(
             k_p=axis.k_p,
             k_d=axis.k_d,
@@ -93,6 +98,7 @@ def lane(axis: Axis, law: float = OFF, changes: Mapping[str, float] | None = Non
             delay=0.0,
             ideal_force=0.0,
         ),
+        notch=PASS,
         compensation=Compensation(
             law=law,
             enabled=float(law != OFF),
@@ -105,6 +111,9 @@ def lane(axis: Axis, law: float = OFF, changes: Mapping[str, float] | None = Non
         model_friction=friction,
         model_force_map=force_map,
         limits=Limits(current=nominal.PEAK_CURRENT, error=0.02),
+        table=ANALYTIC,
+        model_table=ANALYTIC,
+        sharing=CLOSED_FORM,
     )
     return changed(parameters, changes or {})
 

@@ -13,9 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.control.compensation import CANUDAS_DE_WIT, OBSERVER, OFF, PUBLISHED, RESIDUAL
+from motionlab.control.notch import sampled_notch
 from motionlab.simulation.kernel import INPUT_ROWS, Inputs, Parameters
 from tests.physics.lane_case import Array, at_rest, circle, inputs, lane, rows, run
 from tests.physics.nominal import X, Y
+from tests.physics.table_case import table_lanes
 
 TICKS = 400
 
@@ -29,12 +31,14 @@ _IMPERFECT = {
     "amplifiers.offset_c": -0.05,
     "encoder.sde_amplitude": 40e-9,
     "friction.F_s": 3.0,
+    "resonance.compliance": -1e-7,
 }
+_NOTCH = sampled_notch(frequency=250.0, damping=0.35, gain=0.1)._asdict()
 _EVERYTHING = {
     "controller.feedforward": 1.0,
     "controller.observer": 1.0,
     "compensation.from_reference": 1.0,
-}
+} | {f"notch.{key}": value for key, value in _NOTCH.items()}
 _FOUR = (
     (RESIDUAL, {"compensation.z_limit": 4e-5} | _EVERYTHING),
     (CANUDAS_DE_WIT, {"compensation.gain": 300.0, "controller.ideal_force": 1.0}),
@@ -77,7 +81,12 @@ def played(parameters: list[Parameters]) -> dict[str, NDArray[Any]]:
 def results() -> dict[str, NDArray[Any]]:
     """Return what the test compares, by name."""
     named: dict[str, NDArray[Any]] = {}
-    cases = {"exact": lanes(0.0), "counts": lanes(50e-9), "published": published_lanes()}
+    cases = {
+        "exact": lanes(0.0),
+        "counts": lanes(50e-9),
+        "published": published_lanes(),
+        "tables": table_lanes(0.0),
+    }
     for name, case in cases.items():
         for key, value in played(case).items():
             named[f"{name}_{key}"] = value

@@ -9,12 +9,13 @@ import pytest
 
 from motionlab.build import initial_state, lane_parameters
 from motionlab.config.load import load_scenario
+from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.simulation.kernel import SAMPLE_ROWS, run_ticks
 from motionlab.simulation.noise import PAGE, page_inputs
-from motionlab.simulation.run import prepare
+from motionlab.simulation.prepare import prepare
 from motionlab.simulation.timeline import Timeline
-from tests.runs import AXES, SHORT, Played, play, same_bits
+from tests.runs import SHORT, Played, play, same_bits
 
 LUGRE = {"compensation.law": "lugre-observer"}
 RESIDUAL = {"compensation.law": "residual-k"}

@@ -8,6 +8,7 @@ import pytest
 from motionlab.lanes import WIDTH
 from tests.physics.lane_case import Array, changed, rows, run
 from tests.physics.many_lanes import lanes, ride
+from tests.physics.table_case import table_lanes
 
 
 def samples_of(parameters: Array, pieces: int = 1) -> np.ndarray:
@@ -68,3 +69,25 @@ def test_bits_do_not_depend_on_failing_neighbours(
     assert (samples[:, :, place] == expected[:, :, place]).all()
     others = np.delete(samples, place, axis=2).view(np.float32)
     assert np.isnan(others).any()
+
+
+@pytest.mark.parametrize("place", range(WIDTH))
+def test_bits_do_not_depend_on_who_reads_tables(
+    place: int, parameters: Array, expected: np.ndarray
+) -> None:
+    """A lane is alone, then among lanes with force maps of the other kind."""
+    tabled = rows(table_lanes(50e-9))
+    twins = np.repeat(tabled[:, place : place + 1], WIDTH, axis=1)
+    alone = samples_of(twins)[:, :, place]
+    mixed = np.where(np.arange(WIDTH) == place, tabled, parameters)
+    found = samples_of(np.ascontiguousarray(mixed))
+    assert (found[:, :, place] == alone).all()
+    others = np.arange(WIDTH) != place
+    assert (found[:, :, others] == expected[:, :, others]).all()
+
+
+def test_bits_of_lanes_with_tables_do_not_depend_on_their_place() -> None:
+    tabled = rows(table_lanes(50e-9))
+    order = (2, 1, 0, 3, 6, 7, 4, 5)
+    moved = samples_of(np.ascontiguousarray(tabled[:, order]))
+    assert (moved == samples_of(tabled)[:, :, order]).all()

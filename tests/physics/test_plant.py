@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from motionlab.config.load import load_scenario
+from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.telemetry.channels import CHANNELS
-from tests.runs import AXES, FRICTIONLESS, SHORT, Played, play, same_bits
+from tests.runs import FRICTIONLESS, SHORT, Played, play, same_bits
 
 PHASES = ("a", "b", "c")
 SINE: dict[str, Any] = {

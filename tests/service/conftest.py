@@ -10,12 +10,13 @@ import httpx
 import pytest
 
 from motionlab.service.settings import Settings
-from tests.service.live import Live
+from tests.service.live import Live, Stream
 from tests.service.openapi import Contract
 from tests.service.servers import PATIENCE, Server
 
 MakeServer = Callable[[Settings], Server]
 MakeLive = Callable[..., Live]
+Connect = Callable[..., Stream]
 
 
 @pytest.fixture(scope="session")
@@ -68,3 +69,16 @@ def make_live(client: httpx.Client) -> Iterator[MakeLive]:
 def live(make_live: MakeLive) -> Live:
     """Return a session of the circle, paused at tick 0."""
     return make_live()
+
+
+@pytest.fixture
+def connect(server: Server, live: Live) -> Iterator[Connect]:
+    """Open streams of the session, greeted, that are closed when the test is over."""
+    with contextlib.ExitStack() as ended:
+
+        def make(**options: Any) -> Stream:
+            stream = ended.enter_context(Stream(server, live.id, **options))
+            stream.message("hello")
+            return stream
+
+        yield make

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import json
+import re
+import socket
+import struct
+import threading
 import time
 from collections.abc import Callable, Sequence
 from types import TracebackType
@@ -29,6 +34,13 @@ def until(holds: Callable[[], bool]) -> None:
     while not holds():
         assert time.monotonic() < end, "it never came to pass"
         time.sleep(0.01)
+
+
+def counted(client: httpx.Client, name: str) -> float:
+    """Return a count of /metrics."""
+    match = re.search(rf"^psrm_{name} (\S+)$", client.get("/metrics").text, re.MULTILINE)
+    assert match is not None, name
+    return float(match[1])
 
 
 class Live:
@@ -122,8 +134,10 @@ class Stream:
     """
 
     def __init__(self, server: Server, session_id: str, **options: Any) -> None:
-        self.socket = connect(
-            server.stream(session_id), compression=None, max_size=None, proxy=None, **options
+        address = server.stream(session_id)
+        self._ended = contextlib.ExitStack()
+        self.socket = self._ended.enter_context(
+            connect(address, compression=None, max_size=None, proxy=None, **options)
         )
 
     def __enter__(self) -> Self:
@@ -135,7 +149,19 @@ class Stream:
         value: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        self.socket.close()
+        self.close()
+
+    def close(self) -> None:
+        """Leave."""
+        self._ended.close()
+
+    def cut(self) -> None:
+        """Be gone without a word, as when a machine loses its power."""
+        connection = self.socket.socket
+        with contextlib.suppress(OSError):  # the server may have gone first
+            connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+            connection.shutdown(socket.SHUT_RD)
+        connection.close()
 
     def send(self, **message: Any) -> None:
         """Send a JSON message."""
@@ -200,3 +226,44 @@ class Stream:
         except TimeoutError:
             return True
         return False
+
+
+class Reader:
+    """A client that takes everything in and acknowledges it, in a thread of its own.
+
+    Parameters
+    ----------
+    stream : Stream
+        Subscribed to something.
+    """
+
+    def __init__(self, stream: Stream) -> None:
+        self.frames: list[Frame] = []
+        self.messages: list[dict[str, Any]] = []
+        self._stream = stream
+        self._until: int | None = None
+        self._thread = threading.Thread(target=self._read, name="reader")
+        self._thread.start()
+
+    def finish(self, tick: int) -> None:
+        """Wait until every tick before `tick` has come."""
+        self._until = tick
+        self._thread.join(PATIENCE)
+        assert not self._thread.is_alive()
+
+    @property
+    def end(self) -> int:
+        """The tick after the last that has come."""
+        return self.frames[-1].first_tick + self.frames[-1].columns.shape[1] if self.frames else 0
+
+    def _read(self) -> None:
+        while self._until is None or self.end < self._until:
+            try:
+                got = self._stream.receive(0.1)
+            except TimeoutError:
+                continue
+            if isinstance(got, Frame):
+                self._stream.ack(got)
+                self.frames.append(got)
+            else:
+                self.messages.append(got)

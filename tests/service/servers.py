@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import socket
 import threading
 from collections.abc import Coroutine
 from typing import Any, TypeVar
@@ -12,12 +11,11 @@ import uvicorn
 from fastapi import FastAPI
 
 from motionlab.service.app import create_app
+from motionlab.service.serve import configuration, listen
 from motionlab.service.settings import Settings
 
-PATIENCE = 30.0
+PATIENCE = 120.0
 """Seconds after which a test gives up; nothing is expected to take a noticeable part of it."""
-
-SEND_BUFFER = 64 * 1024  # bytes, as `motionlab serve` sets it
 
 T = TypeVar("T")
 
@@ -33,18 +31,9 @@ class Server:
 
     def __init__(self, settings: Settings | None = None) -> None:
         self.app: FastAPI = create_app(settings)
-        # As `motionlab serve` listens: asyncio sends at once only where the protocol is named.
-        self._listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
-        self._listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
-        self._listener.bind(("127.0.0.1", 0))
+        self._listener = listen("127.0.0.1", 0)
         self.port: int = self._listener.getsockname()[1]
-        config = uvicorn.Config(
-            self.app,
-            log_level="critical",
-            ws="websockets-sansio",
-            ws_per_message_deflate=False,
-            timeout_graceful_shutdown=5,
-        )
+        config = configuration(self.app, log_level="critical")
         self._uvicorn = uvicorn.Server(config)
         self.loop = asyncio.new_event_loop()
         self._started = threading.Event()
@@ -63,6 +52,22 @@ class Server:
     def call(self, work: Coroutine[Any, Any, T]) -> T:
         """Return what `work` returns in the server's event loop."""
         return asyncio.run_coroutine_threadsafe(work, self.loop).result(PATIENCE)
+
+    @property
+    def listeners(self) -> int:
+        """Streams of all sessions."""
+        return sum(len(session.listeners) for session in self.app.state.sessions.all())
+
+    @property
+    def unsent(self) -> list[int]:
+        """Bytes that wait in this process for each connection, until the kernel takes them."""
+
+        async def count() -> list[int]:
+            connections = self._uvicorn.server_state.connections
+            transports = [c.transport for c in connections]  # pyright: ignore
+            return [t.get_write_buffer_size() for t in transports if t is not None]
+
+        return self.call(count())
 
     def stop(self) -> None:
         """End the server and wait until it is gone."""

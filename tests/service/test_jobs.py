@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import json
+import math
+from pathlib import Path
 from typing import Any
 
 import httpx
+import pytest
 
 from motionlab.service.settings import Settings
 from tests.service.conftest import MakeServer
@@ -72,6 +76,14 @@ def test_a_run_just_short_enough_is_answered_at_once(make_server: MakeServer) ->
         assert client.post(f"{API}/simulate", json=longer).status_code == 202
 
 
+def test_many_variants_count_as_time(make_server: MakeServer) -> None:
+    server = make_server(Settings(direct_work_max=7.0))
+    third = QUICK["set"] | {"variants.C": {"label": "C", "controller": "pd"}}
+    with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
+        assert client.post(f"{API}/simulate", json=QUICK).status_code == 200
+        assert client.post(f"{API}/simulate", json={"set": third}).status_code == 202
+
+
 def test_bad_input_becomes_no_job(client: httpx.Client) -> None:
     body = {"set": {"plant.x.mass": -1.0}}
     response = client.post(f"{API}/simulate", json=body, headers=ASYNC)
@@ -84,7 +96,7 @@ def test_a_job_that_is_not_there(client: httpx.Client) -> None:
 
 
 def test_a_full_queue(make_server: MakeServer) -> None:
-    server = make_server(Settings(jobs_max=2, jobs_kept=2))
+    server = make_server(Settings(jobs_at_once=1, jobs_max=2, jobs_kept=2))
     with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
         running, waiting = submit(client, LONG), submit(client, LONG)
         until(lambda: state(client, running) == "running")
@@ -106,6 +118,52 @@ def test_a_full_queue(make_server: MakeServer) -> None:
             until(lambda last=last: state(client, last) == "done")
         assert client.get(running).status_code == 404
         assert state(client, last) == "done"
+
+
+def test_jobs_are_listed_and_recorded(
+    make_server: MakeServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("MOTIONLAB_DATA", str(tmp_path))
+    with httpx.Client(base_url=make_server(Settings()).url, timeout=PATIENCE) as client:
+        first, second = submit(client, QUICK), submit(client, {"set": QUICK["set"] | {"seed": 2}})
+        until(lambda: state(client, first) == "done" and state(client, second) == "done")
+        cancelled = submit(client, LONG)
+        client.delete(cancelled)
+        report = client.get(first).json()
+        assert report["kind"] == "simulate"
+        assert report["request"] == {"scenario": "circle", **QUICK}
+        assert report["elapsed"] > 0.0
+        assert report["remaining"] is None
+        listed = client.get(f"{API}/jobs").json()
+        ids = [f"{API}/jobs/{job['id']}" for job in listed]
+        assert ids == [cancelled, second, first]  # the newest first
+        assert {"result", "partial"}.isdisjoint(listed[0])
+        assert client.get(f"{API}/jobs?kind=identify").json() == []
+        assert client.get(f"{API}/jobs?kind=nothing").status_code == 422
+    # a file that is no record harms nothing
+    (tmp_path / "jobs" / "AAAAAAAAAAAA.jsonl").write_text("{}\n{}\n")
+    summary = next(line for line in listed if f"{API}/jobs/{line['id']}" == first)
+    for letter, damage in (("B", {"created": "2026-01-01T00:00:00"}), ("C", {"elapsed": math.nan})):
+        line = json.dumps(summary | {"id": letter * 12} | damage)
+        (tmp_path / "jobs" / f"{letter * 12}.jsonl").write_text(f"{line}\n{line}\n")
+    with httpx.Client(base_url=make_server(Settings()).url, timeout=PATIENCE) as client:
+        assert client.get(first).json() == report
+        assert client.delete(first).json() == report
+        ids = [f"{API}/jobs/{job['id']}" for job in client.get(f"{API}/jobs").json()]
+        assert ids == [second, first]
+        assert client.get(f"{API}/jobs/AAAAAAAAAAAA").status_code == 404
+        assert client.get(cancelled).status_code == 404
+
+
+def test_a_full_disk_loses_the_record_and_not_the_result(
+    make_server: MakeServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "jobs").write_text("where the folder should be")
+    monkeypatch.setenv("MOTIONLAB_DATA", str(tmp_path))
+    with httpx.Client(base_url=make_server(Settings()).url, timeout=PATIENCE) as client:
+        location = submit(client, QUICK)
+        until(lambda: state(client, location) == "done")
+        assert client.get(location).json()["result"]["scenario"] == "circle"
 
 
 def test_too_many_simulations_at_once(make_server: MakeServer) -> None:

@@ -12,6 +12,7 @@ import pytest
 from motionlab.service.settings import Settings
 from tests.service.conftest import MakeLive, MakeServer
 from tests.service.live import API, Live
+from tests.service.openapi import HEADERS, PROBLEM
 
 MASS = "plant.x.mass"
 JSON = {"content-type": "application/json"}
@@ -369,3 +370,19 @@ def test_a_refusal_leaves_nothing_behind(client: httpx.Client, make_live: MakeLi
     refused(client.post(f"{API}/sessions", json={"set": {MASS: -1.0}}))
     assert client.get(f"{API}/sessions").json() == before
     assert live.id in {session["id"] for session in before}
+
+
+def test_what_fails_in_the_server_is_a_problem_too(make_server: MakeServer) -> None:
+    server = make_server(Settings())
+
+    def fail() -> None:
+        raise RuntimeError("a secret")
+
+    server.app.router.add_api_route("/api/v1/fail", fail)
+    server.app.router.routes.insert(0, server.app.router.routes.pop())  # before the page's files
+    response = httpx.get(f"{server.url}/api/v1/fail")
+    assert response.status_code == 500
+    assert response.headers["content-type"] == PROBLEM
+    assert "secret" not in response.text
+    for name, value in HEADERS.items():
+        assert response.headers[name] == value

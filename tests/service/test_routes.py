@@ -23,6 +23,7 @@ from tests.service.openapi import Contract
 
 DOCS = Path(__file__).parents[2] / "docs"
 CHANGE = {"set": {"plant.x.mass": 6.0}}
+PATH = {"kind": "path", "points": [[0.0, 0.0], [0.01, 0.02]], "v_max": 0.1, "a_max": 1.0}
 
 
 def test_health(client: httpx.Client) -> None:
@@ -67,6 +68,35 @@ def test_every_route_answers_as_documented(
         ("GET", "/schema", {}, 200),
         ("POST", "/simulate", {"json": {}}, 200),
         ("POST", "/whatif", {"json": {}}, 200),
+        ("POST", "/loop", {"json": {"scenario": "circle-published-k"}}, 200),
+        ("POST", "/trajectories/check", {"json": {"trajectory": PATH}}, 200),
+        ("POST", "/trajectories/slow", {"json": {"trajectory": PATH}}, 200),
+        ("GET", "/trajectories", {}, 200),
+        ("GET", "/trajectories/circle", {}, 200),
+        ("PUT", "/trajectories/circle", {"json": PATH}, 409),
+        ("DELETE", "/trajectories/nowhere", {}, 404),
+        ("POST", "/design", {"json": {}}, 200),
+        ("POST", "/design/platform", {"json": {"cells": 8}}, 200),
+        ("POST", "/design/sharing", {"json": {}}, 200),
+        ("GET", "/maps", {}, 200),
+        ("GET", "/maps/new-design", {}, 200),
+        ("GET", "/maps/new-design/file", {}, 200),
+        ("GET", "/maps/new-design/fit", {}, 200),
+        ("DELETE", "/maps/new-design", {}, 409),
+        ("POST", "/maps", {"json": {"preset": "preview", "geometry": {"g": 0.000317}}}, 202),
+        ("POST", "/maps/preview?positions=5&currents=2", {"json": {}}, 200),
+        ("POST", "/maps/field", {"json": {"columns": 40}}, 200),
+        ("POST", "/identify/plan", {"json": {}}, 200),
+        ("POST", "/montecarlo", {"json": {"cases": 2}}, 202),
+        ("GET", "/paper", {}, 200),
+        ("POST", "/reproduce", {"json": {"only": ["sizing"]}}, 202),
+        ("POST", "/identify", {"json": {"presliding": {"enabled": False}}}, 202),
+        ("POST", "/tune", {"json": {"scenario": "circle", "starts": 1, "evaluations": 10}}, 202),
+        ("POST", "/landscape", {"json": {"scenario": "circle", "points": 8}}, 202),
+        ("POST", "/loop/response", {"json": {"scenario": "circle"}}, 200),
+        ("POST", "/loop/accuracy", {"json": {"scenario": "circle"}}, 200),
+        ("POST", "/loop/sweep", {"json": {"frequencies": [20.0]}}, 202),
+        ("GET", "/jobs?kind=identify", {}, 200),
         ("GET", f"/jobs/{job}", {}, 200),
         ("DELETE", f"/jobs/{job}", {}, 200),
         ("POST", "/sessions", {"json": {"scenario": "nowhere"}}, 422),

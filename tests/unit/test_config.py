@@ -9,7 +9,9 @@ from typing import Any
 
 import pytest
 
-from motionlab.config.load import load_scenario, parse_assignments, phases
+from motionlab.config.changes import parse_assignments
+from motionlab.config.force_map import ForceMapConfig
+from motionlab.config.load import load_scenario, phases
 from motionlab.config.shipped import config_root, names, read
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.errors import ConfigError
@@ -18,6 +20,7 @@ SCENARIOS = [
     "circle",
     "circle-matched",
     "circle-published-k",
+    "circle-resonant",
     "fig5",
     "pentagram",
     "rhombus",
@@ -40,7 +43,7 @@ CIRCLE = {"plant": "nominal", "trajectory": "circle", "variants": {"A": {"contro
 
 def test_what_ships() -> None:
     assert names("scenarios") == SCENARIOS
-    assert names("motors") == ["as-measured", "matched", "nominal"]
+    assert names("motors") == ["as-measured", "matched", "matched-resonant", "nominal"]
 
 
 @pytest.mark.parametrize("name", SCENARIOS)
@@ -125,6 +128,7 @@ def test_a_base_is_merged_table_by_table(tmp_path: Path) -> None:
     assert scenario.plant.name == "matched"
     assert scenario.plant.x.friction.F_s == 4.5
     assert scenario.plant.x.friction.F_c == 0.2399  # from nominal, through as-measured and matched
+    assert isinstance(scenario.plant.x.force_map, ForceMapConfig)
     assert scenario.plant.x.force_map.F_pk == 38.4
     assert scenario.trajectory.kind == "circle"
     assert scenario.trajectory.laps == 5
@@ -139,6 +143,7 @@ def test_a_model_may_start_from_a_motor() -> None:
     scenario = load_scenario("circle", {"variants.B.controller.model": "matched"})
     model = scenario.variants["B"].controller.model
     assert model.x.friction == load_scenario("circle-matched").plant.x.friction
+    assert isinstance(model.x.force_map, ForceMapConfig)
     assert model.x.force_map.F_pk == 38.4
 
 

@@ -65,10 +65,11 @@ class RingAgainstList(RuleBasedStateMachine):
 test_ring_against_a_list = RingAgainstList.TestCase
 
 
-def test_what_was_read_is_not_overwritten():
+@pytest.mark.parametrize("columns", [[0], slice(None)])
+def test_what_was_read_is_not_overwritten(columns):
     ring = Ring(1, 4)
     ring.append(np.arange(4, dtype=np.float32)[None])
-    before = ring.read([0], 0, 4)
+    before = ring.read(columns, 0, 4)
     ring.append(np.full((1, 4), 9, dtype=np.float32))
     assert before.tolist() == [[0, 1, 2, 3]]
 

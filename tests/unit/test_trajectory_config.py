@@ -56,6 +56,16 @@ points = [[0, 0], [0.01, 0.02], [0.03, -0.01]]
 v_max = 0.1
 a_max = 1.0
 [[motion]]
+kind = "path"
+points = [[0, 0], [0.01, 0.02], [0.03, -0.01]]
+closed = true
+geometry = "spline"
+law = "jerk_limited"
+v_max = 0.1
+a_max = 1
+j_max = 20
+laps = 2
+[[motion]]
 kind = "sequence"
 parts = [
     { kind = "point" },

@@ -11,7 +11,7 @@ from pydantic import TypeAdapter
 
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.errors import Infeasible
-from motionlab.trajectory.feasibility import Limits, check, count_rate_warning
+from motionlab.trajectory.feasibility import MotionLimits, check, count_rate_warning
 from motionlab.trajectory.reference import sample
 
 ADAPTER = TypeAdapter(TrajectoryConfig)
@@ -30,7 +30,7 @@ def friction(axis, velocity):
     return np.sign(velocity) * stribeck + sigma_2 * velocity
 
 
-LIMITS = Limits(
+LIMITS = MotionLimits(
     stroke=(0.085, 0.145),
     v_max=(1.0, 1.0),
     a_max=(7.31, 3.1),
@@ -73,7 +73,7 @@ def test_the_papers_trajectories_are_feasible_without_a_warning(table):
     assert count_rate_warning(ref, "x", resolution=50e-9, rate=1.25e6) is None
 
 
-def refusal(*, limits: Limits = LIMITS, **table: object) -> Infeasible:
+def refusal(*, limits: MotionLimits = LIMITS, **table: object) -> Infeasible:
     with pytest.raises(Infeasible) as caught:
         check(reference(**table), limits)
     return caught.value

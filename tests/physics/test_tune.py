@@ -1,0 +1,301 @@
+"""Tuning on the simulated motor: the edge of stability, candidates, the landscape."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from motionlab.analysis.frequency import margins
+from motionlab.config.load import load_scenario
+from motionlab.config.scenario import Scenario
+from motionlab.errors import ConfigError
+from motionlab.simulation.family import LoopFamily, with_gains
+from motionlab.simulation.linear import SLIDING, linearise
+from motionlab.simulation.prepare import prepare
+from motionlab.simulation.result import document
+from motionlab.simulation.run import run
+from motionlab.tune.document import LandscapeDocument, TuneDocument
+from motionlab.tune.edge import stability_edge
+from motionlab.tune.landscape import landscape
+from motionlab.tune.problem import plan
+from motionlab.tune.request import LandscapeRequest, TuneRequest, read_request
+from motionlab.tune.search import tune
+from tests.runs import IDEAL
+
+SHORT: dict[str, Any] = {"trajectory.frequency": 2.0, "trajectory.radius": 0.002}
+FREE = {"gain_margin": None, "phase_margin": None, "saturated": None}
+"""No constraint but stability."""
+
+
+def searched(**request: Any) -> TuneDocument:
+    changes = SHORT | request.pop("set", {})
+    wanted = {"scenario": "circle", "starts": 2, "evaluations": 60, **request, "set": changes}
+    return tune(plan(read_request(TuneRequest, wanted)))
+
+
+def mapped(**request: Any) -> LandscapeDocument:
+    wanted = {"scenario": "circle", "points": 8, **request}
+    return landscape(plan(read_request(LandscapeRequest, wanted)))
+
+
+def sliding(scenario: Scenario, axis: str) -> float:
+    return SLIDING * getattr(scenario.plant, axis).friction.v_s
+
+
+# -- the loops over the gains ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("law", ["pd", "lugre-full", "residual-k", "canudas-de-wit"])
+@pytest.mark.parametrize("delay", [0, 1])
+@pytest.mark.parametrize("plant", ["nominal", "matched-resonant"])
+def test_a_family_holds_the_loop_of_any_gains(law: str, delay: int, plant: str) -> None:
+    changes = {"variants.B.controller": law, "variants.B.controller.delay": delay}
+    scenario = load_scenario("circle", changes | {"plant": plant})
+    family = LoopFamily.of(scenario, "B", "x")
+    for k_p, k_d in ((2e5, 1530.0), (8.1e5, 1643.0), (1.1e6, 2900.0), (4e4, 800.0)):
+        changed = with_gains(scenario, "B", "x", k_p, k_d)
+        loop = linearise(changed, "B", "x", v=sliding(scenario, "x"))
+        poles = np.abs(np.linalg.eigvals(loop.closed())).max()
+        assert family.radius(np.array(k_p), np.array(k_d)) == pytest.approx(poles, rel=1e-9)
+        if poles >= 1.0:
+            continue
+        exact, read = margins(loop.open), family.figures(k_p, k_d)
+        ways = [exact.gain_margin, exact.gain_reduction and 1.0 / exact.gain_reduction]
+        least = min((factor for factor in ways if factor is not None), default=math.inf)
+        assert read.gain_margin == pytest.approx(least, rel=5e-3)
+        assert read.phase_margin == pytest.approx(exact.phase_margin, abs=3e-3)
+        assert pytest.approx(exact.Ms, rel=2e-2) == read.Ms
+
+
+def test_the_edge_lies_where_the_largest_pole_has_modulus_one() -> None:
+    family = LoopFamily.of(load_scenario("circle"), "B", "y")
+    k_p, k_d = np.geomspace(1e4, 3e7, 24), np.geomspace(1e2, 1e5, 24)
+    lines = stability_edge(family, k_p, k_d)
+    assert len(lines) == 1
+    p, d = lines[0].T
+    np.testing.assert_allclose(family.radius(p, d), 1.0, atol=1e-5)
+    # every change of stability between neighbours of the grid has its place on the line
+    stable = family.radius(*np.meshgrid(k_p, k_d)) < 1.0
+    changes = (stable[1:] != stable[:-1]).sum() + (stable[:, 1:] != stable[:, :-1]).sum()
+    assert len(lines[0]) == changes
+
+
+WITHIN = 0.9996
+"""No modulus is less than 0.9995: without friction a bristle without effect has a pole there."""
+
+
+@pytest.mark.parametrize("axis", ["x", "y"])
+def test_the_simulation_runs_away_beyond_the_edge_and_not_within_it(axis: str) -> None:
+    """Steps kick a motor without friction or quanta: a pole of 1.003 grows by e^66 in 11 s."""
+    changes = {**IDEAL, "divergence_error": 3e-6, "variants.B.controller": "pd"}
+    changes |= {"variants.B.controller.force_limit": 1000.0}
+    scenario = load_scenario(f"stair-{axis}-500nm", changes)
+    family = LoopFamily.of(scenario, "B", axis)
+    edge = stability_edge(family, np.geomspace(1e4, 3e7, 24), np.geomspace(1e2, 1e5, 24))
+    judged: set[bool] = set()
+    for k_p, k_d in np.concatenate(edge)[2:-2:10]:
+        near = np.geomspace(0.5 * k_p, 2.0 * k_p, 200)
+        radius = family.radius(near, np.full_like(near, k_d))
+        for beyond, there in ((False, radius < WITHIN), (True, np.abs(radius - 1.003) < 1e-3)):
+            if not there.any():
+                continue  # the edge runs along k_p here
+            closest = near[there][np.abs(np.log(near[there] / k_p)).argmin()]
+            tried = with_gains(scenario, "B", axis, float(closest), float(k_d))
+            record = run(prepare(tried)).variants["B"]
+            assert (record.diverged is not None) == beyond, (closest, k_d)
+            judged.add(beyond)
+    assert judged == {False, True}
+
+
+# -- the search -----------------------------------------------------------------------------------
+
+
+def test_where_none_holds_a_constraint_the_one_that_violates_it_least_comes_first() -> None:
+    found = searched(axis="x", starts=5, evaluations=10, constraints=FREE | {"force": 0.01})
+    candidates = found.groups[0].candidates
+    assert all(len(candidate.violations) == 1 for candidate in candidates)
+    motor = found.plants[0]
+    forces = [candidate.axes["x"].metrics[motor].force or math.inf for candidate in candidates]
+    assert forces == sorted(forces)
+    costs = [candidate.cost or math.inf for candidate in candidates]
+    assert costs != sorted(costs), "the order of costs is another one"
+    assert found.set == {}
+
+
+def test_a_search_betters_the_present_gains_within_every_constraint() -> None:
+    found = searched()
+    assert [group.axes for group in found.groups] == [["x"], ["y"]]
+    for group in found.groups:
+        best, present = group.candidates[0], group.present
+        assert best.violations == []
+        assert best.cost is not None and present.cost is not None
+        assert best.cost < 0.5 * present.cost
+        ((axis, tuned),) = best.axes.items()
+        assert tuned.margins is not None and tuned.margins.stable
+        assert tuned.margins.gain_margin is not None and tuned.margins.gain_margin >= 1.99
+        assert tuned.margins.phase_margin is not None and tuned.margins.phase_margin >= 0.52
+        assert found.set[f"variants.B.controller.{axis}.k_p"] == tuned.k_p
+
+
+def test_a_candidate_has_the_metrics_of_a_run_with_its_gains() -> None:
+    found = searched(plants=["matched"])
+    for plant in ("nominal", "matched"):
+        window = dict(zip(("start", "end"), found.window, strict=True))
+        changes = SHORT | found.set | {"plant": plant, "window": window}
+        prepared = prepare(load_scenario("circle", changes))
+        axes = document(prepared, run(prepared))["variants"]["B"]["axes"]
+        for group in found.groups:
+            for axis, tuned in group.candidates[0].axes.items():
+                metrics = tuned.metrics[plant]
+                assert metrics.peak == axes[axis]["max_abs_following_error"]
+                assert metrics.rms == axes[axis]["rms_following_error"]
+                assert metrics.effort == axes[axis]["rms_force"]
+                assert metrics.saturated == axes[axis]["saturated_fraction"]
+
+
+def test_the_worst_motor_decides() -> None:
+    found = searched(plants=["matched"], axis="x", objective={"peak": 1.0})
+    candidate = found.groups[0].candidates[0]
+    peaks = [metrics.peak for metrics in candidate.axes["x"].metrics.values()]
+    assert found.plants == ["nominal", "matched"]
+    assert candidate.cost == pytest.approx(max(peak for peak in peaks if peak is not None) * 1e6)
+
+
+def test_the_same_request_gives_the_same_document() -> None:
+    assert searched(axis="x") == searched(axis="x")
+
+
+def test_x_is_tuned_alike_whether_y_is_tuned_beside_it() -> None:
+    alone, both = searched(axis="x"), searched()
+    assert alone.groups[0].candidates[0] == both.groups[0].candidates[0]
+
+
+def test_without_margins_the_gains_run_to_the_edge() -> None:
+    """On a rigid motor nothing but the edge punishes stiffness."""
+    bound, free = searched(axis="x"), searched(axis="x", constraints=FREE)
+    k_p = [found.groups[0].candidates[0].axes["x"].k_p for found in (bound, free)]
+    assert k_p[1] > 1.5 * k_p[0] > 5.0 * 200300.0
+
+
+def test_an_observer_is_tuned_with_both_axes_together() -> None:
+    bandwidth = "disturbance_observer.bandwidth"
+    found = searched(
+        set={"variants.B.controller": "lugre-full"}, also={bandwidth: [5.0, 300.0]}, starts=1
+    )
+    (group,) = found.groups
+    assert group.axes == ["x", "y"]
+    (candidate,) = group.candidates
+    assert candidate.set[f"variants.B.controller.{bandwidth}"] == candidate.also[bandwidth]
+    assert candidate.also[bandwidth] != 30.0
+    assert 5.0 <= candidate.also[bandwidth] <= 300.0
+
+
+def test_an_unstable_start_is_told_with_its_limit_and_left() -> None:
+    found = searched(axis="x", set={"variants.B.controller.x.k_p": 6e6})
+    (warning,) = found.warnings
+    assert "variants.B.controller.x.k_p = 6e+06 N/m" in warning
+    assert "edge of stability" in warning
+    group = found.groups[0]
+    assert any("unstable" in violation for violation in group.present.violations)
+    assert group.candidates[0].violations == []
+
+
+def test_a_search_that_betters_nothing_says_so_and_sets_nothing() -> None:
+    best = searched(axis="x").set
+    again = searched(axis="x", set=best, starts=1, evaluations=10)
+    assert again.set == {}
+    assert any("no start betters the present gains" in warning for warning in again.warnings)
+
+
+def test_constraints_that_nothing_holds_are_told() -> None:
+    found = searched(axis="x", constraints={"phase_margin": 3.0}, starts=1, evaluations=20)
+    assert found.set == {}
+    assert any("no start holds every constraint" in warning for warning in found.warnings)
+
+
+def test_a_law_without_linearisation_is_tuned_by_simulation_alone() -> None:
+    changes = SHORT | {"variants.B.controller": "published-k"}
+    found = searched(axis="x", set=changes, constraints=FREE, starts=1, evaluations=20)
+    assert any("no linearisation" in warning for warning in found.warnings)
+    assert found.groups[0].candidates[0].axes["x"].margins is None
+
+
+def test_a_cancelled_search_ends() -> None:
+    class Cancelled(Exception):
+        pass
+
+    def cancel(share: float, _partial: object) -> None:
+        if share > 0.1:
+            raise Cancelled
+
+    problem = plan(read_request(TuneRequest, {"scenario": "circle", "set": SHORT}))
+    with pytest.raises(Cancelled):
+        tune(problem, cancel)
+
+
+# -- the landscape --------------------------------------------------------------------------------
+
+
+def test_a_landscape_is_that_of_single_runs_and_grows_finer() -> None:
+    seen: list[tuple[int, int]] = []
+
+    def watch(_share: float, partial: Any) -> None:
+        if partial is not None:
+            seen.append((partial.axes["x"].stride, len(partial.axes["x"].k_p)))
+
+    request = {"scenario": "circle", "set": SHORT, "points": 9, "objective": {"peak": 1.0}}
+    request["bounds"] = {"k_p": [1e5, 1e6], "k_d": [800.0, 4000.0]}
+    found = landscape(plan(read_request(LandscapeRequest, request)), watch)
+    assert seen == [(8, 2), (4, 3), (2, 5)]
+    whole = found.axes["x"]
+    for row, column in ((0, 0), (3, 5), (8, 8)):
+        scenario = load_scenario("circle", SHORT)
+        tried = with_gains(scenario, "B", "x", whole.k_p[column], whole.k_d[row])
+        start, end = found.window
+        window = {"start": start, "end": end}
+        changes = tried.model_dump(mode="json") | {"window": window}
+        prepared = prepare(load_scenario(changes))
+        metrics = document(prepared, run(prepared))["variants"]["B"]["axes"]["x"]
+        peak = metrics["max_abs_following_error"]
+        # the map rounds gains to six digits, which may move a count of the encoder
+        assert whole.cost[row][column] == pytest.approx(peak * 1e6, abs=0.11)
+
+
+def test_the_cost_is_low_within_the_edge_and_high_beyond_it() -> None:
+    found = mapped(set=SHORT, axis="x", points=24, bounds={"k_p": [5e5, 3e7], "k_d": [1e3, 5e3]})
+    landscape_x = found.axes["x"]
+    family = LoopFamily.of(load_scenario("circle", SHORT), "B", "x")
+    grid = np.meshgrid(landscape_x.k_p, landscape_x.k_d)
+    stable = family.radius(*grid) < 1.0
+    cost = np.array([[math.inf if c is None else c for c in row] for row in landscape_x.cost])
+    assert stable.any() and not stable.all()
+    assert cost[stable].max() < 10.0  # um
+    assert np.median(cost[~stable]) > 30.0
+
+
+# -- what is refused ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("request_", "loc"),
+    [
+        ({"bounds": {"k_p": [1e6, 1e5]}}, "bounds.k_p"),
+        ({"objective": {}}, "objective"),
+        ({"objective": {"settling": 1.0}}, "objective.settling"),
+        ({"variant": "C"}, "variant"),
+        ({"axis": "y", "scenario": "stair-x-500nm"}, "axis"),
+        ({"also": {"disturbance_observer.bandwidth": [5, 50]}}, "also.disturbance_observer"),
+        ({"plants": ["nowhere"]}, "plant"),
+        ({"window": {"start": 2.0, "end": 99.0}}, "window.end"),
+        ({"evaluations": 3}, "evaluations"),
+    ],
+)
+def test_a_request_that_cannot_be_carried_out_is_refused(
+    request_: dict[str, Any], loc: str
+) -> None:
+    with pytest.raises(ConfigError) as refused:
+        plan(read_request(TuneRequest, {"scenario": "circle", **request_}))
+    assert any(error.loc.startswith(loc) for error in refused.value.errors), refused.value

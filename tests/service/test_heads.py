@@ -1,0 +1,78 @@
+"""Requests whose head never ends: refused before they fill the memory."""
+
+from __future__ import annotations
+
+import socket
+
+import httpx
+import pytest
+
+from motionlab.service import connection
+from tests.service.servers import PATIENCE, Server
+
+HEAD = b"GET /api/v1/health HTTP/1.1\r\nHost: 127.0.0.1\r\n"
+CHUNKED = (
+    b"POST /api/v1/simulate HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: application/json\r\n"
+    b"Transfer-Encoding: chunked\r\n\r\n"
+)
+PIECE = b"a" * 16 * 1024
+MOST = 64 * connection.HEAD_MAX
+
+
+def _taken(server: Server, start: bytes, *, piece: bytes = PIECE) -> tuple[int, bytes]:
+    """Return how many bytes a server takes after a start, MOST if all, and what it answers."""
+    sent, answer = 0, b""
+    with socket.create_connection(("127.0.0.1", server.port), PATIENCE) as link:
+        try:
+            link.sendall(start)
+            while sent < MOST:
+                link.sendall(piece)
+                sent += len(piece)
+            return sent, b""
+        except (BrokenPipeError, ConnectionResetError):
+            pass
+        try:
+            answer = link.recv(100)
+        except ConnectionResetError:
+            pass
+    return sent, answer
+
+
+@pytest.mark.parametrize(
+    ("start", "piece"),
+    [
+        (HEAD + b"X-Long: ", PIECE),
+        (HEAD, b"X-Many: " + b"a" * 100 + b"\r\n"),
+        (b"GET /", PIECE),
+        (CHUNKED + b"2\r\n{}\r\n0\r\nX-Trailer: ", PIECE),
+        (CHUNKED + b"2;", PIECE),
+    ],
+    ids=["header", "headers", "path", "trailer", "extension"],
+)
+def test_a_head_without_end_is_refused(server: Server, start: bytes, piece: bytes) -> None:
+    assert _taken(server, start, piece=piece)[0] < MOST
+
+
+def test_a_large_body_may_come_in_small_pieces(server: Server, client: httpx.Client) -> None:
+    def body() -> object:
+        yield b'{"scenario":"none"'
+        for _ in range(2000):
+            yield b" " * 100
+        yield b"}"
+
+    headers = {"Content-Type": "application/json"}
+    answer = client.post("/api/v1/simulate", content=body(), headers=headers)  # pyright: ignore
+    assert (answer.status_code, answer.json()["errors"][0]["loc"]) == (422, "scenario")
+
+
+@pytest.mark.parametrize("first", [b"", HEAD + b"X-Slow: a", HEAD + b"\r\n" + HEAD])
+def test_a_head_that_takes_too_long_is_refused(
+    server: Server, monkeypatch: pytest.MonkeyPatch, first: bytes
+) -> None:
+    monkeypatch.setattr(connection, "HEAD_SECONDS", 0.2)
+    with socket.create_connection(("127.0.0.1", server.port), PATIENCE) as link:
+        link.sendall(first)
+        answer = b""
+        while piece := link.recv(1000):  # until the server closes it
+            answer += piece
+    assert answer.rstrip().endswith(b"took more than 0.2 s.")

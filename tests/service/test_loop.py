@@ -1,0 +1,42 @@
+"""The loop over REST is that of the functions, and says where there is none."""
+
+from __future__ import annotations
+
+import httpx
+import pytest
+
+from motionlab.analysis.frequency import margins
+from motionlab.config.load import load_scenario
+from motionlab.simulation.linear import linearise, stability_limits
+from tests.service.live import API
+
+GAIN = {"variants.A.controller.x.k_p": 3_200_000.0, "variants.A.controller.x.k_d": 1500.0}
+
+
+def test_margins_and_limits(client: httpx.Client) -> None:
+    answer = client.post(f"{API}/loop", json={"set": GAIN}).json()["variants"]
+    scenario = load_scenario("circle", GAIN)
+    for variant, axis in (("A", "x"), ("A", "y"), ("B", "x"), ("B", "y")):
+        loop = answer[variant]["axes"][axis]
+        v = 4.0 * getattr(scenario.plant, axis).friction.v_s
+        assert loop["velocity"] == pytest.approx(v)
+        assert loop["stable"]
+        found = vars(margins(linearise(scenario, variant, axis, v=v).open))
+        assert {key: loop[key] for key in found} == pytest.approx(found)
+        limits = stability_limits(scenario, variant, axis)
+        assert (loop["k_p_limit"], loop["k_d_limit"]) == pytest.approx(tuple(limits.values()))
+
+
+def test_an_unstable_loop_is_told_from_its_limit(client: httpx.Client) -> None:
+    high = {"variants.A.controller.x.k_p": 6e6}
+    loop = client.post(f"{API}/loop", json={"set": high}).json()["variants"]["A"]["axes"]["x"]
+    assert not loop["stable"]
+    assert loop["k_p_limit"] < 6e6
+
+
+def test_the_published_law_has_none(client: httpx.Client) -> None:
+    body = {"scenario": "circle-published-k"}
+    answer = client.post(f"{API}/loop", json=body).json()["variants"]
+    assert answer["B"]["axes"] == {}
+    assert "no linearisation" in answer["B"]["note"]
+    assert answer["A"]["note"] is None

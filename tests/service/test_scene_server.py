@@ -1,0 +1,151 @@
+"""A scene's own server: who it speaks to, what it keeps, when it ends."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+
+import httpx
+import numpy as np
+import pytest
+from viser import _viser
+
+from motionlab.scene import feed
+from motionlab.scene.server import SceneServer
+from tests.service.live import until
+from tests.service.servers import PATIENCE
+from tests.service.test_scene import refused
+from tests.service.viewers import Viewer
+
+ORIGIN = "lab://this-test"
+AXES = (feed.Axis(0.085, 7.2e-3, 0.0), feed.Axis(0.145, 7.2e-3, 0.0))
+START = feed.Start(ORIGIN, AXES, {"A": "one", "B": "other"}, [(0.0, 0.0), (0.01, 0.0)])
+
+
+@pytest.fixture(scope="module")
+def scene() -> Iterator[SceneServer]:
+    scene = SceneServer(START)
+    yield scene
+    scene.server.stop()
+
+
+def address(scene: SceneServer) -> str:
+    return f"ws://127.0.0.1:{scene.port}"
+
+
+def pose(seconds: float) -> feed.Values:
+    """Return one pose, different at each time."""
+    values = np.sin(seconds + np.arange(feed.width(2), dtype=np.float32))
+    return (0.01 * values)[None].astype(np.float32)
+
+
+def watching(scene: SceneServer, viewers: int) -> None:
+    until(lambda: len(scene._views) == viewers)
+
+
+@pytest.mark.parametrize("origin", [None, "null", "http://127.0.0.1:8000", "http://evil.example"])
+def test_only_the_lab_is_spoken_to(scene: SceneServer, origin: str | None) -> None:
+    assert refused(lambda: Viewer(address(scene), origin=origin)) == 403
+    headers = {} if origin is None else {"Origin": origin}
+    assert httpx.get(f"http://127.0.0.1:{scene.port}/", headers=headers).status_code == 403
+
+
+def test_it_listens_on_loopback_alone(scene: SceneServer) -> None:
+    with open("/proc/net/tcp") as table:
+        listening = [line.split()[1] for line in table if line.split()[3] == "0A"]
+    own = [place for place in listening if place.endswith(f":{scene.port:04X}")]
+    assert own == [f"0100007F:{scene.port:04X}"]
+
+
+def test_no_share_tunnel_can_be_asked_for(
+    scene: SceneServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened = threading.Event()
+
+    class Tunnel:
+        def __init__(self, *_: object) -> None:
+            opened.set()
+            raise AssertionError("a tunnel was opened")
+
+    monkeypatch.setattr(_viser, "ViserTunnel", Tunnel)
+    with Viewer(address(scene), origin=ORIGIN) as viewer:
+        viewer.look()
+        viewer.send("ShareUrlRequest")
+        assert not opened.wait(0.5)
+        viewer.send("ShareUrlDisconnect")
+        scene.show(pose(0.0))
+        assert viewer.window()
+
+
+def test_what_a_joining_client_goes_through_does_not_grow(scene: SceneServer) -> None:
+    """Viser looks at each number that the shared buffer ever gave out, for each that joins."""
+    shared = scene.server._websock_server.get_message_buffer()
+    with Viewer(address(scene), origin=ORIGIN) as viewer:
+        viewer.look()
+        watching(scene, 1)
+        before = shared.message_counter
+        for tick in range(300):
+            scene.show(pose(0.01 * tick))
+        viewer.positions("/lab/A/y")
+        assert shared.message_counter == before
+    assert before < 200
+
+
+def test_what_waits_for_a_slow_viewer_does_not_grow(scene: SceneServer) -> None:
+    watching(scene, 0)
+    with Viewer(address(scene), origin=ORIGIN, max_queue=1) as viewer:
+        viewer.look()
+        watching(scene, 1)
+        [view] = scene._views.values()
+        waiting = view.client._websock_connection.get_message_buffer()
+        for tick in range(400):
+            scene.show(pose(0.01 * tick))
+        assert waiting.message_counter > 2_000
+        assert len(waiting.message_from_id) < 200
+    watching(scene, 0)
+
+
+def test_a_variant_that_diverged_stays_where_it_was(scene: SceneServer) -> None:
+    with Viewer(address(scene), origin=ORIGIN) as viewer:
+        viewer.look()
+        lost = pose(1.0)
+        lost[0, 4 : 4 + 12] = np.nan
+        scene.show(lost)
+        scene.show(pose(2.0))
+        assert np.isfinite(viewer.positions("/lab/A/y")["/lab/A/y"]).all()
+
+
+def test_a_button_moves_the_camera_of_its_viewer(scene: SceneServer) -> None:
+    with Viewer(address(scene), origin=ORIGIN) as viewer:
+        viewer.look()
+        buttons: dict[str, str] = {}
+        while "Top" not in buttons:
+            for message in viewer.window():
+                if message["type"] == "GuiButtonGroupMessage":
+                    buttons |= dict.fromkeys(message["props"]["options"], message["uuid"])
+        viewer.find("SetCameraPositionMessage")
+        viewer.drain(0.3)
+        viewer.send("GuiUpdateMessage", uuid=buttons["Top"], updates={"value": "Top"})
+        x, y, z = viewer.find("SetCameraPositionMessage")["position"]
+    assert z > 50.0 * np.hypot(x, y)
+    assert set(buttons) == {"Overview", "Top", "Side by side", "A", "B"}
+
+
+def test_the_process_ends_with_its_parents_pipe() -> None:
+    command = (sys.executable, "-m", "motionlab.scene")
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        process.stdin.write(START.encode())
+        process.stdin.flush()
+        port = json.loads(process.stdout.readline())["port"]
+        with Viewer(f"ws://127.0.0.1:{port}", origin=ORIGIN) as viewer:
+            viewer.look()
+            process.stdin.write(feed.poses(pose(0.5)))
+            process.stdin.flush()
+            viewer.positions("/lab/A/y")
+            process.stdin.close()
+            assert process.wait(PATIENCE) == 0

@@ -1,0 +1,73 @@
+"""Compiled code that is kept between runs: damaged, or with no room for it."""
+
+import importlib.util
+import itertools
+from pathlib import Path
+
+import pytest
+from numba.core import config
+from numba.core.dispatcher import Dispatcher
+
+import motionlab.lanes  # noqa: F401 - has numba keep compiled code its way
+
+_SOURCE = """\
+import numba
+
+@numba.njit(cache=True)
+def double(number):
+    return 2 * number
+"""
+_loads = itertools.count()
+
+
+def _loaded(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Dispatcher:
+    """Return the function as a new process would find it."""
+    monkeypatch.setattr(config, "CACHE_DIR", str(folder / "kept"))
+    source = folder / "doubling.py"
+    if not source.exists():
+        source.write_text(_SOURCE)
+    found = importlib.util.spec_from_file_location(f"doubling{next(_loads)}", source)
+    assert found is not None and found.loader is not None
+    module = importlib.util.module_from_spec(found)
+    found.loader.exec_module(module)
+    return module.double
+
+
+def _hits(double: Dispatcher) -> int:
+    assert double(21) == 42
+    return sum(double.stats.cache_hits.values())
+
+
+def test_compiled_code_is_found_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert _hits(_loaded(tmp_path, monkeypatch)) == 0
+    assert _hits(_loaded(tmp_path, monkeypatch)) == 1
+
+
+@pytest.mark.parametrize("suffix", ["nbi", "nbc"])
+@pytest.mark.parametrize("damage", ["empty", "cut", "zeros", "text"])
+def test_damaged_compiled_code_is_compiled_anew_and_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str, damage: str
+) -> None:
+    _hits(_loaded(tmp_path, monkeypatch))
+    for path in tmp_path.rglob(f"*.{suffix}"):
+        whole = path.read_bytes()
+        damaged = {
+            "empty": b"",
+            "cut": whole[: len(whole) // 2],
+            "zeros": bytes(len(whole)),
+            "text": b"<html>",
+        }
+        path.write_bytes(damaged[damage])
+    assert _hits(_loaded(tmp_path, monkeypatch)) == 0
+    assert _hits(_loaded(tmp_path, monkeypatch)) == 1
+
+
+def test_a_full_disk_does_not_keep_a_function_from_being_compiled(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    double = _loaded(tmp_path, monkeypatch)
+    monkeypatch.setattr("numba.core.caching.os.replace", full)
+    assert _hits(double) == 0

@@ -1,0 +1,95 @@
+"""Saved trajectories: whole or not there, bounded, by name only."""
+
+import errno
+import os
+import tempfile
+from pathlib import Path
+
+import pytest
+
+from motionlab.errors import StoreError, StoreFull
+from motionlab.store.files import data_root
+from motionlab.store.trajectories import SIZE_MAX, TrajectoryStore
+
+TABLE = {"kind": "path", "points": [[0.0, 0.0], [0.01, 0.02]], "v_max": 0.1, "a_max": 1.0}
+
+
+@pytest.fixture
+def store(tmp_path):
+    return TrajectoryStore(tmp_path / "data" / "trajectories", files_max=3)
+
+
+def test_what_is_saved_is_found_again(store):
+    assert store.names() == []
+    assert not store.has("mine")
+    store.write("mine", TABLE)
+    store.write("another", TABLE | {"v_max": 0.2})
+    assert store.names() == ["another", "mine"]
+    assert store.read("mine") == TABLE
+    store.write("mine", TABLE | {"v_max": 0.3})
+    assert store.read("mine")["v_max"] == 0.3
+    assert store.delete("mine")
+    assert not store.delete("mine")
+    assert store.names() == ["another"]
+
+
+@pytest.mark.parametrize("name", ["../etc", "a/b", "", "UP", "a" * 65, ".hidden", "a.b"])
+def test_a_name_is_never_a_path(store, name):
+    assert not store.has(name)
+    for call in (store.read, store.delete, lambda n: store.write(n, TABLE)):
+        with pytest.raises(StoreError, match="is not a name"):
+            call(name)
+
+
+def test_count_and_size_are_bounded(store):
+    for name in ("a", "b", "c"):
+        store.write(name, TABLE)
+    with pytest.raises(StoreFull, match="3 trajectories are saved already"):
+        store.write("d", TABLE)
+    store.write("a", TABLE | {"v_max": 0.5})
+    with pytest.raises(StoreFull, match="bytes"):
+        store.write("a", {"text": "x" * SIZE_MAX})
+    assert store.read("a")["v_max"] == 0.5
+
+
+def test_a_failed_write_leaves_what_was_there(store, monkeypatch):
+    store.write("mine", TABLE)
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(StoreFull, match="No space left"):
+        store.write("mine", TABLE | {"v_max": 0.9})
+    assert store.read("mine") == TABLE
+    assert [path.name for path in store._folder.iterdir()] == ["mine.toml"]
+
+
+def test_a_folder_that_cannot_be_made_is_told(tmp_path):
+    (tmp_path / "data").write_text("a file")
+    store = TrajectoryStore(tmp_path / "data" / "trajectories")
+    assert store.names() == []
+    with pytest.raises(StoreError, match="mine cannot be saved: Not a directory"):
+        store.write("mine", TABLE)
+
+
+def test_a_folder_that_cannot_be_written_is_told(store, monkeypatch):
+    store.write("mine", TABLE)
+
+    def denied(*_, **__):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+
+    monkeypatch.setattr(tempfile, "mkstemp", denied)
+    monkeypatch.setattr(Path, "unlink", denied)
+    with pytest.raises(StoreError, match="cannot be saved: Permission denied"):
+        store.write("mine", TABLE | {"v_max": 0.2})
+    with pytest.raises(StoreError, match="cannot be deleted: Permission denied"):
+        store.delete("mine")
+    assert store.read("mine") == TABLE
+
+
+def test_the_folder_of_data_is_a_setting(monkeypatch):
+    monkeypatch.setenv("MOTIONLAB_DATA", "/somewhere")
+    assert data_root() == Path("/somewhere")
+    monkeypatch.delenv("MOTIONLAB_DATA")
+    assert data_root() == Path("data")
