@@ -4,15 +4,13 @@ import json
 import os
 from urllib.request import Request, urlopen
 
-LAB = os.environ.get("LAB", "http://127.0.0.1:8000")
+SIMULATE = os.environ.get("LAB", "http://127.0.0.1:8000") + "/api/v1/simulate"
 
 
 def simulate(**changes: float) -> dict:
     """Return the comparison of B with A after changes of dotted paths, SI."""
     body = json.dumps({"scenario": "circle", "set": changes}).encode()
-    with urlopen(
-        Request(f"{LAB}/api/v1/simulate", body, {"Content-Type": "application/json"})
-    ) as answer:
+    with urlopen(Request(SIMULATE, body, {"Content-Type": "application/json"})) as answer:
         return json.load(answer)["comparison"]
 
 

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from motionlab.config.load import load_scenario
-from motionlab.simulation.run import prepare, run
+from motionlab.simulation.prepare import prepare
+from motionlab.simulation.run import run
 
 REFERENCE = {"compensation.velocity": "reference"}
 FEEDFORWARD = {"feedforward": True}

@@ -11,7 +11,8 @@ import numpy as np
 from scipy.optimize import minimize
 
 from motionlab.config.load import load_scenario
-from motionlab.simulation.run import prepare, run
+from motionlab.simulation.prepare import prepare
+from motionlab.simulation.run import run
 
 PAPER = {"x": (20.5e-6, 10.4e-6), "y": (17.4e-6, 11.6e-6)}  # off, on: Fig. 5
 START = {"x": (1.041, 0.503), "y": (0.689, 0.425)}

@@ -1,0 +1,112 @@
+"""Compare controllers on every trajectory of the paper, on three motors.
+
+Run with ``.venv/bin/python examples/compare_controllers.py``; prints the tables of
+docs/compensation.md: largest following error, and where the motion has holds the largest of their
+last fifth, in um. All but the best controller have the gains of Table 1 for the trajectory. Last,
+the margins on the circle while it slides at four Stribeck velocities, and in brackets the least
+over velocities from half of one to four.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from motionlab.analysis.frequency import margins
+from motionlab.config.load import load_scenario
+from motionlab.errors import ConfigError
+from motionlab.simulation.linear import linearise
+from motionlab.simulation.prepare import prepare
+from motionlab.simulation.result import document
+from motionlab.simulation.run import run
+
+PLANTS = ("nominal", "matched", "matched-resonant")
+TRAJECTORIES = (
+    ("circle", "xy"),
+    ("rhombus", "xy"),
+    ("pentagram", "xy"),
+    ("stair-x-500nm", "x"),
+    ("stair-y-500nm", "y"),
+    ("stair-y-50mm", "y"),
+    ("trapezoid-y", "y"),
+)
+LETTERS = "ABCDEF"
+BEST = "lugre-reference-notch"
+GAINS = {"x": {"k_p": 200300.0, "k_d": 1530.0}, "y": {"k_p": 280500.0, "k_d": 1080.0}}
+FACTORS = (0.5, 0.7, 1.0, 4.0)
+"""Sliding velocities at which margins are taken, in Stribeck velocities."""
+CONTROLLERS = {
+    "off": "off",
+    "lugre-observer": "the paper's observer, K = 0",
+    "published-k": "K as published",
+    "lugre-full": "lugre-full",
+    "lugre-reference": "lugre-reference",
+    BEST: BEST,
+}
+
+
+def compare(scenario: str, plant: str) -> dict[str, dict[str, Any]]:
+    """Return the metrics per axis of every controller on one trajectory; null where it diverges."""
+    tables = load_scenario(scenario).model_dump(mode="json")
+    gains = {axis: tables["variants"]["A"]["controller"][axis] for axis in "xy"}
+    variants = {}
+    for letter, name in zip(LETTERS, CONTROLLERS, strict=True):
+        base = "pd" if name == "off" else name
+        own = {} if name == BEST else gains
+        variants[letter] = {"label": name, "controller": {"base": base} | own}
+    prepared = prepare(load_scenario({"base": scenario, "plant": plant, "variants": variants}))
+    (segment,) = document(prepared, run(prepared))["segments"]
+    return {
+        name: segment["variants"][letter]["axes"]
+        for letter, name in zip(LETTERS, CONTROLLERS, strict=True)
+    }
+
+
+def cell(name: str, metrics: dict[str, float | None]) -> str:
+    """Return the largest error, and that of the holds where there are any, um."""
+    largest, holds = metrics["max_abs_following_error"], metrics["steady_state_error"]
+    if largest is None:
+        return "diverges"
+    if name == "published-k":
+        return f"{largest * 1e6:.1g}"  # chaotic: its order of magnitude only
+    text = f"{largest * 1e6:.3g}"
+    return text if holds is None else f"{text} ({holds * 1e6:.2f})"
+
+
+def loop(plant: str, controller: str, axis: str) -> str:
+    """Return gain and phase margin on the circle: at four Stribeck velocities, and the least."""
+    base = "pd" if controller == "off" else controller
+    own = {} if controller == BEST else GAINS
+    scenario = load_scenario(
+        {"base": "circle", "plant": plant, "variants": {"A": {"controller": {"base": base} | own}}}
+    )
+    v_s = getattr(scenario.plant, axis).friction.v_s
+    try:
+        loops = [linearise(scenario, "A", axis, v=factor * v_s) for factor in FACTORS]
+    except ConfigError:
+        return "none: K is a quotient"
+    if not all(each.stable for each in loops):
+        return "unstable"
+    found = [margins(each.open) for each in loops]
+    gain = [min(m.gain_margin or math.inf, 1.0 / (m.gain_reduction or 1e-9)) for m in found]
+    phase = [math.degrees(m.phase_margin or math.pi) for m in found]
+    decibels = [20.0 * math.log10(factor) for factor in gain]
+    return (
+        f"{decibels[-1]:.1f} dB, {phase[-1]:.0f} deg ({min(decibels):.1f} dB, {min(phase):.0f} deg)"
+    )
+
+
+if __name__ == "__main__":
+    for plant in PLANTS:
+        print(f"\n| on `{plant}` | " + " | ".join(CONTROLLERS.values()) + " |")
+        print("|---|" + "---|" * len(CONTROLLERS))
+        for scenario, axes in TRAJECTORIES:
+            found = compare(scenario, plant)
+            for axis in axes:
+                cells = [cell(name, found[name][axis]) for name in CONTROLLERS]
+                print(f"| {scenario}, {axis} | " + " | ".join(cells) + " |")
+    print("\n| margins | x matched | y matched | x matched-resonant | y matched-resonant |")
+    print("|---|---|---|---|---|")
+    for name, title in CONTROLLERS.items():
+        cells = [loop(plant, name, axis) for plant in PLANTS[1:] for axis in "xy"]
+        print(f"| {title} | " + " | ".join(cells) + " |")
