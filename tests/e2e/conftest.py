@@ -12,7 +12,7 @@ from ctypes.util import find_library
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 ROOT = Path(__file__).parents[2]
 CHROMIUM = (
@@ -30,6 +30,9 @@ FLAGS = [
 
 SOFTWARE_GL = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 """Instead of --disable-gpu where something is drawn in 3-D."""
+
+PATIENCE = 20_000
+"""ms, for an expectation on a machine that has other work; a sound run waits far less."""
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -102,6 +105,7 @@ def browser() -> Iterator[Browser]:
         missing("no Chromium on this machine: make browser installs Debian's")
     if find_library("atomic") is None:
         missing("the driver of the browser needs libatomic: make browser installs it")
+    expect.set_options(timeout=PATIENCE)
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         yield browser
@@ -123,7 +127,7 @@ def page(browser: Browser, server: Server, refusals: list[str]) -> Iterator[Page
     complaints: list[str] = []
     page.on("console", lambda m: complaints.append(m.text) if m.type == "error" else None)
     page.on("pageerror", lambda error: complaints.append(str(error)))
-    page.set_default_timeout(8000)
+    page.set_default_timeout(PATIENCE)
     page.goto(server.url)
     page.get_by_text("connected", exact=True).wait_for()
     yield page
