@@ -11,16 +11,18 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 import httpx
 import pytest
 
+from tests.printed import alike
 from tests.service.openapi import Contract
 from tests.service.servers import Server
 
 ROOT = Path(__file__).parents[2]
-PATIENCE = 240  # s; one of them compiles first, others share the cores
+PATIENCE = 900  # s; one of them compiles first, others share the cores
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 PROGRAMS = (
     r"(?:motionlab|make|curl|docker|git|cp|rm|systemctl|python3?|\.venv/bin/\S+|/opt/\S+) \S"
@@ -178,12 +180,17 @@ def scenario_of(page: str) -> str:
 def compare(shown: str, printed: str) -> None:
     """Compare line by line; a line of dots on the page stands for any number of lines."""
     if shown.lstrip().startswith("{"):
-        assert json.loads(printed) == json.loads(shown)
+        assert alike(json.dumps(json.loads(shown)), json.dumps(json.loads(printed)))
         return
-    lines = [re.escape(line.rstrip()) + "\n" for line in shown.splitlines()]
-    pattern = "".join(r"(?:.*\n)*?" if re.sub(r"\\", "", x).strip() == "..." else x for x in lines)
-    plain = "".join(line.rstrip() + "\n" for line in printed.splitlines())
-    assert re.match(pattern, plain), f"the page prints\n{shown}\nthe command\n{printed}"
+    rest = iter(printed.splitlines())
+    skipping = False
+    for line in shown.splitlines():
+        if line.strip() == "...":
+            skipping = True
+            continue
+        found = any(alike(line, theirs) for theirs in (rest if skipping else islice(rest, 1)))
+        assert found, f"not there: {line!r}; the page prints\n{shown}\nthe command\n{printed}"
+        skipping = False
 
 
 @pytest.mark.parametrize("command", RUN, ids=lambda c: f"{c.page}: {c.text.splitlines()[0][:60]}")
@@ -210,12 +217,12 @@ def test_it_runs_as_written(command: Command, tmp_path: Path, server: Server) ->
 
 
 def test_the_table_of_laws_is_what_its_example_prints(tmp_path: Path) -> None:
-    """All rows but those of the published K: a chaotic run's bits depend on the machine."""
+    """All rows within a tenth, but those of the published K, which is chaotic."""
     done = bash(".venv/bin/python examples/compare_laws.py", tmp_path)
-    page = (ROOT / "docs" / "compensation.md").read_text()
+    page = (ROOT / "docs" / "compensation.md").read_text().splitlines()
     rows = [row for row in done.stdout.splitlines() if not row.startswith("| K as published")]
     assert len(rows) > 10
-    assert [row for row in rows if row not in page.splitlines()] == []
+    assert [row for row in rows if not any(alike(shown, row, 0.1) for shown in page)] == []
 
 
 def test_the_tables_of_controllers_are_what_their_example_prints(tmp_path: Path) -> None:

@@ -29,6 +29,7 @@ _SEND_BUFFER = 64 * 1024  # bytes: what a slow client can leave unread in the ke
 _FREED_KEPT = 64 * 1024 * 1024  # bytes of freed memory that the process keeps for what comes next
 _MMAP_THRESHOLD = 16 * 1024 * 1024  # bytes from which an array is mapped on its own
 _M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD = -1, -3  # names of both for glibc's mallopt
+_KEEP_ALIVE = 75  # s that an idle connection stays open; clients and proxies drop theirs sooner
 _UNREAD_MAX = 60_000  # ms after which a client that reads nothing at all is given up
 
 
@@ -94,6 +95,7 @@ def configuration(app: FastAPI, log_level: str = "warning") -> uvicorn.Config:
         ws="websockets-sansio",
         ws_per_message_deflate=False,
         ws_max_size=MESSAGE_MAX,
+        timeout_keep_alive=_KEEP_ALIVE,
         timeout_graceful_shutdown=5,
     )
 
