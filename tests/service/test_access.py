@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import http.client
+import json
 import os
 import re
 import signal
@@ -85,6 +87,21 @@ def test_every_route_needs_the_token(anyone: httpx.Client, contract: Contract) -
     for path in ("/docs", "/openapi.json", "/asyncapi.json", "/metrics", "/docs/assets/x.css"):
         assert anyone.get(path).status_code == 401, path
     assert anyone.get(f"{API}/health").status_code == 200
+
+
+def test_the_document_says_who_is_asked(guarded: Server, contract: Contract) -> None:
+    asks = [{"bearer": []}, {"cookie": []}]
+    assert contract.document["security"] == [*asks, {}]  # its server has no token
+    document = guarded.app.openapi()
+    assert document["security"] == asks
+    schemes = document["components"]["securitySchemes"]
+    assert (schemes["bearer"]["type"], schemes["bearer"]["scheme"]) == ("http", "bearer")
+    assert (schemes["cookie"]["in"], schemes["cookie"]["name"]) == ("cookie", COOKIE)
+    for path, operations in document["paths"].items():
+        for operation in operations.values():
+            assert operation.get("security") == ([] if path in OPEN_PATHS else None), path
+            for refused in ("400", "401", "403"):
+                assert list(operation["responses"][refused]["content"]) == [PROBLEM], path
 
 
 @pytest.mark.parametrize("scheme", ["Bearer", "bearer", "BEARER"])
@@ -289,6 +306,21 @@ def test_names_of_another_server(guarded: Server, host: str) -> None:
         assert asked(guarded, path, {"host": host} | BEARER) == 403, path
     headers = {"host": host, "origin": f"http://{host}"} | BEARER
     assert asked(guarded, f"{API}/sessions", headers, "POST") == 403
+
+
+@pytest.mark.parametrize("hosts", [[], ["127.0.0.1", "evil.example"], 2 * ["127.0.0.1"]], ids=len)
+@pytest.mark.parametrize("method", ["GET", "POST"])
+def test_a_request_has_one_host(server: Server, hosts: list[str], method: str) -> None:
+    connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=PATIENCE)
+    with contextlib.closing(connection):
+        connection.putrequest(method, f"{API}/sessions", skip_host=True)
+        for host in hosts:
+            connection.putheader("Host", host)
+        connection.endheaders()
+        response = connection.getresponse()
+        assert response.status == 400
+        assert response.headers["content-type"] == PROBLEM
+        assert json.load(response)["detail"].startswith(f"{len(hosts)} Host headers")
 
 
 def test_a_stream_under_another_name(server: Server, make_live: MakeLive) -> None:

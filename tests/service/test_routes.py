@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import socket
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +19,9 @@ from motionlab.config.schema import scenario_schema
 from motionlab.config.shipped import names
 from motionlab.service.messages import CLIENT_MESSAGES, SERVER_MESSAGES
 from tests.service.conftest import MakeLive
-from tests.service.live import API
+from tests.service.live import API, Live
 from tests.service.openapi import Contract
+from tests.service.servers import PATIENCE, Server
 
 DOCS = Path(__file__).parents[2] / "docs"
 CHANGE = {"set": {"plant.x.mass": 6.0}}
@@ -48,6 +50,31 @@ def test_a_scenario_is_resolved_and_follows_the_schema(client: httpx.Client, nam
 
 def test_the_schema_is_that_of_the_models(client: httpx.Client) -> None:
     assert client.get(f"{API}/schema").json() == scenario_schema()
+
+
+def test_head_is_get_without_its_content(server: Server, live: Live) -> None:
+    base = live.path
+    paths = [f"{API}/health", f"{API}/scenarios", base, f"{base}/telemetry?format=csv", "/docs"]
+    with httpx.Client(base_url=server.url) as client:  # an answer to HEAD has no problem document
+        for path in [*paths, f"{API}/nowhere", f"{API}/sessions/{12 * 'x'}"]:
+            get, head = client.get(path), client.head(path)
+            assert (head.status_code, head.content) == (get.status_code, b""), path
+            for name in ("content-type", "content-length"):
+                assert head.headers[name] == get.headers[name], path
+        alone = client.head(f"{API}/simulate")
+        assert (alone.status_code, alone.headers["allow"]) == (405, "POST")
+
+
+def test_head_sends_no_byte_beyond_the_head(server: Server) -> None:
+    with socket.create_connection(("127.0.0.1", server.port), PATIENCE) as link:
+        asks = b"HEAD /api/v1/scenarios HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n"
+        link.sendall(asks)
+        answer = b""
+        while piece := link.recv(10_000):
+            answer += piece
+    assert answer.startswith(b"HTTP/1.1 200 ")
+    assert answer.endswith(b"\r\n\r\n")
+    assert answer.count(b"\r\n\r\n") == 1
 
 
 def test_every_route_answers_as_documented(

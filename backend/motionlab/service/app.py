@@ -22,6 +22,7 @@ from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.design.fem.compute import compute
 from motionlab.design.fem.geometry import Geometry
 from motionlab.service import messages, openapi, problems
+from motionlab.service.heads import Heads
 from motionlab.service.jobs import Jobs
 from motionlab.service.kernels import Kernels
 from motionlab.service.monitor import Monitor
@@ -132,11 +133,12 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         lifespan=lifespan,
         docs_url=None,
         redoc_url=None,
-        responses=problems.responses(401, 403),
+        responses=problems.responses(400, 401, 403),
     )
     app.state.settings = settings
     monitor = app.state.monitor = Monitor()
     app.add_middleware(Guard, settings=settings)
+    app.add_middleware(Heads)
     problems.install(app)
     for module in (
         login,
@@ -183,5 +185,5 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     if page is not None:
         app.mount("/", StaticFiles(directory=page, html=True))
 
-    openapi.install(app)
+    openapi.install(app, settings)
     return app

@@ -7,21 +7,47 @@ from typing import Any
 from fastapi import FastAPI
 
 from motionlab.service import messages, problems
+from motionlab.service.security import COOKIE, OPEN_PATHS
+from motionlab.service.settings import Settings
+
+_SCHEMES = {
+    "bearer": {
+        "type": "http",
+        "scheme": "bearer",
+        "description": "`Authorization: Bearer TOKEN`, on websockets too",
+    },
+    "cookie": {
+        "type": "apiKey",
+        "in": "cookie",
+        "name": COOKIE,
+        "description": "What a browser gets for the token at /api/v1/login, for websockets too",
+    },
+}
 
 
-def install(app: FastAPI) -> None:
-    """Let the document of `app` hold problems and stream messages, and nothing of FastAPI's own."""
+def install(app: FastAPI, settings: Settings) -> None:
+    """Let the document of `app` tell who may ask, problems and stream messages, as this server is.
+
+    Nothing of FastAPI's own stays in it.
+    """
     of_the_routes = app.openapi
 
     def openapi() -> dict[str, Any]:
         if app.openapi_schema is None:
-            _complete(of_the_routes())
+            _complete(of_the_routes(), settings)
         return app.openapi_schema or {}
 
     app.openapi = openapi
 
 
-def _complete(document: dict[str, Any]) -> None:
+def _complete(document: dict[str, Any], settings: Settings) -> None:
+    document["components"]["securitySchemes"] = _SCHEMES
+    document["security"] = [{name: []} for name in _SCHEMES]
+    if settings.token is None:
+        document["security"].append({})  # nobody is asked
+    for path in OPEN_PATHS:
+        for operation in document["paths"][path].values():
+            operation["security"] = []
     schemas = document["components"]["schemas"]
     for model in (problems.Problem, problems.ProblemField):
         schemas[model.__name__] = model.model_json_schema(

@@ -166,7 +166,8 @@ def _methods(request: Request) -> list[str]:
         path, methods = getattr(route, "path", None), getattr(route, "methods", None)
         if path and methods and compile_path(path)[0].match(request.url.path):
             known.setdefault(path, set()).update(methods)
-    return sorted(known.get(request.url.path) or set().union(*known.values()))
+    found = known.get(request.url.path) or set().union(*known.values())
+    return sorted(found | {"HEAD"} if "GET" in found else found)
 
 
 def _plain(value: Any) -> Any:

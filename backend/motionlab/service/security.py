@@ -71,7 +71,10 @@ class Guard:
     def _refusal(self, scope: Scope) -> tuple[HTTPStatus, str] | None:
         """Return status and reason for turning a request away, or None."""
         headers = Headers(scope=scope)
-        host = headers.get("host", "").lower()
+        hosts = headers.getlist("host")
+        if len(hosts) != 1:  # which of several is meant is a guess, on which proxies differ
+            return HTTPStatus.BAD_REQUEST, f"{len(hosts)} Host headers; there has to be one"
+        host = hosts[0].lower()
         if _name(host) not in self.settings.hosts:
             return HTTPStatus.FORBIDDEN, f"host {host!r} is not one of this server's names"
         origin = headers.get("origin")
