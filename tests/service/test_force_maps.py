@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from tests.service.conftest import MakeLive
 from tests.service.live import API, until
 from tests.service.offline import assert_offline
 
+JSON = {"content-type": "application/json"}
 TABLE_IN_THE_PLANT = {"plant.force_map": "new-design"}
 """The controllers keep their analytic map."""
 
@@ -97,3 +99,68 @@ def test_a_reset_without_its_map_is_refused_and_changes_nothing(
     until(lambda: live.tick > after["tick"])
     live.change({"plant.x.force_map": {"kind": "table", "name": "new-design"}})
     assert live.do("reset")["tick"] == 0
+
+
+def weaken(path: Path, share: float) -> None:
+    """Let the file of a map hold another one: that share of every force."""
+    tables = json.loads(path.read_text())
+    for name in ("coenergy", "normal_force"):
+        tables[name] = [[share * value for value in row] for row in tables[name]]
+    path.write_text(json.dumps(tables))
+
+
+def test_a_map_that_changes_under_its_name(client: httpx.Client, passing: Path) -> None:
+    """Every answer is that of the same map under a name never asked for before."""
+    controllers = {f"variants.{v}.controller.model.force_map": "passing" for v in ("A", "B")}
+    circle: dict[str, Any] = {"scenario": "circle", "set": controllers}
+    motion = {"kind": "circle", "radius": 0.02, "frequency": 0.5, "laps": 3}
+    long: dict[str, Any] = {
+        "scenario": {"base": "fig5", "plant": {"base": "nominal", "force_map": "passing"}},
+        "columns": ["A.x.following_error"],
+    }
+    calls = {
+        "trajectories/check": circle | {"trajectory": motion},
+        "whatif": long,
+        "loop": {"set": {"plant.force_map": "passing"}},
+        "simulate": circle,
+    }
+
+    def ask(name: str) -> dict[str, tuple[int, bytes]]:
+        answers = {}
+        for call, body in calls.items():
+            text = json.dumps(body).replace('"passing"', f'"{name}"')
+            answer = client.post(f"{API}/{call}", content=text, headers=JSON)
+            content = answer.content.replace(f'"{name}"'.encode(), b'"passing"')
+            answers[call] = (answer.status_code, content)
+        return answers
+
+    first = ask("passing")
+    assert {status for status, _ in first.values()} == {200}
+    weaken(passing, 0.04)
+    shutil.copy(passing, passing.with_name("another.json"))
+    second, fresh = ask("passing"), ask("another")
+    for call, answer in second.items():
+        assert answer != first[call], call
+        assert answer == fresh[call], call
+    assert second["simulate"][0] == 422
+    assert b"thrust on" in second["simulate"][1]
+
+
+@pytest.mark.parametrize("call", ["loop", "loop/response", "simulate", "sessions", "whatif"])
+@pytest.mark.parametrize("owner", ["plant.x", "variants.B.controller.model.y"])
+def test_a_map_that_has_vanished_is_named(
+    client: httpx.Client, passing: Path, call: str, owner: str
+) -> None:
+    body = {"set": {f"{owner}.force_map": {"kind": "table", "name": "passing"}}}
+    if call == "loop/response":
+        body |= {"scenario": "circle", "variant": "B", "axis": owner[-1]}
+    assert client.post(f"{API}/{call}", json=body).status_code in {200, 201}
+    passing.unlink()
+    answer = client.post(f"{API}/{call}", json=body)
+    assert answer.status_code == 422
+    (error,) = answer.json()["errors"]
+    assert (error["loc"], error["value"]) == (f"{owner}.force_map.name", "passing")
+    passing.write_text("{}")
+    answer = client.post(f"{API}/{call}", json=body)
+    assert answer.status_code == 422
+    assert "'passing' cannot be used" in answer.json()["detail"]

@@ -44,6 +44,10 @@ _CREEP = 1e-3
 """Rate at which a stuck bristle relaxes, 1/s: a mover may rest anywhere, and no pole lies at 1."""
 
 
+class NoLinearisation(ConfigError):
+    """A law that cannot be linearised."""
+
+
 @dataclass(frozen=True)
 class StateSpace:
     """A sampled linear system ``x+ = A x + B u, y = C x + D u`` of one input and one output."""
@@ -111,8 +115,10 @@ def linearise(scenario: Scenario, variant: str, axis: str, *, v: float) -> Loop:
 
     Raises
     ------
+    NoLinearisation
+        For the law ``published-k``, whose K is a quotient.
     ConfigError
-        For the law ``published-k``, whose K is a quotient that has no linearisation.
+        If a force map is not there, or its currents do not reach far enough.
     """
     return _loop(_parameters(scenario, variant, axis), v)
 
@@ -140,7 +146,7 @@ def stability_limits(scenario: Scenario, variant: str, axis: str) -> dict[str, f
     Raises
     ------
     ConfigError
-        For the law ``published-k``, as `linearise`.
+        As `linearise`.
     """
     par = _parameters(scenario, variant, axis)
     return {gain: _edge(par, gain, SLIDING * par.friction.v_s) for gain in ("k_p", "k_d")}
@@ -184,7 +190,7 @@ def _parameters(scenario: Scenario, variant: str, axis: str) -> Parameters:
     check_maps(scenario)
     par = lane(scenario, scenario.variants[variant].controller, axis)
     if par.compensation.law == PUBLISHED and par.compensation.enabled:
-        raise ConfigError(
+        raise NoLinearisation(
             FieldError(
                 loc=f"variants.{variant}.controller.compensation.law",
                 message="has no linearisation: its K is a quotient that passes through 0/0",

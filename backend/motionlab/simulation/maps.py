@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -171,6 +171,23 @@ def maps_of(scenario: Scenario) -> dict[str, dict[str, Any]]:
         }
         for loc, config in _tables(scenario)
     }
+
+
+def map_digests(phases: Iterable[tuple[int, Scenario]]) -> tuple[str, ...]:
+    """Return the hashes of the tables that some scenarios use, in their order.
+
+    A map's file may change under its name: what is remembered of a scenario holds for these alone.
+
+    Raises
+    ------
+    ConfigError
+        If no map of a name is there, or it cannot be read.
+    """
+    return tuple(
+        named_map(config.name, loc).digest
+        for _, scenario in phases
+        for loc, config in _tables(scenario)
+    )
 
 
 def _tables(scenario: Scenario) -> Iterator[tuple[str, TableMapConfig]]:

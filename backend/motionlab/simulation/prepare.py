@@ -18,7 +18,7 @@ from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.errors import ConfigError, FieldError
-from motionlab.simulation.maps import check_maps
+from motionlab.simulation.maps import check_maps, map_digests
 from motionlab.simulation.noise import load_force
 from motionlab.trajectory.feasibility import MotionLimits, check
 from motionlab.trajectory.reference import Reference, sample
@@ -26,6 +26,7 @@ from motionlab.trajectory.reference import Reference, sample
 Array = NDArray[np.float64]
 Phases = tuple[tuple[int, Scenario], ...]
 _Deciding = tuple[PlantConfig, ModelConfig, SharingConfig, float, float]
+_Digests = tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -104,6 +105,7 @@ def _check_motion(  # noqa: PLR0913, PLR0917 - all that decides whether a motion
     force_limit: float,
     current_limit: float,
     start: int,
+    _maps: _Digests,
 ) -> None:
     limits = motion_limits(
         plant, model, sharing=sharing, force_limit=force_limit, current_limit=current_limit
@@ -121,23 +123,24 @@ def limit_sets(changes: Phases) -> list[tuple[int, MotionLimits]]:
             tick,
             motion_limits(plant, model, sharing=law, force_limit=force, current_limit=current),
         )
-        for tick, (plant, model, law, force, current) in _deciding(changes)
+        for tick, (plant, model, law, force, current), _ in _deciding(changes)
     ]
 
 
 def _check_feasibility(trajectory: TrajectoryConfig, changes: Phases) -> None:
     """Check the motion against what each variant can do from each change on."""
-    for tick, decides in _deciding(changes):
-        _check(trajectory, *decides, tick)
+    for tick, decides, maps in _deciding(changes):
+        _check(trajectory, *decides, tick, maps)
 
 
 def _deciding(
     changes: Phases,
-) -> list[tuple[int, _Deciding]]:
+) -> list[tuple[int, _Deciding, _Digests]]:
     """Return all that decides whether a motion is feasible, and from which tick on, once each."""
-    found: list[tuple[int, _Deciding]] = []
+    found: list[tuple[int, _Deciding, _Digests]] = []
     for tick, scenario in changes:
         check_maps(scenario)
+        maps = map_digests([(tick, scenario)])
         for variant in scenario.variants.values():
             controller = variant.controller
             decides = (
@@ -147,8 +150,8 @@ def _deciding(
                 controller.force_limit,
                 controller.current_limit,
             )
-            if all(decides != other for _, other in found):
-                found.append((tick, decides))
+            if all(decides != other for _, other, _ in found):
+                found.append((tick, decides, maps))
     return found
 
 

@@ -8,9 +8,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from motionlab.config.changes import check_schedulable
-from motionlab.config.load import load_scenario
+from motionlab.config.load import load_scenario, phases
 from motionlab.config.timing import to_ticks
 from motionlab.errors import ConfigError, FieldError
+from motionlab.simulation.maps import map_digests
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.result import main_window
 from motionlab.simulation.run import run
@@ -65,7 +66,8 @@ def run_changed(
     tick = start - max(LEAD, changed.reference.period)
     exact = exact and changed.work <= work_max
     if not exact and stop > SOON and tick > 0 and _fits_a_running_session(changes):
-        variants, stored = _state(json.dumps(source), tick)
+        maps = map_digests(phases(load_scenario(source)))
+        variants, stored = _state(json.dumps(source), tick, maps)
         if stored is not None and variants == list(changed.scenario.variants):
             return run(changed, start=stored, stop=stop)
     if changed.work > work_max:
@@ -91,7 +93,7 @@ def _fits_a_running_session(changes: Mapping[str, Any]) -> bool:
 
 
 @functools.lru_cache(maxsize=4)
-def _state(source: str, tick: int) -> tuple[list[str], Snapshot | None]:
+def _state(source: str, tick: int, _maps: tuple[str, ...]) -> tuple[list[str], Snapshot | None]:
     """Return the variants of a scenario, given as JSON, and its state unless one has diverged."""
     prepared = prepare(load_scenario(json.loads(source)))
     variants = list(prepared.scenario.variants)

@@ -19,7 +19,7 @@ FOLDER_MOST = 50_000_000
 """Most that kept maps take, bytes; one of the presets takes 25 kB."""
 
 
-Stamp = tuple[int, int]
+Stamp = tuple[int, int, int, int]
 
 
 class MapStore:
@@ -144,9 +144,9 @@ def map_file(name: str) -> MapFile | None:
 
 
 def stamp(path: Path) -> Stamp:
-    """Return what changes when a file does: time of its last change, ns, and size, bytes."""
+    """Return what changes when a file does, also where a copy keeps the time of its original."""
     found = path.stat()
-    return found.st_mtime_ns, found.st_size
+    return found.st_ino, found.st_mtime_ns, found.st_ctime_ns, found.st_size
 
 
 def read_map(path: Path) -> ForceMap:

@@ -6,8 +6,7 @@ import math
 from typing import Literal
 
 from motionlab.analysis.frequency import margins
-from motionlab.errors import ConfigError
-from motionlab.simulation.linear import SLIDING, linearise
+from motionlab.simulation.linear import SLIDING, NoLinearisation, linearise
 from motionlab.tune.cost import margin_violations, on_worst, outcome_violations
 from motionlab.tune.document import Candidate, GainMargins, GainMetrics, TunedAxis
 from motionlab.tune.group import Group
@@ -86,7 +85,7 @@ def _margins(group: Group, values: dict[str, float], axis: str) -> GainMargins |
     v = SLIDING * getattr(scenario.plant, axis).friction.v_s
     try:
         loop = linearise(scenario, problem.variant, axis, v=v)
-    except ConfigError:
+    except NoLinearisation:
         return None
     return GainMargins(stable=loop.stable, **vars(margins(loop.open)))
 

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from motionlab.build import lane
 from motionlab.config.controller import ControllerConfig, GainsConfig
-from motionlab.errors import ConfigError
 from motionlab.simulation.family import LoopFamily
+from motionlab.simulation.linear import NoLinearisation
 from motionlab.tune.problem import Problem
 from motionlab.tune.request import TuneRequest
 
@@ -106,7 +106,7 @@ class Group:
             for axis in self.axes:
                 try:
                     found[name, axis] = LoopFamily.of(with_it, self.problem.variant, axis)
-                except ConfigError:
+                except NoLinearisation:
                     return {}
         self._known[:] = [shared, found]
         return found

@@ -11,9 +11,9 @@ from motionlab import __version__
 from motionlab.config.controller import GainsConfig
 from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.errors import ConfigError
 from motionlab.lanes import model_hash
 from motionlab.simulation.family import LoopFamily
+from motionlab.simulation.linear import NoLinearisation
 from motionlab.simulation.result import plant_name
 from motionlab.tune.cost import SCALES
 from motionlab.tune.document import AxisLandscape, LandscapeDocument, PartialLandscape
@@ -109,7 +109,7 @@ def landscape(problem: Problem, progress: Progress | None = None) -> LandscapeDo
 def _edge(problem: Problem, axis: str, k_p: Array, k_d: Array) -> list[list[tuple[float, float]]]:
     try:
         family = LoopFamily.of(problem.scenario, problem.variant, axis)
-    except ConfigError:
+    except NoLinearisation:
         return []
     return [
         [(float(f"{p:.6g}"), float(f"{d:.6g}")) for p, d in line]

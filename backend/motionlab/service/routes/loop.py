@@ -12,12 +12,16 @@ from motionlab.analysis.frequency import margins
 from motionlab.config.load import load_scenario
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
-from motionlab.errors import ConfigError
 from motionlab.service.bodies import JsonRoute
 from motionlab.service.problems import responses
 from motionlab.service.routes.simulate import SimulateRequest
 from motionlab.service.slots import free_slot
-from motionlab.simulation.linear import SLIDING, linearise, stability_limits
+from motionlab.simulation.linear import (
+    SLIDING,
+    NoLinearisation,
+    linearise,
+    stability_limits,
+)
 
 router = APIRouter(tags=["simulate"], route_class=JsonRoute)
 
@@ -65,7 +69,7 @@ def _loops(body: SimulateRequest) -> LoopDocument:
 def _variant(scenario: Scenario, variant: str) -> LoopOfVariant:
     try:
         axes = {axis: _axis(scenario, variant, axis) for axis in AXES}
-    except ConfigError as error:
+    except NoLinearisation as error:
         return LoopOfVariant(axes={}, note=error.errors[0].message)
     return LoopOfVariant(axes=axes, note=None)
 

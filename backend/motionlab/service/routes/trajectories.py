@@ -21,7 +21,8 @@ from motionlab.service.described import TrajectoryTable
 from motionlab.service.problems import responses
 from motionlab.service.routes.simulate import SimulateRequest
 from motionlab.service.slots import free_slot
-from motionlab.simulation.prepare import limit_sets
+from motionlab.simulation.maps import map_digests
+from motionlab.simulation.prepare import Phases, limit_sets
 from motionlab.store.files import data_root
 from motionlab.store.trajectories import TrajectoryStore
 from motionlab.trajectory.examination import Examination, LimitSets, examine
@@ -188,14 +189,22 @@ def _slowed(body: CheckRequest) -> Slowed:
 
 
 def _limits(body: CheckRequest) -> LimitSets:
-    return _limits_of(json.dumps([body.scenario, body.set]))
+    text = json.dumps([body.scenario, body.set])
+    return _limits_of(text, map_digests(_phases_of(text)))
+
+
+# A path that is dragged asks for the same again and again.
 
 
 @functools.lru_cache(maxsize=16)
-def _limits_of(scenario_and_changes: str) -> LimitSets:
-    """Return what a scenario's motor can do; a path that is dragged asks for it again and again."""
+def _phases_of(scenario_and_changes: str) -> Phases:
     scenario, changes = json.loads(scenario_and_changes)
-    return limit_sets(tuple(phases(load_scenario(scenario, changes))))
+    return tuple(phases(load_scenario(scenario, changes)))
+
+
+@functools.lru_cache(maxsize=16)
+def _limits_of(scenario_and_changes: str, _maps: tuple[str, ...]) -> LimitSets:
+    return limit_sets(_phases_of(scenario_and_changes))
 
 
 def _store() -> TrajectoryStore:
