@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import subprocess
 import sys
@@ -9,11 +10,13 @@ import threading
 from collections.abc import Iterator
 
 import httpx
+import msgspec
 import numpy as np
 import pytest
 from viser import _viser
+from websockets.exceptions import ConnectionClosed
 
-from motionlab.scene import feed
+from motionlab.scene import feed, visitors
 from motionlab.scene.server import SceneServer
 from tests.service.live import until
 from tests.service.servers import PATIENCE
@@ -149,3 +152,63 @@ def test_the_process_ends_with_its_parents_pipe() -> None:
             viewer.positions("/lab/A/y")
             process.stdin.close()
             assert process.wait(PATIENCE) == 0
+
+
+def update(uuid: object, updates: object) -> bytes:
+    """Return a change of the panel as a viewer sends it."""
+    return msgspec.msgpack.encode({"type": "GuiUpdateMessage", "uuid": uuid, "updates": updates})
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        "text",
+        b"",
+        b"\xc1",
+        msgspec.msgpack.encode([1]),
+        msgspec.msgpack.encode({"type": "nothing\nof the kind"}),
+        msgspec.msgpack.encode({"type": ["x"]}),
+        msgspec.msgpack.encode({"type": "ViewerCameraMessage"}),
+        msgspec.msgpack.encode({"type": "GuiButtonHoldMessage", "uuid": 1, "frequency": {}}),
+        update({"a": 1}, {"value": 1}),
+        update("of-the-panel", {"nothing": 1}),
+    ],
+    ids=["text", "empty", "code", "list", "kind", "kinds", "camera", "hold", "uuid", "panel"],
+)
+def test_what_is_no_message_ends_its_own_connection_with_one_line(
+    scene: SceneServer, caplog: pytest.LogCaptureFixture, message: str | bytes
+) -> None:
+    if isinstance(message, bytes) and b"of-the-panel" in message:
+        message = update(next(iter(scene.server.gui._gui_input_handle_from_uuid)), {"nothing": 1})
+    with (
+        Viewer(address(scene), ORIGIN).look() as other,
+        Viewer(address(scene), ORIGIN).look() as viewer,
+    ):
+        watching(scene, 2)
+        viewer.socket.send(message)
+        with pytest.raises(ConnectionClosed) as caught:
+            viewer.drain(PATIENCE)
+        assert caught.value.rcvd is not None
+        assert caught.value.rcvd.code == visitors.NOT_UNDERSTOOD
+        watching(scene, 1)
+        scene.show(pose(1.0))
+        other.drain(0.1)  # it is still told
+    gc.collect()  # a task's failure that nobody has asked for comes to light when it is forgotten
+    (line,) = caplog.records
+    assert "\n" not in line.getMessage()
+    assert line.exc_info is None
+    assert "turned away" in line.getMessage()
+
+
+def test_a_magnification_that_is_not_offered_changes_nothing(scene: SceneServer) -> None:
+    with Viewer(address(scene), ORIGIN).look() as viewer:
+        watching(scene, 1)
+        for uuid in list(scene.server.gui._gui_input_handle_from_uuid):
+            for value in ("1000000", "nan", "-1", "x"):
+                viewer.socket.send(update(uuid, {"value": value}))
+        (view,) = scene._views.values()
+        for uuid in list(scene.server.gui._gui_input_handle_from_uuid):
+            viewer.socket.send(update(uuid, {"value": "100"}))
+        seen = {view.magnification}
+        until(lambda: seen.add(view.magnification) or 100.0 in seen)
+        assert seen == {300.0, 100.0}

@@ -27,6 +27,8 @@ def main() -> None:
         return
     # A viewer may leave while it is being told something.
     warnings.filterwarnings("ignore", "Queued a .* on a closed connection", UserWarning)
+    # What it says may be of other types than viser expects, which comes to light by itself.
+    warnings.filterwarnings("ignore", module=r"viser\.infra\._messages")
     scene = SceneServer(start)
     print(json.dumps({"port": scene.port}), file=answers, flush=True)
     width = feed.width(len(start.variants))

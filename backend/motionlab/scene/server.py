@@ -19,6 +19,7 @@ from websockets.http11 import Request, Response
 from motionlab.scene.cameras import FIELD_OF_VIEW, presets
 from motionlab.scene.feed import RATE, TRAIL_SECONDS, Start, Values
 from motionlab.scene.view import FORCE_SCALE, View
+from motionlab.scene.visitors import contained
 
 SEND_BUFFER = 64 * 1024
 """Bytes that a slow viewer can leave unread in the kernel."""
@@ -38,7 +39,8 @@ def open_server(start: Start) -> LabServer:
     """Return a server on a free loopback port that speaks to `start.origin` alone.
 
     viser binds to every address and takes anybody's connection. It hands both its port and its
-    page to one call of websockets' ``serve``; that call is given a loopback socket and a check.
+    page to one call of websockets' ``serve``; that call is given a loopback socket, a check, and
+    a handler that no viewer's message can make print a traceback.
     """
     listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)  # inherited
@@ -57,7 +59,7 @@ def open_server(start: Start) -> LabServer:
                 return Response(http.HTTPStatus.FORBIDDEN.value, "Forbidden", headers)
             return process_request(connection, request)
 
-        return original(handler, sock=listener, process_request=guarded, **options)
+        return original(contained(handler), sock=listener, process_request=guarded, **options)
 
     websockets.asyncio.server.serve = serve  # type: ignore[assignment]
     try:
@@ -144,9 +146,12 @@ class SceneServer:
                     view.show(self._trail)
 
     def _magnify(self, event: viser.GuiEvent[Any]) -> None:
+        chosen = event.target.value
+        if chosen not in MAGNIFICATIONS:  # viser takes what a viewer says
+            return
         with self._lock:
             for view in self._views.values():
-                view.magnification = float(event.target.value)
+                view.magnification = float(chosen)
                 if len(self._trail):
                     view.show(self._trail)
 

@@ -1,0 +1,81 @@
+"""What comes over viewers' websockets, kept from doing more than ending the one that it came by."""
+
+from __future__ import annotations
+
+import asyncio
+import functools
+import logging
+from collections.abc import Awaitable, Callable, Coroutine
+from contextvars import ContextVar
+from typing import Any
+
+from websockets.asyncio.server import ServerConnection
+from websockets.exceptions import ConnectionClosed
+
+Handler = Callable[[ServerConnection], Awaitable[None]]
+
+NOT_UNDERSTOOD = 1007
+"""Close code of a connection that said what is no message of the stage."""
+
+_QUOTED = 200  # characters of what a viewer has said
+_LOG = logging.getLogger(__name__)
+
+
+class _Visit:
+    """A viewer's connection, and whether it has been turned away."""
+
+    def __init__(self, connection: ServerConnection) -> None:
+        self.connection = connection
+        self.over = False
+
+
+_visit: ContextVar[_Visit | None] = ContextVar("visit", default=None)
+
+
+def contained(handler: Handler) -> Handler:
+    """Return a handler of connections, any failure of which closes its own with a line in the log.
+
+    viser reads and handles a message in tasks that nobody waits for: what one cannot be made of
+    would print a traceback, and the viewer that sent it might stay. Each task is told from its
+    context whose message it handles.
+    """
+
+    @functools.wraps(handler)
+    async def contain(connection: ServerConnection) -> None:
+        visit = _Visit(connection)
+        _visit.set(visit)
+        asyncio.get_running_loop().set_task_factory(_task)
+        try:
+            await handler(connection)
+        except ConnectionClosed:
+            pass
+        except Exception as error:
+            await _turn_away(visit, error)
+
+    return contain
+
+
+def _task(
+    loop: asyncio.AbstractEventLoop, work: Coroutine[Any, Any, Any], **options: Any
+) -> asyncio.Task[Any]:
+    task = asyncio.Task(work, loop=loop, **options)
+    visit = _visit.get()
+    if visit is not None:
+        task.add_done_callback(functools.partial(_look_at, visit))
+    return task
+
+
+def _look_at(visit: _Visit, task: asyncio.Task[Any]) -> None:
+    error = None if task.cancelled() else task.exception()
+    if isinstance(error, Exception) and not isinstance(error, ConnectionClosed):
+        task.get_loop().create_task(_turn_away(visit, error))
+
+
+async def _turn_away(visit: _Visit, error: Exception) -> None:
+    if not visit.over:
+        visit.over = True
+        _LOG.warning(
+            "a viewer said what is no message of the stage and was turned away: %s",
+            repr(error)[:_QUOTED],
+        )
+        await visit.connection.close(NOT_UNDERSTOOD, "that is no message of the stage")
