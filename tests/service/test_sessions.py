@@ -282,6 +282,14 @@ def test_a_reset_drops_a_change_that_only_fits_a_later_schedule(make_live: MakeL
     assert_offline(live, play("circle", {"schedule": STICKIER, MASS: 7.0}))
 
 
+def test_undo_takes_back_the_label_with_the_controller(live: Live) -> None:
+    before = live.info()["scenario"]["variants"]["B"]
+    live.change({"variants.B.controller": "lugre-full"})
+    assert live.info()["scenario"]["variants"]["B"]["label"] == "lugre-full"
+    live.do("undo")
+    assert live.info()["scenario"]["variants"]["B"] == before
+
+
 def test_an_undo_that_no_longer_fits_leaves_all_as_it_is(make_live: MakeLive) -> None:
     live = make_live(changes={"schedule": STICKIER})
     live.change({STICTION: 3.7})

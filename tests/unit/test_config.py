@@ -134,7 +134,7 @@ def test_a_base_is_merged_table_by_table(tmp_path: Path) -> None:
     assert scenario.trajectory.laps == 5
     assert scenario.trajectory.radius == 0.015
     B = scenario.variants["B"]
-    assert B.label == "LuGre observer"  # of circle
+    assert B.label == "lugre-full"
     assert (B.controller.x.k_p, B.controller.x.k_d) == (300e3, 1530.0)
     assert B.controller.feedforward
 
@@ -247,6 +247,33 @@ def test_changes_make_tables_where_there_were_none() -> None:
 def test_a_variant_can_be_added() -> None:
     scenario = load_scenario("circle", {"variants.C.controller": "residual-k"})
     assert list(scenario.variants) == ["A", "B", "C"]
+
+
+@pytest.mark.parametrize(
+    ("base", "changes", "label"),
+    [
+        ({}, {}, "LuGre observer"),
+        ({}, {"variants.B.controller": "lugre-full"}, "lugre-full"),
+        ({}, {"variants.B.controller.base": "pd"}, "pd"),
+        ({}, {"variants.B.controller": {"base": "pd", "delay": 1}}, "pd"),
+        ({}, {"variants.B.controller": "pd", "variants.B.label": "mine"}, "mine"),
+        ({}, {"variants.B.controller.x.k_p": 2e5}, "LuGre observer"),
+        ({"controller": "lugre-full"}, {}, "lugre-full"),
+        (
+            {"controller": {"base": "lugre-full"}},
+            {"variants.B.controller.x.k_p": 2e5},
+            "lugre-full",
+        ),
+        ({"controller": {"x": {"k_p": 2e5}}}, {}, "LuGre observer"),
+        ({"controller": "lugre-full", "label": "mine"}, {}, "mine"),
+    ],
+)
+def test_a_label_is_that_of_the_controller_that_runs(
+    base: dict[str, Any], changes: dict[str, Any], label: str
+) -> None:
+    scenario = load_scenario({"base": "circle", "variants": {"B": base}}, changes)
+    assert scenario.variants["B"].label == label
+    assert scenario.variants["A"].label == "no compensation"
 
 
 def test_a_schedule_gives_phases_in_order_of_time() -> None:

@@ -8,12 +8,13 @@ import tomllib
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from motionlab.config.parts import resolve
+from motionlab.config.parts import controller_name, resolve
 from motionlab.errors import ConfigError, FieldError
 
 SCHEDULABLE = ("plant", "variants", "load")
 """Tables that can change during a run."""
 
+_CONTROLLER = re.compile(r"(variants\.[A-Z])\.controller(?:\.base)?")
 _ITEM = re.compile("0|[1-9][0-9]{0,8}")
 
 
@@ -40,6 +41,7 @@ def parse_assignments(assignments: Iterable[str]) -> dict[str, Any]:
 def apply_changes(document: dict[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
     """Return a copy of resolved tables with dotted paths set, shallow paths first."""
     tables = copy.deepcopy(document)
+    changes = labelled(changes)
     for path, value in sorted(changes.items(), key=lambda item: item[0].count(".")):
         if path == "base":
             raise ConfigError(FieldError(loc="base", message="is not a field: name the scenario"))
@@ -47,6 +49,20 @@ def apply_changes(document: dict[str, Any], changes: Mapping[str, Any]) -> dict[
         if isinstance(value, str | dict):  # it may name a part, or hold one with a base
             tables = resolve(tables)
     return tables
+
+
+def labelled(changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return changes with a label for each variant whose controller is swapped for another one.
+
+    The label of a variant tells of the controller that it had. Changes that set one keep theirs.
+    """
+    labels = {}
+    for path, value in changes.items():
+        swapped = _CONTROLLER.fullmatch(path)
+        name = controller_name(value) if swapped else None
+        if swapped and name is not None:
+            labels[f"{swapped[1]}.label"] = name
+    return labels | dict(changes)
 
 
 def check_schedulable(changes: Mapping[str, Any], loc: str) -> None:

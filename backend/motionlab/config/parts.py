@@ -55,7 +55,29 @@ def _resolve_part(kind: Kind, part: Any, loc: str, depth: int) -> Any:
         shipped = {"name": name} | shipped
     base = _resolve_part(kind, shipped, loc, depth + 1)
     own = {key: value for key, value in part.items() if key != "base"}
-    return _merge(base, own)
+    return _merge(base, _labelled(own) if kind == "scenarios" else own)
+
+
+def controller_name(part: Any) -> str | None:
+    """Return the name of a controller that is given whole; None where one is only changed."""
+    if isinstance(part, Mapping):
+        part = part.get("base", part.get("name"))
+    return part if isinstance(part, str) else None
+
+
+def _labelled(own: dict[str, Any]) -> dict[str, Any]:
+    """Label each variant by its controller where it is not the base's and no label says more."""
+    variants = own.get("variants")
+    if not isinstance(variants, Mapping):
+        return own
+    found = dict(variants)
+    for key, variant in variants.items():
+        if isinstance(variant, Mapping):
+            own_controller = variant.get("controller")
+            whole = isinstance(own_controller, str) or "base" in (own_controller or ())
+            name = controller_name(own_controller) if whole else None
+            found[key] = ({} if name is None else {"label": name}) | variant
+    return own | {"variants": found}
 
 
 def _resolve_model(part: Any, loc: str) -> Any:

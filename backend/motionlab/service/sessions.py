@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
-from motionlab.config.changes import apply_changes, check_schedulable
+from motionlab.config.changes import apply_changes, check_schedulable, labelled
 from motionlab.config.load import phases, validate
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
@@ -202,6 +202,7 @@ class Session:
             If a value is refused or the field cannot change during a run.
         """
         check_schedulable(changes, "set")
+        changes = labelled(changes)
         before = self.simulation.scenario.model_dump(mode="json")
         scenario = validate(apply_changes(before, changes))
         if list(scenario.variants) != self.variants:
