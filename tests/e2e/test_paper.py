@@ -85,6 +85,20 @@ def test_a_record_is_shown_at_once_with_its_failures_red(paper: Page, server: Se
     expect(row(paper, "Turns of a phase N")).to_contain_text("145")
 
 
+def test_rows_are_shown_by_kind(paper: Page, server: Server) -> None:
+    computed(paper, server, "sizing")
+    expect(row(paper, "Mover height h")).to_contain_text("✓holds, fit", timeout=LONG)
+    kinds = paper.get_by_role("table", name="Rows by kind")
+    expect(kinds.get_by_role("row", name=re.compile("^fit"))).to_contain_text("fit206")
+    paper.get_by_role("button", name="fit", exact=True).press("Enter")
+    expect(row(paper, "Turns of a phase N")).to_have_count(0)
+    paper.reload()
+    expect(row(paper, "Mover height h")).to_be_visible(timeout=LONG)
+    expect(row(paper, "Turns of a phase N")).to_have_count(0)
+    paper.get_by_role("button", name="all rows").click()
+    expect(row(paper, "Turns of a phase N")).to_be_visible()
+
+
 def test_a_recipe_opens_in_the_lab(paper: Page, server: Server) -> None:
     computed(paper, server, "rhombus-x")
     expect(row(paper, "Following error, rhombus, x")).to_contain_text("✓better", timeout=LONG)

@@ -4,21 +4,23 @@ from __future__ import annotations
 
 from collections import Counter
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from motionlab.errors import ConfigError, StoreError
-from motionlab.paper.document import Comparison, JudgedRow, Number, ReproduceDocument
+from motionlab.paper.document import Comparison, JudgedRow, Kind, Number, ReproduceDocument
 from motionlab.paper.experiments import Experiments
 from motionlab.paper.figures import FIGURES
 from motionlab.paper.judge import holds, is_better, status
+from motionlab.paper.kinds import KINDS
 from motionlab.paper.known import known_failures
 from motionlab.paper.page import table
 from motionlab.paper.quantity import Found, Quantity, look_up
 from motionlab.paper.registry import GROUPS, SOURCE, quantities
+from motionlab.paper.report import report
 from motionlab.paper.reproduce import is_reproduced, judged, reproduce, summary
 
 PAGE = (Path(__file__).parents[2] / "docs" / "paper.md").read_text()
@@ -109,6 +111,7 @@ def document(*rows: JudgedRow) -> ReproduceDocument:
         model="0",
         source=SOURCE,
         groups=[],
+        kinds=list(KINDS),
         rows=list(rows),
         figures=[],
         errata=[],
@@ -137,14 +140,32 @@ def test_all_is_well_without_failures_and_with_known_ones_that_fail() -> None:
     assert not is_reproduced(document(good, bad))
     assert not is_reproduced(document(good, mended)), "a known failure that holds must be told"
     assert document(mended).summary.come_to_hold == ["one"]
+    count = {"holds": 2, "fails": 1, "known_failure": 1, "not_comparable": 0, "better": 0}
     assert document(good, bad, known, mended).summary.model_dump() == {
-        "holds": 2,
-        "fails": 1,
-        "known_failure": 1,
-        "not_comparable": 0,
-        "better": 0,
+        **count,
+        "kinds": {"printed": count},
         "come_to_hold": ["one"],
     }
+
+
+def test_rows_are_counted_by_kind_so_that_fits_and_inputs_prove_nothing() -> None:
+    given = row(kind="input", comparison="none", band=None, compute=None)
+    rows = [
+        judged(row(), Found(2.0), {}),
+        judged(row(kind="fit"), Found(1.0), {}),
+        judged(given, Found(None), {}),
+    ]
+    counts = document(*rows).summary.kinds
+    assert list(counts) == ["printed", "fit", "input"], "in the order of KINDS"
+    assert [(c.holds, c.fails, c.not_comparable) for c in counts.values()] == [
+        (0, 1, 0),
+        (1, 0, 0),
+        (0, 0, 1),
+    ]
+    text = report(document(*rows)).splitlines()
+    assert "1 hold" in text[-4]
+    assert [line.split()[0] for line in text[-3:]] == ["printed", "fit", "input"]
+    assert "it proves nothing" in text[-2]
 
 
 @pytest.mark.parametrize(
@@ -154,6 +175,9 @@ def test_all_is_well_without_failures_and_with_known_ones_that_fail() -> None:
         {"paper": None},
         {"compute": None},
         {"comparison": "none"},
+        {"comparison": "none", "band": None, "compute": None},
+        {"kind": "input"},
+        {"kind": "no_data"},
         {"reason": ""},
     ],
 )
@@ -168,6 +192,11 @@ def test_every_row_is_unique_and_in_a_group() -> None:
     assert [name for name, count in Counter(q.id for q in rows).items() if count > 1] == []
     assert {q.group for q in rows} == {group.id for group in GROUPS}
     assert not {q.id for q in rows} & {group.id for group in GROUPS}, "--only could mean either"
+
+
+def test_every_kind_has_its_words_and_its_rows() -> None:
+    assert [kind.id for kind in KINDS] == list(get_args(Kind))
+    assert {q.kind for q in quantities()} == set(get_args(Kind))
 
 
 def test_every_row_is_on_the_page() -> None:

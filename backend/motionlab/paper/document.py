@@ -11,6 +11,9 @@ Comparison = Literal["value", "at_most", "at_least", "within", "none"]
 
 Status = Literal["holds", "fails", "known_failure", "not_comparable"]
 
+Kind = Literal["printed", "claim", "formula", "recovered", "fit", "input", "no_data"]
+"""What a row sets beside what: `motionlab.paper.kinds.KINDS` has the words."""
+
 Number = float | tuple[float, float]
 """One number, or the two ends of a range."""
 
@@ -36,6 +39,7 @@ class PaperRow(_Document):
 
     id: str = Field(description="Name, as --only takes it")
     group: str = Field(description="Identifier of the group it is shown in")
+    kind: Kind = Field(description="What is set beside what, in the words of `kinds`")
     place: str = Field(description="Where it is printed")
     quantity: str = Field(description="What it is")
     unit: str = Field(description="SI unit of every number of the row; 1 for a pure number")
@@ -95,6 +99,14 @@ class PaperGroup(_Document):
     """Rows that are shown together: a section, a table or a figure of the paper."""
 
     id: str
+    title: str
+    about: str
+
+
+class PaperKind(_Document):
+    """A kind of row, in words."""
+
+    id: Kind
     title: str
     about: str
 
@@ -162,7 +174,7 @@ class Erratum(_Document):
     shown: bool = Field(description="Whether the computation shows it")
 
 
-class RowSummary(_Document):
+class RowCount(_Document):
     """How many rows came out how."""
 
     holds: int
@@ -170,6 +182,12 @@ class RowSummary(_Document):
     known_failure: int
     not_comparable: int
     better: int = Field(description="Bounds that ours stays well inside of")
+
+
+class RowSummary(RowCount):
+    """How many rows came out how, in all and of each kind."""
+
+    kinds: dict[Kind, RowCount] = Field(description="Of each kind that there is a row of")
     come_to_hold: list[str] = Field(description="Known failures that hold now: exit code 1")
 
 
@@ -178,6 +196,7 @@ class PaperDocument(_Document):
 
     source: str
     groups: list[PaperGroup]
+    kinds: list[PaperKind]
     rows: list[PaperRow]
 
 
@@ -188,6 +207,7 @@ class ReproduceDocument(_Document):
     model: str = Field(description="Hash of the model's sources")
     source: str
     groups: list[PaperGroup]
+    kinds: list[PaperKind]
     rows: list[JudgedRow]
     figures: list[PaperFigure]
     errata: list[Erratum]

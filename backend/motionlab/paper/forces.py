@@ -121,6 +121,7 @@ QUANTITIES = (
     Quantity(
         id="thrust-required",
         group=GROUP,
+        kind="claim",
         place="II-A-2",
         quantity="The thrust meets the requirement f_max",
         unit="N",
@@ -137,6 +138,7 @@ QUANTITIES = (
     Quantity(
         id="phases-at-once",
         group=GROUP,
+        kind="claim",
         place="II-B",
         quantity="Largest number of phases excited at once on an axis",
         unit="1",

@@ -50,6 +50,7 @@ def _row(axis: str, name: str) -> Quantity:
     return Quantity(
         id=f"friction-{axis}-{name.lower().replace('_', '')}",
         group=GROUP,
+        kind="recovered",
         place=f"({equation})",
         quantity=f"{name}, {what}, {axis}",
         unit=unit,

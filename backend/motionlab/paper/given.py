@@ -64,6 +64,7 @@ def _gains() -> list[Quantity]:
             GROUP,
             "Table 1",
             f"k_{axis}{symbol} of the {what}",
+            kind="input",
             unit=unit,
             paper=value * 1e3,
             printed=f"{value:{digits}} {printed_unit}",
@@ -81,7 +82,15 @@ def _gains() -> list[Quantity]:
 QUANTITIES = (
     *(
         not_comparable(
-            row_id, GROUP, place, quantity, unit=unit, paper=paper, printed=printed, reason=reason
+            row_id,
+            GROUP,
+            place,
+            quantity,
+            kind="input",
+            unit=unit,
+            paper=paper,
+            printed=printed,
+            reason=reason,
         )
         for row_id, place, quantity, paper, unit, printed, reason in _GIVEN
     ),
@@ -113,6 +122,7 @@ QUANTITIES = (
         DISCUSSION,
         "II-A-2",
         "Pole pitch of the previous design",
+        kind="input",
         unit="m",
         paper=9e-3,
         printed="9 mm, n = 2",

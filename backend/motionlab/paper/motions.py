@@ -72,6 +72,7 @@ def _below_limits(scenario: str, axis: str, figure: str) -> tuple[Quantity, Quan
         Quantity(
             id=f"{scenario}-{what}-{axis}",
             group=GROUP,
+            kind="claim",
             place=_TEXT,
             quantity=f"Largest {what} of the {_NAMES[scenario]}, {axis}",
             unit=unit,
@@ -106,6 +107,7 @@ QUANTITIES = (
         GROUP,
         _TEXT,
         "Velocities of both y motions",
+        kind="input",
         unit="m/s",
         paper=(-0.14, 0.15),
         printed="[-0.14, 0.15] m/s",
@@ -157,6 +159,7 @@ QUANTITIES = (
     Quantity(
         id="current-limit",
         group=GROUP,
+        kind="claim",
         place=_TEXT,
         quantity="Largest phase current of the trapezoid",
         unit="A",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from motionlab.paper.kinds import KINDS
 from motionlab.paper.quantity import Quantity
 from motionlab.paper.registry import GROUPS, quantities
 from motionlab.paper.report import number
@@ -14,6 +15,8 @@ _JUDGED = {
     "none": "not comparable",
 }
 
+_KINDS = {kind.id: kind.title for kind in KINDS}
+
 
 def table() -> str:
     """Return every row in Markdown, group by group: what is printed, how it is judged, the band."""
@@ -21,8 +24,8 @@ def table() -> str:
     for group in GROUPS:
         lines += [f"### {group.title}", "", f"{group.about}. `{group.id}`", ""]
         lines += [
-            "| row | place | quantity | printed | judged | band |",
-            "|---|---|---|---|---|---|",
+            "| row | place | quantity | printed | kind | judged | band |",
+            "|---|---|---|---|---|---|---|",
         ]
         lines += [_line(row) for row in quantities([group.id])]
         lines.append("")
@@ -31,8 +34,8 @@ def table() -> str:
 
 def _line(row: Quantity) -> str:
     band = "" if row.band is None else number(row.band, row.unit)
-    cells = (f"`{row.id}`", row.place, row.quantity, row.printed, _JUDGED[row.comparison], band)
-    return f"| {' | '.join(cells)} |"
+    cells = (f"`{row.id}`", row.place, row.quantity, row.printed, _KINDS[row.kind])
+    return f"| {' | '.join((*cells, _JUDGED[row.comparison], band))} |"
 
 
 if __name__ == "__main__":

@@ -130,6 +130,7 @@ def _rows(axis: str) -> tuple[Quantity, ...]:
         Quantity(
             id=f"crossover-{axis}",
             group=GROUP,
+            kind="formula",
             place="(39)",
             quantity=f"Crossover frequency of the open loop, {axis}",
             unit="rad/s",
@@ -147,6 +148,7 @@ def _rows(axis: str) -> tuple[Quantity, ...]:
         Quantity(
             id=f"step-error-{axis}",
             group=GROUP,
+            kind="formula",
             place="(40)",
             quantity=f"Steady-state error of a step, {axis}",
             unit="m",
@@ -162,6 +164,7 @@ def _rows(axis: str) -> tuple[Quantity, ...]:
         Quantity(
             id=f"ramp-error-{axis}",
             group=GROUP,
+            kind="formula",
             place="(40)",
             quantity=f"Steady-state error of a ramp, {axis}",
             unit="m",
@@ -177,6 +180,7 @@ def _rows(axis: str) -> tuple[Quantity, ...]:
         Quantity(
             id=f"parabola-error-{axis}",
             group=GROUP,
+            kind="formula",
             place="(40)",
             quantity=f"Steady-state error of R t^2, R = 0.5 m/s^2, {axis}",
             unit="m",
@@ -192,6 +196,7 @@ def _rows(axis: str) -> tuple[Quantity, ...]:
         Quantity(
             id=f"sine-amplitude-{axis}",
             group=GROUP,
+            kind="formula",
             place="(41), (42)",
             quantity=f"Error amplitude of the circle, {axis}",
             unit="m",
@@ -208,6 +213,7 @@ def _rows(axis: str) -> tuple[Quantity, ...]:
         Quantity(
             id=f"sine-phase-{axis}",
             group=GROUP,
+            kind="formula",
             place="(42)",
             quantity=f"Error phase of the circle, {axis}",
             unit="rad",

@@ -106,6 +106,7 @@ def _requirement(  # noqa: PLR0913 - what differs between rows of one form
     return Quantity(
         id=row_id,
         group=LIMITS,
+        kind="claim",
         place="II-B",
         quantity=quantity,
         unit="m/s",
@@ -127,6 +128,7 @@ QUANTITIES = (
         GROUP,
         "II-B",
         "Normal force of the deformation analysis",
+        kind="input",
         unit="N",
         paper=400.0,
         printed="four of 400 N",

@@ -7,9 +7,9 @@ import re
 import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
-from motionlab.paper.document import Comparison, Number, PaperRow, Recipe
+from motionlab.paper.document import Comparison, Kind, Number, PaperRow, Recipe
 from motionlab.paper.experiments import Experiments
 
 API = "http://127.0.0.1:8000/api/v1"
@@ -73,7 +73,7 @@ class Quantity:
 
     Attributes
     ----------
-    id, group, place, quantity, unit, comparison, paper, printed, band, reason, basis, fitted, note
+    id, group, kind, place, quantity, unit, comparison, paper, printed, band, reason, basis, note
         See `motionlab.paper.document.PaperRow`.
     compute : callable or None
         Returns ours; None where nothing can be computed.
@@ -94,11 +94,11 @@ class Quantity:
     unit: str
     printed: str
     reason: str
+    kind: Kind = "printed"
     paper: Number | None = None
     comparison: Comparison = "none"
     band: float | None = None
     basis: str = ""
-    fitted: bool = False
     note: str = ""
     compute: Compute | None = None
     doing: str = "sizing equations"
@@ -109,6 +109,8 @@ class Quantity:
     def __post_init__(self) -> None:
         """Refuse a row that could neither be judged nor says why."""
         judged = self.comparison != "none"
+        if judged == (self.kind in {"input", "no_data"}):
+            raise ValueError(f"{self.id}: an input is not judged, nor is what has no data")
         if judged != (
             self.band is not None and self.paper is not None and self.compute is not None
         ):
@@ -121,6 +123,7 @@ class Quantity:
         return PaperRow(
             id=self.id,
             group=self.group,
+            kind=self.kind,
             place=self.place,
             quantity=self.quantity,
             unit=self.unit,
@@ -130,7 +133,7 @@ class Quantity:
             band=self.band,
             reason=self.reason,
             basis=self.basis,
-            fitted=self.fitted,
+            fitted=self.kind == "fit",
             note=self.note,
             known=known.get(self.id),
             figure=self.figure,
@@ -146,14 +149,16 @@ def not_comparable(  # noqa: PLR0913 - what a row without comparison has
     *,
     printed: str,
     reason: str,
+    kind: Literal["input", "no_data"] = "no_data",
     unit: str = "1",
     paper: Number | None = None,
     note: str = "",
 ) -> Quantity:
-    """Return a row for which the paper gives no way to compute anything."""
+    """Return a row for which there is nothing to compute, or no way to."""
     return Quantity(
         id=row_id,
         group=group,
+        kind=kind,
         place=place,
         quantity=quantity,
         unit=unit,

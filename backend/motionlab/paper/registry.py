@@ -19,6 +19,7 @@ from motionlab.paper import (
     table1,
 )
 from motionlab.paper.document import PaperDocument, PaperGroup
+from motionlab.paper.kinds import KINDS
 from motionlab.paper.known import known_failures
 from motionlab.paper.quantity import Quantity
 
@@ -100,5 +101,8 @@ def paper() -> PaperDocument:
     """Return every printed number before anything is computed."""
     known: Mapping[str, str] = known_failures()
     return PaperDocument(
-        source=SOURCE, groups=list(GROUPS), rows=[q.row(known) for q in quantities()]
+        source=SOURCE,
+        groups=list(GROUPS),
+        kinds=list(KINDS),
+        rows=[q.row(known) for q in quantities()],
     )

@@ -6,6 +6,7 @@ import math
 import textwrap
 
 from motionlab.paper.document import Erratum, JudgedRow, Number, ReproduceDocument
+from motionlab.paper.kinds import KINDS
 
 _PREFIXES = {-9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M"}
 _PREFIXED = {"m": range(-9, 1), "s": range(-9, 1), "A/m": range(7), "W": range(7), "Hz": range(7)}
@@ -15,6 +16,8 @@ _WORDS = {
     "known_failure": ("known failure", "31"),
     "not_comparable": ("not comparable", "2"),
 }
+_TITLES = {kind.id: kind.title for kind in KINDS}
+_KIND = max(map(len, _TITLES.values()))
 _WIDE = 56
 _WIDTH = 120
 
@@ -46,28 +49,42 @@ def report(document: ReproduceDocument, *, colour: bool = False) -> str:
         lines += ["", "Errata"]
         for erratum in document.errata:
             lines += _erratum(erratum)
+    return "\n".join([*lines, "", *_summary(document)])
+
+
+def _summary(document: ReproduceDocument) -> list[str]:
+    """Return a line on all rows and one on each kind of them."""
     s = document.summary
-    lines += [
-        "",
+    total = (
         f"{s.holds} hold ({s.better} better than a bound asks for), {s.fails} fail, "
-        f"{s.known_failure} known failures, {s.not_comparable} not comparable",
-    ]
-    return "\n".join(lines)
+        f"{s.known_failure} known failures, {s.not_comparable} not comparable; of these"
+    )
+    lines = [total]
+    for kind in document.kinds:
+        if count := s.kinds.get(kind.id):
+            words = (
+                (count.holds, "hold"),
+                (count.fails, "fail"),
+                (count.known_failure, "known failures"),
+                (count.not_comparable, "not comparable"),
+            )
+            counted = ", ".join(f"{n} {word}" for n, word in words if n)
+            lines.append(f"  {kind.title:{_KIND}}  {counted:28}  {kind.about}")
+    return lines
 
 
 def _line(row: JudgedRow, colour: bool) -> str:
     word, code = _WORDS[row.status]
     if row.better:
         word = "holds, better"
-    if row.holds and row.fitted:
-        word += " (a fit)"
     if colour:
         word = f"\x1b[{code}m{word}\x1b[0m"
     band = "" if row.band is None else f"+-{number(row.band, row.unit)}"
     quantity = row.quantity if len(row.quantity) <= _WIDE else row.quantity[: _WIDE - 1] + "…"
     paper = number(row.paper, row.unit)
     ours = number(row.ours, row.unit)
-    return f"  {row.id:26} {quantity:{_WIDE}} {paper:>20} {ours:>20} {band:>12}  {word}"
+    state = f"{_TITLES[row.kind]:{_KIND}}  {word}"
+    return f"  {row.id:26} {quantity:{_WIDE}} {paper:>20} {ours:>20} {band:>12}  {state}"
 
 
 def _explained(row: JudgedRow) -> list[str]:

@@ -13,12 +13,14 @@ from motionlab.paper.document import (
     PaperFigure,
     PartialReproduce,
     ReproduceDocument,
+    RowCount,
     RowSpread,
     RowSummary,
     RowValue,
 )
 from motionlab.paper.experiments import Experiments
 from motionlab.paper.judge import holds, is_better, status
+from motionlab.paper.kinds import KINDS
 from motionlab.paper.known import known_failures
 from motionlab.paper.quantity import Found, Quantity
 from motionlab.paper.registry import GROUPS, SOURCE, quantities
@@ -93,6 +95,7 @@ class _Reproduction:
             model=model_hash(),
             source=SOURCE,
             groups=[g for g in GROUPS if any(row.group == g.id for row in self.rows)],
+            kinds=list(KINDS),
             rows=self.rows,
             figures=self.figures,
             errata=found,
@@ -179,15 +182,23 @@ def judged(
 
 
 def summary(rows: Sequence[JudgedRow]) -> RowSummary:
-    """Return how many rows came out how."""
-    count = [row.status for row in rows].count
+    """Return how many rows came out how, in all and of each kind."""
+    of = {kind.id: [row for row in rows if row.kind == kind.id] for kind in KINDS}
     return RowSummary(
+        **_count(rows).model_dump(),
+        kinds={kind: _count(found) for kind, found in of.items() if found},
+        come_to_hold=[row.id for row in rows if row.holds and row.known is not None],
+    )
+
+
+def _count(rows: Sequence[JudgedRow]) -> RowCount:
+    count = [row.status for row in rows].count
+    return RowCount(
         holds=count("holds"),
         fails=count("fails"),
         known_failure=count("known_failure"),
         not_comparable=count("not_comparable"),
         better=sum(bool(row.better) for row in rows),
-        come_to_hold=[row.id for row in rows if row.holds and row.known is not None],
     )
 
 

@@ -69,6 +69,7 @@ def _rows(axis: str) -> tuple[Quantity, ...]:
         Quantity(
             id=f"lyapunov-rate-{axis}",
             group=GROUP,
+            kind="claim",
             place="(32), (38)",
             quantity=f"Share of the time at which V rises, {axis}",
             unit="1",
@@ -87,6 +88,7 @@ def _rows(axis: str) -> tuple[Quantity, ...]:
         Quantity(
             id=f"lyapunov-bristle-{axis}",
             group=GROUP,
+            kind="claim",
             place="(34)",
             quantity=f"Largest e_z where e passes through zero, {axis}",
             unit="m",

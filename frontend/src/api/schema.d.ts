@@ -3343,6 +3343,12 @@ export interface components {
              */
             group: string;
             /**
+             * Kind
+             * @description What is set beside what, in the words of `kinds`
+             * @enum {string}
+             */
+            kind: "printed" | "claim" | "formula" | "recovered" | "fit" | "input" | "no_data";
+            /**
              * Place
              * @description Where it is printed
              */
@@ -4262,6 +4268,8 @@ export interface components {
             source: string;
             /** Groups */
             groups: components["schemas"]["PaperGroup"][];
+            /** Kinds */
+            kinds: components["schemas"]["PaperKind"][];
             /** Rows */
             rows: components["schemas"]["PaperRow"][];
         };
@@ -4298,6 +4306,21 @@ export interface components {
             about: string;
         };
         /**
+         * PaperKind
+         * @description A kind of row, in words.
+         */
+        PaperKind: {
+            /**
+             * Id
+             * @enum {string}
+             */
+            id: "printed" | "claim" | "formula" | "recovered" | "fit" | "input" | "no_data";
+            /** Title */
+            title: string;
+            /** About */
+            about: string;
+        };
+        /**
          * PaperRow
          * @description A printed number and how it is judged, before anything is computed.
          */
@@ -4312,6 +4335,12 @@ export interface components {
              * @description Identifier of the group it is shown in
              */
             group: string;
+            /**
+             * Kind
+             * @description What is set beside what, in the words of `kinds`
+             * @enum {string}
+             */
+            kind: "printed" | "claim" | "formula" | "recovered" | "fit" | "input" | "no_data";
             /**
              * Place
              * @description Where it is printed
@@ -5122,6 +5151,8 @@ export interface components {
             source: string;
             /** Groups */
             groups: components["schemas"]["PaperGroup"][];
+            /** Kinds */
+            kinds: components["schemas"]["PaperKind"][];
             /** Rows */
             rows: components["schemas"]["JudgedRow"][];
             /** Figures */
@@ -5436,6 +5467,25 @@ export interface components {
             relative: number | null;
         };
         /**
+         * RowCount
+         * @description How many rows came out how.
+         */
+        RowCount: {
+            /** Holds */
+            holds: number;
+            /** Fails */
+            fails: number;
+            /** Known Failure */
+            known_failure: number;
+            /** Not Comparable */
+            not_comparable: number;
+            /**
+             * Better
+             * @description Bounds that ours stays well inside of
+             */
+            better: number;
+        };
+        /**
          * RowSpread
          * @description The number over many plausible motors, none of them fitted to anything.
          */
@@ -5475,7 +5525,7 @@ export interface components {
         };
         /**
          * RowSummary
-         * @description How many rows came out how.
+         * @description How many rows came out how, in all and of each kind.
          */
         RowSummary: {
             /** Holds */
@@ -5491,6 +5541,13 @@ export interface components {
              * @description Bounds that ours stays well inside of
              */
             better: number;
+            /**
+             * Kinds
+             * @description Of each kind that there is a row of
+             */
+            kinds: {
+                [key: string]: components["schemas"]["RowCount"];
+            };
             /**
              * Come To Hold
              * @description Known failures that hold now: exit code 1

@@ -103,6 +103,7 @@ export type ClientMessage = Schemas['Subscribe'] | Schemas['Acknowledge'];
 
 /** The paper's numbers, before and after they are computed. */
 export type PaperDocument = Schemas['PaperDocument'];
+export type PaperKind = Schemas['PaperKind'];
 export type PaperRow = Schemas['PaperRow'];
 export type JudgedRow = Schemas['JudgedRow'];
 export type PaperFigure = Schemas['PaperFigure'];

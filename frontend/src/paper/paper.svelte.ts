@@ -1,16 +1,32 @@
 /** What the Paper screen knows and does; components read it and call it. */
 
-import type { Changes, PaperDocument, PaperFigure, Erratum } from '../api/types';
+import type {
+  Changes,
+  Erratum,
+  PaperDocument,
+  PaperFigure,
+  PaperKind,
+  PaperRow,
+} from '../api/types';
 import { JobStore } from '../jobs/job.svelte';
 import { lab } from '../lab/lab.svelte';
 import { screen } from '../ui/screen.svelte';
 import { fromAddress, load, save, setAddress } from '../ui/storage';
-import { FILTERS, linesOf, passes, type Filter, type Line } from './rows';
+import {
+  FILTERS,
+  isOfKind,
+  linesOf,
+  passes,
+  type Filter,
+  type KindFilter,
+  type Line,
+} from './rows';
 
 class PaperStore {
   readonly job = new JobStore(lab.api, 'reproduce');
   document = $state.raw<PaperDocument | null>(null);
   filter = $state<Filter>(load('paper-filter', 'all' as string) as Filter);
+  kind = $state<KindFilter>(load('paper-kind', 'all' as string) as KindFilter);
   chosen = $state(fromAddress('row') ?? '');
 
   /** What is there: all of it, or what a job that goes on or was cancelled has so far. */
@@ -18,7 +34,9 @@ class PaperStore {
   readonly lines = $derived<readonly Line[]>(
     this.document ? linesOf(this.document.rows, this.found?.rows ?? []) : [],
   );
-  readonly shown = $derived(this.lines.filter((line) => passes(line, this.filter)));
+  readonly shown = $derived(
+    this.lines.filter((line) => passes(line, this.filter) && isOfKind(line, this.kind)),
+  );
   readonly line = $derived(this.lines.find(({ row }) => row.id === this.chosen) ?? null);
   readonly figures = $derived<readonly PaperFigure[]>(this.found?.figures ?? []);
   readonly errata = $derived<readonly Erratum[]>(this.found?.errata ?? []);
@@ -29,7 +47,9 @@ class PaperStore {
   async open(): Promise<void> {
     if (!FILTERS.some(({ value }) => value === this.filter)) this.filter = 'all';
     await lab.try(async () => {
-      this.document = await lab.api.paper();
+      const document = await lab.api.paper();
+      if (!document.kinds.some(({ id }) => id === this.kind)) this.kind = 'all';
+      this.document = document;
       await this.job.resume();
     });
   }
@@ -46,6 +66,15 @@ class PaperStore {
   show(filter: Filter): void {
     this.filter = filter;
     save('paper-filter', filter);
+  }
+
+  showKind(kind: KindFilter): void {
+    this.kind = kind;
+    save('paper-kind', kind);
+  }
+
+  kindOf(row: PaperRow): PaperKind | null {
+    return this.document?.kinds.find(({ id }) => id === row.kind) ?? null;
   }
 
   figure(id: string | null): PaperFigure | null {

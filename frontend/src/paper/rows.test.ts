@@ -1,9 +1,11 @@
 import { describe, expect, it } from 'vitest';
-import type { JudgedRow, PaperRow } from '../api/types';
+import type { JudgedRow, PaperKind, PaperRow } from '../api/types';
 import {
   bandSign,
   comesToHold,
   countOf,
+  isOfKind,
+  kindsOf,
   linesOf,
   numberOf,
   passes,
@@ -48,6 +50,28 @@ describe('rows', () => {
     expect(ids('red')).toEqual(['c']);
     expect(ids('better')).toEqual(['b']);
     expect(ids('none')).toEqual(['d']);
+  });
+
+  it('are counted and chosen by kind', () => {
+    const of = (id: string, kind: PaperRow['kind']) => ({ ...row(id), kind });
+    const kinds: PaperKind[] = [
+      { id: 'printed', title: 'printed value', about: '' },
+      { id: 'fit', title: 'fit', about: '' },
+    ];
+    const lines = linesOf(
+      [of('a', 'printed'), of('b', 'fit'), of('c', 'fit')],
+      [
+        judged('a', { kind: 'printed', status: 'fails', holds: false }),
+        judged('b', { kind: 'fit' }),
+      ],
+    );
+    expect(kindsOf(lines, kinds).map(({ id, hold, red, rest }) => [id, hold, red, rest])).toEqual([
+      ['all', 1, 1, 1],
+      ['printed', 0, 1, 0],
+      ['fit', 1, 0, 1],
+    ]);
+    expect(lines.filter((line) => isOfKind(line, 'fit'))).toHaveLength(2);
+    expect(lines.filter((line) => isOfKind(line, 'all'))).toHaveLength(3);
   });
 
   it('are red too when a known failure has come to hold', () => {

@@ -1,10 +1,11 @@
 /** Rows of the paper's numbers: merged with what was computed, counted, filtered, put in words. */
 
-import type { JudgedRow, PaperRow } from '../api/types';
+import type { JudgedRow, PaperKind, PaperRow } from '../api/types';
 import { digits, minus, prettyUnit, scaleFor, type Quantity } from '../units';
 
 export type Standing = JudgedRow['status'] | 'better' | 'waiting';
 export type Filter = 'all' | 'judged' | 'red' | 'better' | 'none';
+export type KindFilter = PaperKind['id'] | 'all';
 export type Range = number | readonly number[] | null;
 
 /** A row and what was computed for it, if anything was. */
@@ -65,6 +66,38 @@ export function passes({ standing, judged }: Line, filter: Filter): boolean {
     case 'none':
       return standing === 'not_comparable';
   }
+}
+
+export function isOfKind({ row }: Line, kind: KindFilter): boolean {
+  return kind === 'all' || row.kind === kind;
+}
+
+/** Rows of a kind: how many hold, how many are red, and how many are neither. */
+export interface KindCount {
+  id: KindFilter;
+  title: string;
+  about: string;
+  hold: number;
+  red: number;
+  rest: number;
+}
+
+/** All rows, and those of each kind, counted: what holds says something of some kinds only. */
+export function kindsOf(lines: readonly Line[], kinds: readonly PaperKind[]): KindCount[] {
+  const all = {
+    id: 'all',
+    title: 'all rows',
+    about: 'Every number that the paper prints',
+  } as const;
+  return [all, ...kinds].map((kind) => {
+    const counts = countOf(lines.filter((line) => isOfKind(line, kind.id)));
+    return {
+      ...kind,
+      hold: counts.holds + counts.better,
+      red: counts.fails + counts.known_failure,
+      rest: counts.not_comparable + counts.waiting,
+    };
+  });
 }
 
 /** A known failure that holds is an error of the page that names it. */
