@@ -10,6 +10,7 @@ from motionlab.lanes import model_hash
 from motionlab.paper import errata, figures
 from motionlab.paper.document import (
     JudgedRow,
+    Kind,
     PaperFigure,
     PartialReproduce,
     ReproduceDocument,
@@ -183,7 +184,9 @@ def judged(
 
 def summary(rows: Sequence[JudgedRow]) -> RowSummary:
     """Return how many rows came out how, in all and of each kind."""
-    of = {kind.id: [row for row in rows if row.kind == kind.id] for kind in KINDS}
+    of: dict[Kind, list[JudgedRow]] = {
+        kind.id: [row for row in rows if row.kind == kind.id] for kind in KINDS
+    }
     return RowSummary(
         **_count(rows).model_dump(),
         kinds={kind: _count(found) for kind, found in of.items() if found},
