@@ -7,12 +7,16 @@ import math
 import pytest
 
 from motionlab.simulation.family import Figures
-from motionlab.tune.cost import margin_violations, outcome_violations
 from motionlab.tune.request import Constraints
 from motionlab.tune.trials import RAN_AWAY, Outcome
+from motionlab.tune.verdict import Verdict, Violation, margin_violations, outcome_violations
 
 WANTED = Constraints(gain_margin=2.0, phase_margin=0.5, Ms=2.0, saturated=0.1, force=10.0)
 STILL = Outcome(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, diverged=False)
+
+
+def shares(violations: list[Violation]) -> dict[str, float]:
+    return {one.words.split()[0]: one.share for one in violations}
 
 
 @pytest.mark.parametrize(
@@ -25,17 +29,56 @@ STILL = Outcome(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, diverged=False)
     ],
 )
 def test_margins_that_fall_short(figures: Figures, violations: dict[str, float]) -> None:
-    assert margin_violations(WANTED, figures) == pytest.approx(violations)
+    assert shares(margin_violations(WANTED, figures)) == pytest.approx(violations)
 
 
 def test_no_margin_at_all_is_a_finite_violation() -> None:
-    found = margin_violations(WANTED, Figures(2.0, 0.0, 2.0))
+    found = shares(margin_violations(WANTED, Figures(2.0, 0.0, 2.0)))
     assert math.log(1e3) < found["phase_margin"] < math.inf
 
 
 def test_limits_that_are_exceeded() -> None:
-    assert outcome_violations(WANTED, STILL) == {}
-    assert outcome_violations(WANTED, STILL._replace(force=20.0, saturated=0.3)) == pytest.approx(
-        {"force": math.log(2.0), "saturated": 0.2}
+    assert outcome_violations(WANTED, STILL) == []
+    found = outcome_violations(WANTED, STILL._replace(force=20.0, saturated=0.3))
+    assert shares(found) == pytest.approx({"force": math.log(2.0), "saturated": 0.2})
+    assert [one.words for one in found] == [
+        "saturated = 0.3000, at most 0.1000 wanted",
+        "force = 20.00 N, at most 10.00 wanted",
+    ]
+    assert [one.words for one in outcome_violations(WANTED, RAN_AWAY)] == ["runs away"]
+
+
+def verdict(cost: float, *, linear: float = 0.0, tried: float = 0.0) -> Verdict:
+    def at(share: float) -> dict[tuple[str, str], list[Violation]]:
+        return {("nominal", "x"): [Violation(share, f"short by {share}")] if share else []}
+
+    return Verdict(cost, at(linear), at(tried))
+
+
+def test_gains_are_ranked_by_cost_then_by_what_they_violate() -> None:
+    best_first = [
+        verdict(1.0),
+        verdict(2.0),
+        verdict(0.5, tried=0.1),
+        verdict(0.1, tried=0.2),
+        verdict(math.nan, linear=0.3),
+    ]
+    values = [one.value for one in best_first]
+    assert values == sorted(values)
+    assert [one.feasible for one in best_first] == [True, True, False, False, False]
+    assert best_first[2].reasons == ["x on nominal: short by 0.1"]
+
+
+def test_gains_better_others_that_cost_more_or_are_not_feasible() -> None:
+    good, dear, bad, away = (
+        one.document()
+        for one in (
+            verdict(1.0),
+            verdict(2.0),
+            verdict(0.5, tried=0.1),
+            verdict(math.inf, tried=1e3),
+        )
     )
-    assert list(outcome_violations(WANTED, RAN_AWAY)) == ["diverged"]
+    assert good.betters(dear) and good.betters(bad) and good.betters(away)
+    assert not (dear.betters(good) or bad.betters(good) or good.betters(good))
+    assert (away.cost, away.feasible) == (None, False)

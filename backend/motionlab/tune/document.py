@@ -50,15 +50,27 @@ class TunedAxis(_Document):
     margins: GainMargins | None = Field(description="null where the law has no linearisation")
 
 
-class Candidate(_Document):
+class VerdictDocument(_Document):
+    """What is thought of a set of gains."""
+
+    cost: float | None = Field(description="On the worst motor; null where it ran away")
+    feasible: bool = Field(description="Whether it holds every constraint")
+    violations: list[str] = Field(description="Constraints that it does not hold, with figures")
+
+    def betters(self, other: VerdictDocument) -> bool:
+        """Return whether it is feasible while the other is not, or costs more."""
+        if not self.feasible or self.cost is None:
+            return False
+        return not other.feasible or other.cost is None or self.cost < other.cost
+
+
+class Candidate(VerdictDocument):
     """A set of gains, tried."""
 
     origin: Literal["present", "paper", "start"] = Field(description="Where it comes from")
     start: int | None = Field(description="Which start of the simplex led to it")
     axes: dict[str, TunedAxis]
     also: dict[str, float] = Field(description="Further numbers of the controller, by path")
-    cost: float | None = Field(description="On the worst motor; null where it ran away")
-    violations: list[str] = Field(description="Constraints that it does not hold, with figures")
     set: dict[str, float] = Field(description="Dotted path to value: puts it into the scenario")
 
 

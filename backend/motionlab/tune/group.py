@@ -37,11 +37,17 @@ class Group:
     problem: Problem
     axes: tuple[str, ...]
 
+    @property
+    def request(self) -> TuneRequest:
+        """What was asked for."""
+        request = self.problem.request
+        assert isinstance(request, TuneRequest)
+        return request
+
     @cached_property
     def fields(self) -> dict[str, tuple[float, float]]:
         """What is searched, by path below the controller: low and high."""
-        request = self.problem.request
-        assert isinstance(request, TuneRequest)
+        request = self.request
         gains = {
             f"{axis}.{name}": getattr(request.bounds, name)
             for axis in self.axes

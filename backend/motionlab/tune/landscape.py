@@ -15,7 +15,7 @@ from motionlab.lanes import model_hash
 from motionlab.simulation.family import LoopFamily
 from motionlab.simulation.linear import NoLinearisation
 from motionlab.simulation.result import plant_name
-from motionlab.tune.cost import SCALES
+from motionlab.tune.cost import cost
 from motionlab.tune.document import AxisLandscape, LandscapeDocument, PartialLandscape
 from motionlab.tune.edge import stability_edge
 from motionlab.tune.problem import Problem, unstable_warnings
@@ -83,10 +83,8 @@ def landscape(problem: Problem, progress: Progress | None = None) -> LandscapeDo
             i, j = np.array(places).T
             metrics = problem.own.over_gains(problem.controller, k_p[j], k_d[i])
             for axis in problem.axes:
-                costs[axis][i, j] = sum(
-                    weight * metrics[name][:, AXES.index(axis)] / SCALES[name]
-                    for name, weight in request.objective.items()
-                )
+                own = {name: values[:, AXES.index(axis)] for name, values in metrics.items()}
+                costs[axis][i, j] = cost(request.objective, own)
             tried += len(places)
             told(tried / n**2, None)
         told(tried / n**2, PartialLandscape(axes=drawn(stride)) if stride > 1 else None)

@@ -13,15 +13,7 @@ from motionlab import __version__
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.lanes import model_hash
 from motionlab.simulation.result import plant_name
-from motionlab.tune.candidates import Tried, betters, candidate
-from motionlab.tune.cost import (
-    REFUSED,
-    UNSTABLE,
-    margin_violations,
-    on_worst,
-    outcome_violations,
-    refused,
-)
+from motionlab.tune.candidates import candidate
 from motionlab.tune.document import (
     Candidate,
     PartialGroup,
@@ -35,6 +27,8 @@ from motionlab.tune.group import Group, with_published
 from motionlab.tune.problem import Problem, unstable_warnings
 from motionlab.tune.request import TuneRequest
 from motionlab.tune.simplex import Ended, search
+from motionlab.tune.trials import Outcome
+from motionlab.tune.verdict import of_loops, of_trial
 
 Array = NDArray[np.float64]
 Progress = Callable[[float, PartialTuning | None], None]
@@ -109,24 +103,26 @@ class _Search:
     def _values(self, questions: Sequence[tuple[int, Array]]) -> list[float]:
         """Return the value of each start's point, all of them tried side by side."""
         points = [(self.owners[start], self.owners[start].values(p)) for start, p in questions]
-        values = [refused(self._linear_violation(group, numbers)) for group, numbers in points]
-        alive = [i for i, value in enumerate(values) if value == 0.0]
+        verdicts = [of_loops(group, numbers) for group, numbers in points]
+        alive = [i for i, verdict in enumerate(verdicts) if verdict.feasible]
         for i, tried in zip(alive, self._try_out([points[i] for i in alive]), strict=True):
-            values[i] = self._value(tried)
-        for (start, _), (_, numbers), value in zip(questions, points, values, strict=True):
+            verdicts[i] = of_trial(verdicts[i], points[i][0], tried)
+        for (start, _), (_, numbers), verdict in zip(questions, points, verdicts, strict=True):
             history = self.histories[start]
             for path, number in numbers.items():
                 history.gains[path].append(float(f"{number:.6g}"))
-            history.cost.append(value if value < REFUSED else None)
+            history.cost.append(verdict.cost if verdict.feasible else None)
         self.tried += len(questions)
         self.rounds += 1
         share = self.tried / (self.request.evaluations * len(self.owners))
         self.progress(min(share, 1.0), self._partial() if self.rounds % _TOLD_EVERY == 1 else None)
-        return values
+        return [verdict.value for verdict in verdicts]
 
-    def _try_out(self, points: Sequence[tuple[Group, dict[str, float]]]) -> list[Tried]:
+    def _try_out(
+        self, points: Sequence[tuple[Group, dict[str, float]]]
+    ) -> list[dict[tuple[str, str], Outcome]]:
         """Return what comes of each point on each motor and axis."""
-        tried: list[Tried] = [{} for _ in points]
+        tried: list[dict[tuple[str, str], Outcome]] = [{} for _ in points]
         movers = self._movers(points)
         controllers = [
             functools.reduce(
@@ -151,28 +147,6 @@ class _Search:
         rows = itertools.zip_longest(*queues)
         return [[i for i in row if i is not None] for row in rows]
 
-    def _linear_violation(self, group: Group, values: dict[str, float]) -> float:
-        """Return how far the linearised loops violate the constraints; 0 where they do not."""
-        worst = 0.0
-        for (_, axis), family in group.families(values).items():
-            k_p, k_d = group.gains(values, axis)
-            radius = float(family.radius(k_p, k_d))
-            if radius >= 1.0:
-                worst = max(worst, UNSTABLE * radius)
-                continue
-            short = margin_violations(
-                self.request.constraints, family.figures(float(k_p), float(k_d))
-            )
-            worst = max(worst, sum(short.values()))
-        return worst
-
-    def _value(self, tried: Tried) -> float:
-        exceeded = max(
-            sum(outcome_violations(self.request.constraints, outcome).values())
-            for outcome in tried.values()
-        )
-        return refused(exceeded) or on_worst(self.request.objective, tried)
-
     def _candidates(
         self, group: Group, ends: Sequence[Array]
     ) -> tuple[Candidate, Candidate, list[Candidate]]:
@@ -184,12 +158,12 @@ class _Search:
             *map(group.values, ends),
         ]
         tried = self._try_out([(group, values) for values in numbers])
-        present, paper, *found = zip(numbers, tried, strict=True)
-        values = [
-            refused(self._linear_violation(group, point)) or self._value(outcomes)
-            for point, outcomes in found
+        verdicts = [
+            of_trial(of_loops(group, values), group, outcomes)
+            for values, outcomes in zip(numbers, tried, strict=True)
         ]
-        best_first = sorted(range(len(found)), key=values.__getitem__)
+        present, paper, *found = zip(numbers, tried, verdicts, strict=True)
+        best_first = sorted(range(len(found)), key=lambda i: found[i][2].value)
         return (
             candidate(group, *present, "present"),
             candidate(group, *paper, "paper"),
@@ -232,10 +206,10 @@ class _Search:
 def _nothing_better(group: TunedGroup) -> str | None:
     """Return why the present gains stay, or None where a candidate betters them."""
     best, present = group.candidates[0], group.present
-    if betters(best, present):
+    if best.betters(present):
         return None
     axes = " and ".join(group.axes)
-    if best.violations:
+    if not best.feasible:
         return f"{axes}: no start holds every constraint; the best: {'; '.join(best.violations)}"
     return f"{axes}: no start betters the present gains, whose cost is {present.cost:.4g}"
 

@@ -1606,6 +1606,21 @@ export interface components {
          */
         Candidate: {
             /**
+             * Cost
+             * @description On the worst motor; null where it ran away
+             */
+            cost: number | null;
+            /**
+             * Feasible
+             * @description Whether it holds every constraint
+             */
+            feasible: boolean;
+            /**
+             * Violations
+             * @description Constraints that it does not hold, with figures
+             */
+            violations: string[];
+            /**
              * Origin
              * @description Where it comes from
              * @enum {string}
@@ -1627,16 +1642,6 @@ export interface components {
             also: {
                 [key: string]: number;
             };
-            /**
-             * Cost
-             * @description On the worst motor; null where it ran away
-             */
-            cost: number | null;
-            /**
-             * Violations
-             * @description Constraints that it does not hold, with figures
-             */
-            violations: string[];
             /**
              * Set
              * @description Dotted path to value: puts it into the scenario

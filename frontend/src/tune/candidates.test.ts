@@ -10,7 +10,16 @@ function candidate(origin: Candidate['origin'], start: number | null, peaks: (nu
     ]),
   );
   const tuned = { k_p: 2e5, k_d: 1500, metrics, margins: null };
-  return { origin, start, axes: { x: tuned }, also: {}, cost: 1, violations: [], set: {} };
+  return {
+    origin,
+    start,
+    axes: { x: tuned },
+    also: {},
+    cost: 1,
+    feasible: true,
+    violations: [],
+    set: {},
+  };
 }
 
 const GROUP: TuneGroup = {

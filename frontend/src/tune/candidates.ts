@@ -3,6 +3,9 @@
 import type { Axis, Candidate, Changes, TuneGroup } from '../api/types';
 import { digits } from '../units';
 
+/** What is thought of a set of gains; null of one that was not tried. */
+export type Verdict = Pick<Candidate, 'cost' | 'feasible' | 'violations'>;
+
 export interface Line {
   /** Identifies the line within its group. */
   id: string;
@@ -19,7 +22,7 @@ export interface Line {
   /** rad */
   phaseMargin: number | null;
   cost: number | null;
-  violations: readonly string[];
+  verdict: Verdict | null;
   /** What choosing it puts into the scenario. */
   set: Changes;
 }
@@ -55,7 +58,7 @@ function lineOf(candidate: Candidate, axis: Axis): Line | null {
     gainMargin: tuned.margins?.gain_margin ?? null,
     phaseMargin: tuned.margins?.phase_margin ?? null,
     cost: candidate.cost,
-    violations: candidate.violations,
+    verdict: candidate,
     set: candidate.set,
   };
 }
@@ -84,7 +87,7 @@ export function pickedLine({ k_p, k_d, cost }: Picked, variant: string, axis: Ax
     gainMargin: null,
     phaseMargin: null,
     cost,
-    violations: [],
+    verdict: null,
     set: { [`${path}.k_p`]: k_p, [`${path}.k_d`]: k_d },
   };
 }
