@@ -15,6 +15,8 @@ import httpx
 
 API = "/api/v1"
 _PATIENCE = 30.0  # s
+_UNUSUAL = {"MOTIONLAB_TOKEN", "PYTHONDONTWRITEBYTECODE"}
+"""Variables that would have it ask for a token, or compile its own sources at every start."""
 
 
 class Serving:
@@ -31,7 +33,7 @@ class Serving:
     """
 
     def __init__(self) -> None:
-        environment = {k: v for k, v in os.environ.items() if k != "MOTIONLAB_TOKEN"}
+        environment = {k: v for k, v in os.environ.items() if k not in _UNUSUAL}
         command = (sys.executable, "-m", "motionlab", "serve", "--port", "0")
         self.begun = time.perf_counter()
         self._process = subprocess.Popen(

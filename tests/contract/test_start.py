@@ -5,11 +5,29 @@ from __future__ import annotations
 import subprocess
 import sys
 
-LATER = {"scipy.interpolate", "scipy.optimize", "scipy.sparse", "skfem", "pyarrow"}
+import pytest
+
+LATER = {
+    "scipy.interpolate",
+    "scipy.optimize",
+    "scipy.sparse",
+    "skfem",
+    "pyarrow",
+    "motionlab.identify.experiment",
+    "motionlab.montecarlo.study",
+    "motionlab.paper.registry",
+    "motionlab.tune.search",
+}
+
+STORED_MAP = """\
+from motionlab.config.load import load_scenario
+from motionlab.simulation.prepare import prepare
+prepare(load_scenario("circle", {"plant.force_map": "new-design"}))"""
 
 
-def test_a_start_imports_nothing_that_only_some_calls_need() -> None:
-    script = f"import sys, motionlab.service.app; print(sys.modules.keys() & {LATER})"
+@pytest.mark.parametrize("code", ["import motionlab.service.app", STORED_MAP])
+def test_nothing_is_imported_that_only_some_calls_need(code: str) -> None:
+    script = f"{code}\nimport sys; print(sys.modules.keys() & {LATER})"
     done = subprocess.run(
         [sys.executable, "-c", script], capture_output=True, text=True, check=True
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -58,6 +58,9 @@ from motionlab.store.records import RecordStore
 PREFIX = "/api/v1"
 
 _SWAGGER = sorted(Path(swagger_ui_bundle.__file__).parent.glob("vendor/swagger-ui-*"))[-1]
+_PREVIEWS_AFTER = 3.0
+"""Until what only previews need is imported, s: the first session and its stream come first."""
+
 _DESCRIPTION = """\
 Runs a simulated planar switched reluctance motor under several controllers on the same noise. All
 numbers are SI. Errors are RFC 9457 problem documents."""
@@ -73,12 +76,16 @@ def page_root() -> Path | None:
 
 
 def warm_up() -> None:
-    """Load, or on the first start compile, what simulations, paths and previews of maps need."""
+    """Load, or on the first start compile, what simulations and paths need."""
     changes = {"trajectory": {"kind": "point", "duration": CONTROL_PERIOD}}
     prepared = prepare(load_scenario("circle", changes))
     document(prepared, run(prepared))
     trajectories.warm_up()
-    compute(Geometry(), "preview")  # imports scipy and skfem, for which the start did not wait
+
+
+def warm_up_previews() -> None:
+    """Import scipy and skfem, which previews of force maps need, by making one."""
+    compute(Geometry(), "preview")
 
 
 def create_app(settings: Settings | None = None) -> FastAPI:
@@ -115,13 +122,17 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         async def warm() -> None:
             await run_in_threadpool(warm_up)
             app.state.kernels.start()
+            await asyncio.sleep(_PREVIEWS_AFTER)
+            await run_in_threadpool(warm_up_previews)
 
         warming = asyncio.create_task(warm())
         yield
         for sweeper in sweepers:
             sweeper.cancel()
         await app.state.scenes.close()
-        await warming
+        warming.cancel()  # what a thread does is still waited for
+        with suppress(asyncio.CancelledError):
+            await warming
         await app.state.sessions.close()
         app.state.kernels.close()
         app.state.jobs.close()

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from fastapi import APIRouter, Body, Request, Response
 from fastapi.concurrency import run_in_threadpool
 
 from motionlab.errors import ConfigError, FieldError
 from motionlab.identify.document import PlanDocument
-from motionlab.identify.experiment import identify
-from motionlab.identify.plan import Experiment, plan, plan_document
 from motionlab.identify.request import IdentifyRequest, read_request
 from motionlab.service.bodies import JsonRoute
 from motionlab.service.described import Described
@@ -18,6 +16,9 @@ from motionlab.service.kinds import IdentificationJob
 from motionlab.service.problems import responses
 from motionlab.service.routes.jobs import ACCEPTED, as_job
 from motionlab.service.settings import Settings
+
+if TYPE_CHECKING:
+    from motionlab.identify.plan import Experiment
 
 router = APIRouter(tags=["identify"], route_class=JsonRoute)
 
@@ -41,6 +42,8 @@ async def identify_friction(
 
     The job's report carries the points measured so far, and at the end what is fitted to them.
     """
+    from motionlab.identify.experiment import identify
+
     settings: Settings = request.app.state.settings
     experiment = await run_in_threadpool(_planned, body, settings)
     return as_job(request, "identify", body, lambda progress: identify(experiment, progress))
@@ -61,6 +64,8 @@ async def plan_identification(
     ],
 ) -> PlanDocument:
     """Check an identification and say what it would do and how long that takes; nothing moves."""
+    from motionlab.identify.plan import plan, plan_document
+
     settings: Settings = request.app.state.settings
     return await run_in_threadpool(
         lambda: plan_document(plan(read_request(body)), settings.work_max)
@@ -69,6 +74,8 @@ async def plan_identification(
 
 def _planned(body: dict[str, Any], settings: Settings) -> Experiment:
     """Return a request's experiment, checked, or raise what is wrong with it."""
+    from motionlab.identify.plan import plan
+
     experiment = plan(read_request(body))
     if experiment.seconds > settings.work_max:
         raise ConfigError(

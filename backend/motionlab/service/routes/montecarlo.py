@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from fastapi import APIRouter, Body, Request, Response
 from fastapi.concurrency import run_in_threadpool
 
 from motionlab.errors import ConfigError, FieldError
 from motionlab.montecarlo.request import MonteCarloRequest, read_request
-from motionlab.montecarlo.study import Study, plan, study
 from motionlab.service.bodies import JsonRoute
 from motionlab.service.described import Described
 from motionlab.service.kinds import MonteCarloJob
 from motionlab.service.problems import responses
 from motionlab.service.routes.jobs import ACCEPTED, as_job
+
+if TYPE_CHECKING:
+    from motionlab.montecarlo.study import Study
 
 router = APIRouter(tags=["montecarlo"], route_class=JsonRoute)
 
@@ -42,6 +44,8 @@ async def monte_carlo(
     The job ends with quantiles of every metric, bands of the following error over time, how likely
     the spec is met, and the worst cases with what makes them.
     """
+    from motionlab.montecarlo.study import study
+
     planned = await run_in_threadpool(_planned, body)
     work = request.app.state.kernels.before(lambda progress: study(planned, progress))
     return as_job(request, "monte-carlo", body, work)
@@ -49,6 +53,8 @@ async def monte_carlo(
 
 def _planned(body: dict[str, Any]) -> Study:
     """Return a request's study, checked, or raise what is wrong with it."""
+    from motionlab.montecarlo.study import plan
+
     planned = plan(read_request(body))
     if planned.seconds > WORK_MAX:
         raise ConfigError(

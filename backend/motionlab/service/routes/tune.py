@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from fastapi import APIRouter, Body, Request, Response
 from fastapi.concurrency import run_in_threadpool
@@ -14,10 +14,10 @@ from motionlab.service.kinds import LandscapeJob, TuningJob
 from motionlab.service.problems import responses
 from motionlab.service.routes.jobs import ACCEPTED, as_job
 from motionlab.service.settings import Settings
-from motionlab.tune.landscape import landscape
-from motionlab.tune.problem import Problem, plan
 from motionlab.tune.request import LandscapeRequest, TuneRequest, read_request
-from motionlab.tune.search import tune
+
+if TYPE_CHECKING:
+    from motionlab.tune.problem import Problem
 
 router = APIRouter(tags=["tune"], route_class=JsonRoute)
 
@@ -43,6 +43,8 @@ async def tune_gains(
 
     The job's report carries what each start has evaluated, and at the end the candidates.
     """
+    from motionlab.tune.search import tune
+
     problem = await run_in_threadpool(_planned, TuneRequest, body, request.app.state.settings)
     work = request.app.state.kernels.before(lambda progress: tune(problem, progress))
     return as_job(request, "tune", body, work)
@@ -67,6 +69,8 @@ async def gain_landscape(
 
     The job's report carries a coarse map first, then finer ones.
     """
+    from motionlab.tune.landscape import landscape
+
     problem = await run_in_threadpool(_planned, LandscapeRequest, body, request.app.state.settings)
     work = request.app.state.kernels.before(lambda progress: landscape(problem, progress))
     return as_job(request, "landscape", body, work)
@@ -76,6 +80,8 @@ def _planned(
     model: type[TuneRequest | LandscapeRequest], body: dict[str, Any], settings: Settings
 ) -> Problem:
     """Return a request's problem, checked, or raise what is wrong with it."""
+    from motionlab.tune.problem import plan
+
     problem = plan(read_request(model, body))
     too_much = [
         FieldError(loc=loc, message=message, value=round(value), range=f"<= {limit:g}", unit="s")
