@@ -96,7 +96,7 @@ def test_ramps_give_back_what_made_them() -> None:
     exact = model_response(friction, 5.9, forces)
     rng = np.random.default_rng(4)
     places = [[d + 2e-8 * rng.standard_normal(len(d)) for d in exact] for _ in range(4)]
-    fitted = fit_presliding(places, forces, sliding, 5.0)
+    fitted = fit_presliding(places, [forces] * 4, sliding, 5.0)
     assert [fitted[n] for n in ("sigma_0", "sigma_1", "M")] == pytest.approx(
         [118913.0, 1162.0, 5.9], rel=2e-3
     )
@@ -110,6 +110,6 @@ def test_a_slow_ramp_tells_nothing_of_damping() -> None:
     exact = model_response(LuGre(118913.0, 1162.0, 10.3, 0.24, 3.59, 0.0436), 5.9, force)
     rng = np.random.default_rng(5)
     places = [[d + 5e-8 * rng.standard_normal(len(d)) for d in exact] for _ in range(5)]
-    fitted = fit_presliding(places, force, sliding, 5.9)
+    fitted = fit_presliding(places, [force] * 5, sliding, 5.9)
     assert fitted["sigma_0"] == pytest.approx(118913.0, rel=0.05)
     assert any(w.startswith(("sigma_1", "M")) for w in fitted.warnings), fitted.warnings

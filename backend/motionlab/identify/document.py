@@ -23,7 +23,7 @@ class Point(_Document):
     """Friction at one velocity."""
 
     velocity: float = _si("Mean measured velocity", "m/s")
-    force: float = _si("Mean force command", "N")
+    force: float = _si("Mean thrust, by the controller's map from the measured currents", "N")
     deviation: float = _si("Standard deviation of the command over the window", "N")
     pitches: int = _si("Whole pole pitches averaged over", "1")
 
@@ -31,7 +31,7 @@ class Point(_Document):
 class Parameter(_Document):
     """One identified number."""
 
-    value: float = Field(description="Estimate, in command newtons where it is a force")
+    value: float = Field(description="Estimate; forces in newtons of the controller's map")
     unit: str
     standard_error: float | None = Field(description="null where the data do not determine it")
     low: float | None = Field(description="Lower end of the 95 % interval")
@@ -56,7 +56,7 @@ class Ramp(_Document):
     rate: float = _si("Rate of the ramp", "N/s")
     force_max: float = _si("Largest force", "N")
     time: list[float] = _si("Since the ramp began", "s")
-    force: list[float] = _si("Force command", "N")
+    force: list[float] = _si("Mean thrust, as of the points", "N")
     displacement: list[float] = _si("Measured", "m")
     fitted: list[float] = _si("Of the LuGre model with the identified parameters", "m")
 

@@ -28,14 +28,14 @@ from motionlab.identify.evaluate import (
     known_document,
     ramp_document,
 )
-from motionlab.identify.fit import fit_presliding, fit_sliding
+from motionlab.identify.fit import fit_presliding, fit_sliding, over_places
 from motionlab.identify.plan import Experiment
 from motionlab.identify.presliding import (
     SLOWEST,
     displacement,
-    force_ramp,
     model_response,
     plan_ramps,
+    ramp_thrust,
 )
 from motionlab.identify.request import FEWEST_SPEEDS
 from motionlab.identify.rig import record
@@ -54,9 +54,6 @@ Progress = Callable[[float, PartialIdentification | None], None]
 _SLIDING_SHARE = 0.95
 """Share of the work that is done when the uniform motions are."""
 
-_NOISY = 0.5
-"""Standard deviation of the command, as a share of its mean, from which a warning is given."""
-
 _MASS_OFF = 0.05
 """Share by which M misses the known mass, interval apart, from which a warning is given."""
 
@@ -70,8 +67,8 @@ _LEAST_STICTION = 0.05
 def identify(experiment: Experiment, progress: Progress | None = None) -> IdentificationDocument:
     """Carry out an experiment and evaluate it.
 
-    Only the force command and the encoder's reading enter an estimate; the motor's true values are
-    put beside it afterwards.
+    Only commands, the currents that the drives report, the encoder's reading and the controller's
+    map enter an estimate; the motor's true values are put beside it afterwards.
 
     Parameters
     ----------
@@ -179,21 +176,12 @@ class _Run:
             prepared = prepare(sweep.scenario)
             self.spent += prepared.reference.ticks
             samples = record(prepared, self._advance)
-            points, wrong = measure(sweep, prepared.reference, samples, axis)
+            points, wrong = measure(self.rig, sweep, prepared.reference, samples, axis)
             self.points[axis] += points
             doubts += wrong
             if index + 1 == FEWEST_SPEEDS:
                 self._refuse_oscillation(axis, doubts)
-        warnings = in_words(doubts)
-        noisy = [p for p in self.points[axis] if p.deviation > _NOISY * abs(p.force)]
-        if noisy:
-            worst = max(noisy, key=lambda p: p.deviation / abs(p.force))
-            warnings.append(
-                f"the command of {len(noisy)} points deviates by more than {_NOISY:g} of its mean, "
-                f"by {worst.deviation:.3g} N at {worst.velocity:.3g} m/s: with currents that go "
-                "with the root of force this biases their means"
-            )
-        return warnings
+        return in_words(doubts)
 
     def _refuse_oscillation(self, axis: str, doubts: list[Doubt]) -> None:
         """End an experiment whose loop is unstable: what it measures is no friction."""
@@ -220,20 +208,26 @@ class _Run:
             if rate < SLOWEST
         ]
         ways: dict[tuple[int, float], list[Any]] = {}
+        thrusts: dict[tuple[int, float], list[Any]] = {}
         ramps = plan_ramps(
             self.rig, axis, force_max=force_max, rates=asked.rates, places=asked.places
         )
         for index, ramp in enumerate(ramps):
             self._stand(axis, "presliding", index, len(ramps))
             self.spent += ramp.prepared.reference.ticks
-            way, wrong = displacement(ramp, record(ramp.prepared), axis)
+            samples = record(ramp.prepared)
+            way, wrong = displacement(ramp, samples, axis)
             ways.setdefault((ramp.place, ramp.rate), []).append(way)
+            thrust = ramp_thrust(self.rig, ramp, samples, axis)
+            thrusts.setdefault((ramp.place, ramp.rate), []).append(thrust)
             warnings += [] if wrong is None else [wrong]
-        forces = [force_ramp(force_max, rate) for rate in asked.rates]
-        responses = [
-            [np.mean(ways[place, rate], axis=0) for rate in asked.rates]
-            for place in range(asked.places)
-        ]
+        responses, forces = (
+            [
+                [np.mean(both_ways[place, rate], axis=0) for rate in asked.rates]
+                for place in range(asked.places)
+            ]
+            for both_ways in (ways, thrusts)
+        )
         way = min(float(response.max()) for place in responses for response in place)
         warnings += self._hardly_seen(axis, force_max, way)
         fitted = fit_presliding(responses, forces, sliding, mass)
@@ -245,15 +239,16 @@ class _Run:
             sliding["F_s"],
             sliding["v_s"],
         )
-        model = model_response(friction, fitted["M"], forces)
+        force = over_places(forces)
+        model = model_response(friction, fitted["M"], force)
         drawn = [
-            ramp_document(rate, force, np.mean([place[i] for place in responses], axis=0), model[i])
-            for i, (rate, force) in enumerate(zip(asked.rates, forces, strict=True))
+            ramp_document(*ramp)
+            for ramp in zip(asked.rates, force, over_places(responses), model, strict=True)
         ]
         return fitted, drawn, warnings
 
     def _mass_doubted(self, axis: str, presliding: Fitted) -> list[str]:
-        """Say where the mass that comes out, in command newtons, is not the one that is known."""
+        """Say where the mass comes out, in newtons of the map, other than it is known."""
         known, found = self.rig.model(axis).mass, presliding["M"]
         half = float(presliding.half_width[presliding.names.index("M")])
         if abs(found - known) - half < _MASS_OFF * known:
@@ -262,7 +257,7 @@ class _Run:
         return [
             f"M = {found:.4g} kg comes out where {known:.4g} kg are known, {way} by "
             f"{100.0 * abs(1.0 - found / known):.0f} %: the force map in control is off by about "
-            "as much, and so are all forces, which are in newtons of its command"
+            "as much, and so are all forces, which are in its newtons"
         ]
 
     def _hardly_seen(self, axis: str, force_max: float, way: float) -> list[str]:

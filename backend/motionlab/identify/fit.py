@@ -55,20 +55,23 @@ def fit_sliding(velocity: Array, force: Array) -> Fitted:
 
 
 def fit_presliding(
-    responses: Sequence[Sequence[Array]], forces: Sequence[Array], sliding: Fitted, mass: float
+    responses: Sequence[Sequence[Array]],
+    forces: Sequence[Sequence[Array]],
+    sliding: Fitted,
+    mass: float,
 ) -> Fitted:
     """Fit sigma_0, sigma_1 and the moving mass to displacements under force ramps.
 
     Each place is fitted by itself; the estimates are their means and the errors come from their
     spread, because a LuGre model's residuals along a ramp are no independent draws. The mass is
-    free because it, too, comes out in the newtons of the command.
+    free because it, too, comes out in the newtons of the controller's map.
 
     Parameters
     ----------
     responses : sequence (places) of sequence (ramps) of ndarray
         Displacement at every tick, m.
-    forces : sequence (ramps) of ndarray
-        Force command of every tick, N.
+    forces : sequence (places) of sequence (ramps) of ndarray
+        Mean thrust of every tick, N.
     sliding : Fitted
         F_c, F_s, v_s and sigma_2, from `fit_sliding`.
     mass : float
@@ -81,16 +84,16 @@ def fit_presliding(
     """
     names = ("sigma_0", "sigma_1", "M")
 
-    def fit(data: Sequence[Array]) -> Fitted:
+    def fit(data: Sequence[Array], thrust: Sequence[Array]) -> Fitted:
         def residuals(p: Array) -> Array:
             friction = LuGre(
                 p[0], p[1], sliding["sigma_2"], sliding["F_c"], sliding["F_s"], sliding["v_s"]
             )
-            model = model_response(friction, p[2], forces)
+            model = model_response(friction, p[2], thrust)
             return np.concatenate([m - d for m, d in zip(model, data, strict=True)])
 
         top = max(float(displacement.max()) for displacement in data)
-        stiffness = max(float(force.max()) for force in forces) / max(top, _SMALLEST_WAY)
+        stiffness = max(float(force.max()) for force in thrust) / max(top, _SMALLEST_WAY)
         damping = np.sqrt(stiffness * mass)  # about critical
         start = np.array([stiffness, damping, mass])
         # The model is stepped explicitly but for the bristle: M stays above h sigma_1.
@@ -100,8 +103,8 @@ def fit_presliding(
         )
         return _fit(residuals, names, start, bounds, scale=_SMALLEST_WAY)
 
-    together = fit([np.mean(ramp, axis=0) for ramp in zip(*responses, strict=True)])
-    places = [fit(place) for place in responses]
+    together = fit(over_places(responses), over_places(forces))
+    places = [fit(*place) for place in zip(responses, forces, strict=True)]
     values = np.array([place.values for place in places])
     errors = values.std(axis=0, ddof=1) / np.sqrt(len(places))
     half_width = _student(len(places) - 1) * errors
@@ -116,6 +119,11 @@ def fit_presliding(
         correlation=together.correlation,
         warnings=_doubts(names, mean, half_width, together.correlation, edge),
     )
+
+
+def over_places(series: Sequence[Sequence[Array]]) -> list[Array]:
+    """Return the mean over places of each ramp's series, given (places) of (ramps)."""
+    return [np.mean(ramp, axis=0) for ramp in zip(*series, strict=True)]
 
 
 def _about_speeds(fitted: Fitted, speed: Array) -> list[str]:

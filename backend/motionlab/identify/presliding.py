@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from motionlab.build import AXES
 from motionlab.config.timing import CONTROL_PERIOD, PLANT_STEP, SUBSTEPS, to_ticks
 from motionlab.identify.rig import Rig
+from motionlab.identify.thrust import mean_thrust
 from motionlab.lanes import WIDTH, Lanes, pack, unpack
 from motionlab.plant.friction import LuGre
 from motionlab.plant.mechanics import Mechanics, advance
@@ -108,6 +109,12 @@ def plan_ramps(
                 prepared = Prepared(seeded, reference, load, ((0, seeded),))
                 ramps.append(Ramp(rate, place, sign, prepared))
     return ramps
+
+
+def ramp_thrust(rig: Rig, ramp: Ramp, record: VariantRecord, axis: str) -> Array:
+    """Return the mean thrust of every control period along a ramp, N, by the measured currents."""
+    thrust = ramp.sign * mean_thrust(rig, axis, record)
+    return np.append(thrust, thrust[-1])  # beyond the last reading, where nothing is read any more
 
 
 def displacement(ramp: Ramp, record: VariantRecord, axis: str) -> tuple[Array, str | None]:

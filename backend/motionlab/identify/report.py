@@ -31,7 +31,7 @@ def report(found: IdentificationDocument) -> str:
     lines = [
         f"{found.plant} motor, gains and force map of {found.variant}, seed {found.seed}: "
         f"{found.simulated_time:.0f} s of motion",
-        "Forces are in newtons of the command; +- is half of the 95 % interval.",
+        "Forces are in newtons of the controller's map; +- is half of the 95 % interval.",
     ]
     for axis, identified in found.axes.items():
         fits = [fit for fit in (identified.sliding, identified.presliding) if fit is not None]

@@ -18,6 +18,7 @@ from motionlab.config.trajectory import Trapezoid
 from motionlab.errors import ConfigError, FieldError
 from motionlab.identify.document import Point
 from motionlab.identify.rig import Rig
+from motionlab.identify.thrust import mean_thrust
 from motionlab.simulation.maps import pole_pitch
 from motionlab.telemetry.recording import VariantRecord
 from motionlab.trajectory.reference import Reference
@@ -156,14 +157,15 @@ class Doubt(NamedTuple):
 
 
 def measure(
-    sweep: Sweep, reference: Reference, record: VariantRecord, axis: str
+    rig: Rig, sweep: Sweep, reference: Reference, record: VariantRecord, axis: str
 ) -> tuple[list[Point], list[Doubt]]:
     """Return the mean force of both ways where the axis followed, and what is wrong with them.
 
-    Only the force command and the encoder are read.
+    Only commands, the currents that the drives report and the encoder are read.
     """
     velocity = reference.velocity[:, AXES.index(axis)]
-    force = record.channel("force_command", axis).astype(np.float64)
+    command = record.channel("force_command", axis).astype(np.float64)
+    thrust = mean_thrust(rig, axis, record)
     position = record.channel("position_measured", axis).astype(np.float64)
     saturated = record.channel("force_saturated", axis) + record.channel("current_saturated", axis)
     points: list[Point] = []
@@ -192,8 +194,8 @@ def measure(
             points.append(
                 Point(
                     velocity=speed,
-                    force=float(force[window].mean()),
-                    deviation=float(force[window].std()),
+                    force=float(thrust[window].mean()),
+                    deviation=float(command[window].std()),
                     pitches=sweep.pitches,
                 )
             )

@@ -4451,7 +4451,7 @@ export interface components {
         Parameter: {
             /**
              * Value
-             * @description Estimate, in command newtons where it is a force
+             * @description Estimate; forces in newtons of the controller's map
              */
             value: number;
             /** Unit */
@@ -4844,7 +4844,7 @@ export interface components {
             velocity: number;
             /**
              * Force
-             * @description Mean force command
+             * @description Mean thrust, by the controller's map from the measured currents
              */
             force: number;
             /**
@@ -7456,7 +7456,7 @@ export interface components {
             time: number[];
             /**
              * Force
-             * @description Force command
+             * @description Mean thrust, as of the points
              */
             force: number[];
             /**

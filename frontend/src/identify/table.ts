@@ -14,7 +14,7 @@ const MEANINGS: Record<string, string> = {
   f_0: 'what pulls one way at any velocity: a cable, an incline',
   sigma_0: 'bristle stiffness',
   sigma_1: 'bristle damping',
-  M: 'moving mass, in command newtons; other than the known mass where the force map is off',
+  M: 'moving mass, in newtons of the controller’s map; other than the known mass where the force map is off',
 };
 
 export interface Row {
