@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Page, Route, expect
 
 from tests.e2e.actions import (
     LONG,
@@ -112,6 +112,44 @@ def test_stop_acts_at_once_and_only_a_reset_leaves_it(page: Page) -> None:
     region(page, "Scenario").get_by_role("button", name="Reset").click()
     state(page, "paused")
     expect(page.locator(".clock")).to_contain_text("0:00.000", timeout=LONG)
+
+
+def _hold_new_sessions(page: Page) -> list[Route]:
+    """Keep what would make a session from the server until the test lets it go."""
+    held: list[Route] = []
+
+    def hold(route: Route) -> None:
+        held.append(route) if route.request.method == "POST" else route.continue_()
+
+    page.route("**/api/v1/sessions", hold)
+    return held
+
+
+def test_play_right_after_choosing_plays_what_was_chosen(page: Page) -> None:
+    held = _hold_new_sessions(page)
+    before = page.url
+    region(page, "Scenario").get_by_role("combobox").first.select_option("rhombus")
+    button(page, "Play")
+    held[0].continue_()
+    expect(region(page, "Trajectory")).to_contain_text("polygon", timeout=LONG)
+    assert page.url != before
+    wait_for_clock(page, 0.5)
+    state(page, "playing")
+    expect(region(page, "Trajectory")).to_contain_text("polygon")
+
+
+def test_stop_takes_back_a_play_that_waits_for_its_session(page: Page) -> None:
+    held = _hold_new_sessions(page)
+    region(page, "Scenario").get_by_role("combobox").first.select_option("rhombus")
+    button(page, "Play")
+    button(page, "STOP")
+    state(page, "stopped")
+    held[0].continue_()
+    expect(region(page, "Trajectory")).to_contain_text("polygon", timeout=LONG)
+    button(page, "Step")  # Neither a button nor a server that plays would take that.
+    wait_for_clock(page, 0.0)
+    state(page, "paused")
+    assert clock(page) == 0.001
 
 
 def test_a_refused_value_is_named_where_it_stands(page: Page, refusals: list[str]) -> None:

@@ -124,6 +124,7 @@ export class Lab {
   /** Playing shows what plays: what-if changes stay where they are, unapplied. */
   async playOrPause(): Promise<void> {
     const { session } = this;
+    if (!(await session.settled())) return;
     if (session.info?.state === 'playing') {
       await this.try(() => session.pause());
     } else {
@@ -133,11 +134,13 @@ export class Lab {
   }
 
   async step(ticks: number): Promise<void> {
+    if (!(await this.session.settled())) return;
     this.setMode('live');
     await this.try(() => this.session.step(ticks));
   }
 
   async reset(): Promise<void> {
+    if (!(await this.session.settled())) return;
     await this.try(() => this.session.reset());
   }
 
@@ -271,6 +274,7 @@ export class Lab {
   }
 
   private async give(set: Changes): Promise<void> {
+    await this.session.settled();
     const current = this.session.info;
     if (!current) return;
     if (Object.keys(set).some(needsRestart)) {

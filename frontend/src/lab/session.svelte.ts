@@ -33,6 +33,9 @@ export class SessionStore {
   stopping = $state(false);
   client: StreamClient | null = null;
   private subscription: Subscription = { columns: [], differences: [] };
+  /** Whether the session that was asked for last has come; pending until the server has answered. */
+  private making = Promise.resolve(true);
+  private stops = 0;
 
   constructor(private readonly api: Api) {}
 
@@ -69,8 +72,27 @@ export class SessionStore {
     }
   }
 
+  /** Makes a session, after those that were asked for before; the present one ends. */
+  create(request: ScenarioRequest, base?: Scenario): Promise<void> {
+    const made = this.making.then(() => this.make(request, base));
+    this.making = made.then(
+      () => true,
+      () => false,
+    );
+    return made;
+  }
+
+  /**
+   * Waits for a session that is being made: a command given meanwhile is meant for that one. False
+   * where it must not be carried out, as there is none, or STOP was pressed after it.
+   */
+  async settled(): Promise<boolean> {
+    const { stops } = this;
+    return (await this.making) && stops === this.stops;
+  }
+
   /** Makes a session; the present one ends unless somebody else watches it. */
-  async create(request: ScenarioRequest, base?: Scenario): Promise<void> {
+  private async make(request: ScenarioRequest, base?: Scenario): Promise<void> {
     const before = this.id;
     const info = await this.api.create(request);
     const alone = before !== '' && (await this.alone(before).catch(() => false));
@@ -111,9 +133,14 @@ export class SessionStore {
   }
 
   async stop(): Promise<void> {
+    const { target } = this;
+    this.stops += 1;
     this.stopping = true;
     try {
-      this.update(await this.api.command(this.target, 'stop'));
+      this.update(await this.api.command(target, 'stop'));
+    } catch (error) {
+      // One that was replaced meanwhile no longer moves, and the new one has not begun to.
+      if (target === this.id) throw error;
     } finally {
       this.stopping = false;
     }
