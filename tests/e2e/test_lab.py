@@ -60,6 +60,56 @@ def test_what_if_answers_before_anything_is_applied(page: Page) -> None:
     expect(region(page, "Changes")).to_contain_text("400", timeout=LONG)
 
 
+def test_a_notch_is_added_tuned_applied_and_removed(page: Page) -> None:
+    page.keyboard.press("w")
+    metrics, changes = region(page, "Metrics"), region(page, "Changes")
+    expect(metrics).to_contain_text("2.57", timeout=LONG)
+    notch = page.get_by_role("checkbox", name="B notch", exact=True)
+    field = page.get_by_role("textbox", name="B notch frequency x, Hz")
+    expect(field).to_have_count(0)
+    notch.check()
+    expect(changes).to_contain_text("B notch gain x", timeout=LONG)
+    set_field(page, "B notch frequency x, Hz", "150")
+    set_field(page, "B notch gain x", "0.5")
+    expect(metrics).to_contain_text("exact", timeout=LONG)
+    expect(metrics).not_to_contain_text("4.02")  # Largest e_y without a notch.
+    button(page, "Apply 3 to session")  # Two gains and a frequency.
+    expect(page.get_by_role("button", name="Apply to session")).to_be_disabled(timeout=LONG)
+    page.keyboard.press("l")
+    expect(changes).to_contain_text("150")
+    notch.uncheck()
+    expect(field).to_have_count(0)
+    expect(changes).not_to_contain_text("B notch gain", timeout=LONG)
+    button(page, "Undo")
+    expect(field).to_have_value("150", timeout=LONG)
+
+
+def test_force_sharing_and_force_map_are_chosen_and_kept_in_a_set(page: Page) -> None:
+    page.keyboard.press("w")
+    changes = region(page, "Changes")
+    sharing = page.get_by_role("combobox", name="B force sharing")
+    sharing.select_option("sine")
+    expect(changes).to_contain_text("force sharing", timeout=LONG)
+    set_field(page, "B overlap, % of pitch", "10")
+    expect(changes).to_contain_text("16.67")
+    button(page, "Sets…")
+    page.get_by_role("textbox", name="Name of the set").fill("sine")
+    button(page, "Save present values")
+    button(page, "Close")
+    button(page, "Discard")
+    expect(sharing).to_have_value("least-norm")
+    button(page, "Sets…")
+    button(page, "Use")
+    expect(sharing).to_have_value("sine")
+    page.get_by_text("More imperfections").click()
+    page.get_by_role("combobox", name="Force map of the plant").select_option("new-design")
+    expect(changes).to_contain_text("new-design", timeout=LONG)
+    expect(region(page, "Plant")).to_contain_text("map gain")
+    expect(region(page, "Metrics")).to_contain_text("exact", timeout=LONG)
+    page.get_by_role("combobox", name="Force map of the plant").select_option("formula")
+    expect(changes).not_to_contain_text("new-design")
+
+
 def test_a_push_moves_both(page: Page) -> None:
     for _ in range(5):
         page.keyboard.press("S")

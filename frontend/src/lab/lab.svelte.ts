@@ -240,7 +240,12 @@ export class Lab {
 
   private setDraft(changes: Changes, begins: boolean): void {
     if (begins) this.drafts = [...this.drafts, this.draft];
-    const draft = { ...this.draft, ...changes };
+    // What lay inside a part goes with the part.
+    const replaced = Object.keys(changes).map((path) => `${path}.`);
+    const kept = Object.entries(this.draft).filter(
+      ([path]) => !replaced.some((part) => path.startsWith(part)),
+    );
+    const draft = { ...Object.fromEntries(kept), ...changes };
     const current = this.session.info?.scenario ?? null;
     for (const [path, value] of Object.entries(draft)) {
       const now = path === 'plant' ? at(current, 'plant.name') : at(current, path);

@@ -1,5 +1,5 @@
 import { expect, it } from 'vitest';
-import { editable, fieldOf, ownerOf, refusal, show } from './fields';
+import { editable, fieldOf, nameOf, ownerOf, refusal, show } from './fields';
 
 it('shows gains as the paper prints them', () => {
   const path = 'variants.B.controller.x.k_p';
@@ -14,6 +14,8 @@ it('shows every kind of value', () => {
   expect(show('trajectory.lead_in', null)).toBe('auto');
   expect(show('plant.x.amplifiers.offset', [0.1, -0.1, 0.05])).toBe('0.1, −0.1, 0.05');
   expect(show('seed', 2019)).toBe('2019');
+  expect(show('variants.B.controller.sharing.law', 'force-per-ampere')).toBe('per ampere');
+  expect(nameOf('variants.B.controller.y.notch.gain')).toBe('B notch gain y');
   expect(ownerOf('plant.y.mass')).toBe('plant y');
 });
 

@@ -2,7 +2,7 @@
 
 import type { ProblemField, Value } from '../api/types';
 import { clean, digits, minus, prettyUnit } from '../units';
-import { LAWS } from './gains';
+import { LAWS, SHARINGS } from './gains';
 
 export interface Field {
   label: string;
@@ -26,6 +26,14 @@ const FIELDS: Record<string, Entry> = {
   'x.k_d': ['k_d x', 'N s/mm', 1e-3],
   'y.k_p': ['k_p y', 'N/mm', 1e-3],
   'y.k_d': ['k_d y', 'N s/mm', 1e-3],
+  'x.notch.frequency': ['notch frequency x', 'Hz', 1],
+  'x.notch.damping': ['notch damping x', '', 1],
+  'x.notch.gain': ['notch gain x', '', 1],
+  'y.notch.frequency': ['notch frequency y', 'Hz', 1],
+  'y.notch.damping': ['notch damping y', '', 1],
+  'y.notch.gain': ['notch gain y', '', 1],
+  'sharing.law': ['force sharing', '', 1],
+  'sharing.overlap': ['overlap', '% of pitch', 100],
   'compensation.law': ['law', '', 1],
   'compensation.enabled': ['compensation', '', 1],
   'compensation.gain': ['gain of K', '1/s', 1],
@@ -81,6 +89,9 @@ const FIELDS: Record<string, Entry> = {
   force_map: ['force map', '', 1],
   'force_map.gain': ['map gain', '', 1],
   'force_map.F_pk': ['peak thrust', 'N', 1],
+  'force_map.I_knee': ['saturation I_knee', 'A', 1],
+  'force_map.h_2': ['harmonic h_2', '', 1],
+  'force_map.h_3': ['harmonic h_3', '', 1],
   'force_map.offset': ['commutation', ...UM],
   'amplifiers.bandwidth': ['bandwidth', 'Hz', 1],
   'amplifiers.ripple_amplitude': ['ripple', 'A', 1],
@@ -89,8 +100,8 @@ const FIELDS: Record<string, Entry> = {
   'encoder.sde_amplitude': ['encoder error', ...NM],
   'encoder.noise': ['encoder noise', ...NM],
   'resonance.frequency': ['resonance', 'Hz', 1],
-  'resonance.damping': ['mode damping', '1', 1],
-  'resonance.coupling': ['mode coupling', '1', 1],
+  'resonance.damping': ['mode damping', '', 1],
+  'resonance.coupling': ['mode coupling', '', 1],
   'load.x': ['load x', 'N', 1],
   'load.y': ['load y', 'N', 1],
   'load.noise': ['load noise', 'N', 1],
@@ -129,7 +140,8 @@ export function nameOf(path: string): string {
 export function show(path: string, value: Value | undefined, significant = 4): string {
   if (value === undefined || value === null) return 'auto';
   if (typeof value === 'boolean') return value ? 'on' : 'off';
-  if (typeof value === 'string') return LAWS.find(({ law }) => law === value)?.name ?? value;
+  if (typeof value === 'string')
+    return [...LAWS, ...SHARINGS].find(({ law }) => law === value)?.name ?? value;
   if (typeof value === 'number') {
     const { factor, whole } = fieldOf(path);
     return whole === true ? String(value) : trim(digits(clean(value * factor), significant));

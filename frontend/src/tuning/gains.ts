@@ -1,6 +1,6 @@
 /** Ranges of the sliders, and what can be kept as a named set. */
 
-import { at, equal } from '../api/paths';
+import { at, equal, numberAt } from '../api/paths';
 import { AXES, type Axis, type Changes, type Scenario } from '../api/types';
 import type { Scale } from './slider';
 
@@ -19,6 +19,22 @@ export const LAWS = [
   { law: 'canudas-de-wit', name: 'Canudas de Wit' },
   { law: 'published-k', name: 'K as published' },
 ] as const;
+
+export const SHARINGS = [
+  { law: 'least-norm', name: 'least norm' },
+  { law: 'force-per-ampere', name: 'per ampere' },
+  { law: 'sine', name: 'sine' },
+  { law: 'cubic', name: 'cubic' },
+] as const;
+
+/** Laws in which one phase hands over to the next within `sharing.overlap`. */
+export const HANDING_OVER: readonly string[] = ['sine', 'cubic'];
+
+/** What a notch has; its gain is that at its frequency, and 1 is no notch. */
+export const NOTCH = ['frequency', 'damping', 'gain'] as const;
+
+/** Gain of a notch that the switch adds. */
+const NOTCHED = 0.1;
 
 export interface Switch {
   /** Path below the controller. */
@@ -49,12 +65,38 @@ export function gainPath(variant: string, axis: Axis, gain: Gain): string {
   return `variants.${variant}.controller.${axis}.${gain}`;
 }
 
+export function notchPath(variant: string, axis: Axis, what: (typeof NOTCH)[number]): string {
+  return `variants.${variant}.controller.${axis}.notch.${what}`;
+}
+
+/** Whether a notch acts on an axis of a variant. */
+export function notched(scenario: Scenario | null, variant: string, axis: Axis): boolean {
+  return numberAt(scenario, notchPath(variant, axis, 'gain')) < 1;
+}
+
+/** Returns what adds notches to both axes where none is, or removes those that are. */
+export function switchNotch(scenario: Scenario | null, variant: string, on: boolean): Changes {
+  const others = AXES.filter((axis) => notched(scenario, variant, axis) !== on);
+  return Object.fromEntries(
+    others.map((axis) => [notchPath(variant, axis, 'gain'), on ? NOTCHED : 1]),
+  );
+}
+
 /** Everything of the controllers that the panel can change. */
 function tunables(variants: readonly string[]): string[] {
   return variants.flatMap((variant) => [
-    ...AXES.flatMap((axis) => [gainPath(variant, axis, 'k_p'), gainPath(variant, axis, 'k_d')]),
-    `variants.${variant}.controller.compensation.law`,
-    ...SWITCHES.map(({ path }) => `variants.${variant}.controller.${path}`),
+    ...AXES.flatMap((axis) => [
+      gainPath(variant, axis, 'k_p'),
+      gainPath(variant, axis, 'k_d'),
+      ...NOTCH.map((what) => notchPath(variant, axis, what)),
+    ]),
+    ...[
+      'compensation.law',
+      ...SWITCHES.map(({ path }) => path),
+      'disturbance_observer.bandwidth',
+      'sharing.law',
+      'sharing.overlap',
+    ].map((path) => `variants.${variant}.controller.${path}`),
   ]);
 }
 
