@@ -217,6 +217,32 @@ def test_a_refused_value_is_named_where_it_stands(page: Page, refusals: list[str
     expect(region(page, "Metrics")).to_contain_text("exact", timeout=LONG)
 
 
+def test_two_cursors_measure_time_values_and_statistics(page: Page) -> None:
+    metrics, scopes = region(page, "Metrics"), region(page, "Scopes")
+    expect(metrics).to_contain_text("exact", timeout=LONG)
+    error = region(page, "Following error x, what-if").locator(".legend")
+    page.get_by_role("combobox", name="What the readings tell").select_option("rms")
+    # What is visible is the window of the metrics: theirs and ours are the same number.
+    expect(error).to_contain_text(re.compile(r"A.15\.2.µm.*B.1\.38.µm"), timeout=LONG)
+    assert metric(page, "RMS e", 0) == "15.2"
+    box = page.locator(".chart").first.bounding_box()
+    assert box is not None
+    left, right, y = box["x"] + 66, box["x"] + box["width"] - 18, box["y"] + 20
+    for share in (0.25, 0.75):
+        page.mouse.click(left + share * (right - left), y)
+    expect(scopes).to_contain_text("Δt 3.0", timeout=LONG)
+    page.mouse.move(left + 0.75 * (right - left), y)
+    page.mouse.down()
+    page.mouse.move(left + 0.35 * (right - left), y, steps=3)
+    page.mouse.up()
+    expect(scopes).to_contain_text("Δt 0.6", timeout=LONG)
+    expect(error).not_to_contain_text("15.2")  # Of what lies between them.
+    page.get_by_role("combobox", name="What the readings tell").select_option("value")
+    expect(error).to_contain_text("Δ", timeout=LONG)
+    page.mouse.click(left + 0.9 * (right - left), y)
+    expect(scopes).not_to_contain_text("Δt")
+
+
 def test_wheel_and_drag_zoom_and_numbers_follow(page: Page) -> None:
     scopes = region(page, "Scopes")
     scopes.get_by_role("button", name="Table").click()

@@ -11,6 +11,8 @@ export interface Key {
 }
 
 const FASTER = 1.25;
+/** Share of the time axis. */
+const CURSOR_STEP = 0.005;
 export const LONG_STEP = 200;
 
 /** Of every screen. */
@@ -31,8 +33,10 @@ export const LAB: readonly Key[] = [
   { keys: '1 to 6', does: 'Show or hide a scope' },
   { keys: '+ −', does: 'Zoom the time axis about the pointer or its middle' },
   { keys: ', .', does: 'Move the time axis' },
-  { keys: 'm', does: 'Set or clear the mark' },
-  { keys: '0', does: 'Reset zoom and mark' },
+  { keys: 'm', does: 'Set cursor 1, then cursor 2, then clear both' },
+  { keys: '< >', does: 'Move the cursor that was set last' },
+  { keys: 'v', does: 'Readings tell the value, mean, RMS, peak to peak, std' },
+  { keys: '0', does: 'Reset zoom and cursors' },
   { keys: 'f', does: 'Value axes follow the data, or hold' },
 ];
 
@@ -91,7 +95,10 @@ function actions(help: () => void): Record<string, () => void> {
     '-': () => view.zoomBy(2),
     ',': () => view.moveBy(-0.25),
     '.': () => view.moveBy(0.25),
-    m: () => view.toggleMark(),
+    m: () => view.placeCursor(),
+    '<': () => view.nudgeCursor(-CURSOR_STEP),
+    '>': () => view.nudgeCursor(CURSOR_STEP),
+    v: () => view.nextStatistic(),
     f: () => (view.follow = !view.follow),
     t: () => theme.toggle(),
     '?': help,

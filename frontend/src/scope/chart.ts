@@ -37,10 +37,10 @@ export interface ChartState {
   /** Whether the value axis follows the data. */
   follow: boolean;
   moments: readonly Moment[];
-  /** Time of the mark that values are compared with. */
-  mark: number | null;
+  /** Times of the cursors that were set. */
+  cursors: readonly number[];
   /** Time under the pointer of any scope, and what its drag has marked. */
-  cursor: number | null;
+  hover: number | null;
   selection: Range | null;
   /** Bands behind the curves. */
   ribbons: readonly Ribbon[];
@@ -49,7 +49,9 @@ export interface ChartState {
 export interface ChartEvents {
   zoom(range: Range): void;
   reset(): void;
-  mark(time: number): void;
+  /** A click: a cursor is to be set. */
+  set(time: number): void;
+  drag(cursor: number, time: number): void;
   point(pointer: Pointer | null): void;
 }
 
@@ -71,8 +73,11 @@ export class Chart {
   private width = 1;
   private height = 1;
   private range: Range = { from: 0, to: 1 };
+  private cursors: readonly number[] = [];
   /** Where a button went down, CSS pixels. */
   private pressed: number | null = null;
+  /** The cursor that is dragged, or -1. */
+  private dragged = -1;
   private readonly font: string;
   private readonly stop = new AbortController();
 
@@ -113,13 +118,14 @@ export class Chart {
 
   /** Draws, unless nothing has changed since the last time. */
   draw(source: Source, state: ChartState): void {
-    const { range, follow, moments, mark, cursor, selection, ribbons } = state;
+    const { range, follow, moments, cursors, hover, selection, ribbons } = state;
     if (ribbons !== this.ribbons) this.drawn = '';
     this.ribbons = ribbons;
-    const key = `${source.version} ${range.from} ${range.to} ${follow} ${moments.length} ${mark} ${cursor} ${selection?.from} ${selection?.to}`;
+    const key = `${source.version} ${range.from} ${range.to} ${follow} ${moments.length} ${cursors.join()} ${hover} ${selection?.from} ${selection?.to}`;
     if (key === this.drawn) return;
     this.drawn = key;
     this.range = range;
+    this.cursors = cursors;
     const [low, high] = this.fill(source);
     this.empty = !(low <= high);
     if (follow || !this.values)
@@ -228,14 +234,21 @@ export class Chart {
     c.stroke();
   }
 
-  /** Lines at moments and at the mark, and what happened then, as far as there is room. */
-  private moments({ moments, mark, range }: ChartState): void {
+  /** Lines at moments and cursors, and what happened then, as far as there is room. */
+  private moments({ moments, cursors, range }: ChartState): void {
     const shown = moments.filter(({ time }) => time >= range.from && time <= range.to);
     for (const { time } of shown) this.upright(time, 'axis', [2, 3]);
-    if (mark !== null && mark >= range.from && mark <= range.to) this.upright(mark, 'axis', []);
-    if (!this.first) return;
     const { c } = this;
     c.font = `10px ${this.font}`;
+    c.textBaseline = 'bottom';
+    cursors.forEach((time, i) => {
+      if (time < range.from || time > range.to) return;
+      this.upright(time, 'strong', i === 0 ? [] : [6, 3]);
+      c.textAlign = this.px(time) > this.width / 2 ? 'right' : 'left';
+      const aside = c.textAlign === 'left' ? 3 : -3;
+      if (this.last) c.fillText(String(i + 1), this.px(time) + aside, this.bottom);
+    });
+    if (!this.first) return;
     c.textBaseline = 'top';
     c.textAlign = 'left';
     let free = Number.NEGATIVE_INFINITY;
@@ -331,10 +344,13 @@ export class Chart {
   }
 
   /** The line under the pointer, the values there, and what a drag marks. */
-  private pointer(source: Source, values: Range, { cursor, selection }: ChartState): void {
-    if (cursor === null) return;
-    this.upright(cursor, 'strong', []);
-    for (const { trace } of this.lines) this.dot(source, trace, cursor, values, 2.5);
+  private pointer(source: Source, values: Range, { hover, cursors, selection }: ChartState): void {
+    for (const { trace } of this.lines) {
+      for (const time of cursors) this.dot(source, trace, time, values, 2.5);
+    }
+    if (hover === null) return;
+    this.upright(hover, 'strong', []);
+    for (const { trace } of this.lines) this.dot(source, trace, hover, values, 2.5);
     if (!selection) return;
     const { c } = this;
     const [from, to] = [this.px(selection.from), this.px(selection.to)];
@@ -350,12 +366,15 @@ export class Chart {
 
   private down(event: PointerEvent): void {
     if (event.button !== 0 || event.offsetX < GUTTER) return;
-    this.pressed = event.offsetX;
     this.canvas.setPointerCapture(event.pointerId);
+    this.dragged = this.cursorAt(event.offsetX);
+    if (this.dragged < 0) this.pressed = event.offsetX;
   }
 
   private move({ offsetX: x }: PointerEvent): void {
-    const { pressed } = this;
+    const { pressed, dragged: cursor } = this;
+    if (cursor >= 0) this.events.drag(cursor, timeAt(this.range, this.share(x)));
+    else this.canvas.style.cursor = this.cursorAt(x) < 0 ? '' : 'ew-resize';
     if (pressed === null && (x < GUTTER || x > GUTTER + this.across)) return this.leave();
     const dragged = pressed !== null && Math.abs(x - pressed) >= CLICK;
     this.events.point({ at: this.share(x), since: dragged ? this.share(pressed) : null });
@@ -363,16 +382,23 @@ export class Chart {
 
   private up({ offsetX: x }: PointerEvent): void {
     const { pressed } = this;
+    this.dragged = -1;
     if (pressed === null) return;
     this.pressed = null;
     const [from, to] = [this.share(Math.min(x, pressed)), this.share(Math.max(x, pressed))];
     this.events.point({ at: this.share(x), since: null });
-    if (Math.abs(x - pressed) < CLICK) this.events.mark(timeAt(this.range, to));
+    if (Math.abs(x - pressed) < CLICK) this.events.set(timeAt(this.range, to));
     else this.events.zoom({ from: timeAt(this.range, from), to: timeAt(this.range, to) });
+  }
+
+  /** The cursor that a pointer can take hold of, or -1. */
+  private cursorAt(x: number): number {
+    return this.cursors.findIndex((time) => Math.abs(this.px(time) - x) <= CLICK);
   }
 
   private leave(): void {
     this.pressed = null;
+    this.dragged = -1;
     this.events.point(null);
   }
 }

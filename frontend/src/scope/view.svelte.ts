@@ -11,6 +11,7 @@ import type { Moment, Pointer } from './chart';
 import { loop } from './loop';
 import { timeAt, type Range } from './range';
 import { LiveSource, type Source } from './source';
+import { STATISTICS, type Statistic } from './statistics';
 
 export const SPANS = [1, 2, 5, 10, 20, 30] as const;
 
@@ -32,7 +33,10 @@ class View {
   span = $state<number>(load('span', 10));
   zoom = $state.raw<Range | null>(null);
   follow = $state(true);
-  mark = $state<number | null>(null);
+  /** Times of the cursors that were set, the first of which values are compared with. */
+  cursors = $state.raw<readonly number[]>([]);
+  /** What readings tell: the value at a moment, or a statistic of the stretch that is measured. */
+  statistic = $state<Statistic>(keptStatistic());
   /** Where the pointer is on the time axis; plain, as it moves with every event. */
   pointer: Pointer | null = null;
   /** Counts up to ten times a second while something moves: what readouts depend on. */
@@ -91,7 +95,7 @@ class View {
   }
 
   /** Time under the pointer: what slides through below it while it rests. */
-  get cursor(): number | null {
+  get hover(): number | null {
     return this.pointer && timeAt(this.range(), this.pointer.at);
   }
 
@@ -111,10 +115,18 @@ class View {
     return { from: Math.max(range.from, lab.session.time - TRAIL), to: range.to };
   }
 
-  /** The moment that readouts tell of: under the pointer, else the newest. */
+  /** The stretch that statistics are of: between two cursors, else what is visible. */
+  measured(): Range {
+    const [from = 0, to = 0] = [...this.cursors].sort((a, b) => a - b);
+    return this.cursors.length === 2 ? { from, to } : this.range();
+  }
+
+  /** The moment that readouts tell of: the second cursor, else under the pointer, else the newest. */
   moment(): number {
-    const { cursor, source } = this;
-    if (cursor !== null) return cursor;
+    const { hover, source } = this;
+    const [, second] = this.cursors;
+    if (second !== undefined) return second;
+    if (hover !== null) return hover;
     if (!source) return Number.NaN;
     const newest = source.start + source.last * source.step;
     return lab.mode === 'live' ? Math.min(newest, this.range().to) : Number.NaN;
@@ -145,7 +157,7 @@ class View {
   /** Zooms the time axis about the pointer, or about its middle. */
   zoomBy(ratio: number): void {
     const { from, to } = this.range();
-    const centre = this.cursor ?? (from + to) / 2;
+    const centre = this.hover ?? (from + to) / 2;
     const length = Math.max(LEAST_SPAN, (to - from) * ratio);
     const start = centre - ((centre - from) * length) / (to - from);
     this.look({ from: start, to: start + length });
@@ -174,17 +186,46 @@ class View {
     this.zoom = whole ? null : { from: first, to: first + length };
   }
 
-  toggleMark(): void {
-    const { from, to } = this.range();
+  /** Sets a cursor; with two of them already, clears both. */
+  setCursor(time: number): void {
+    this.cursors = this.cursors.length < 2 ? [...this.cursors, time] : [];
+  }
+
+  /** By keyboard: where the pointer is, at the newest sample, or a third into what is visible. */
+  placeCursor(): void {
+    const { cursors } = this;
     const at = this.moment();
-    this.mark = this.mark === null ? (Number.isFinite(at) ? at : (from + to) / 2) : null;
+    const free = Number.isFinite(at) && !cursors.includes(at);
+    this.setCursor(free ? at : timeAt(this.range(), (cursors.length + 1) / 3));
+  }
+
+  dragCursor(index: number, time: number): void {
+    this.cursors = this.cursors.map((each, i) => (i === index ? time : each));
+  }
+
+  /** Moves the last cursor by a share of the time axis. */
+  nudgeCursor(share: number): void {
+    const { from, to } = this.range();
+    const last = this.cursors.length - 1;
+    const time = (this.cursors[last] ?? Number.NaN) + share * (to - from);
+    this.dragCursor(last, Math.min(to, Math.max(from, time)));
+  }
+
+  setStatistic(statistic: Statistic): void {
+    this.statistic = statistic;
+    save('statistic', statistic);
+  }
+
+  nextStatistic(): void {
+    const i = STATISTICS.findIndex(({ id }) => id === this.statistic);
+    this.setStatistic(STATISTICS[(i + 1) % STATISTICS.length]?.id ?? 'value');
   }
 
   /** Back to the whole window or the newest samples, axes following the data. */
   reset(): void {
     this.zoom = null;
     this.follow = true;
-    this.mark = null;
+    this.cursors = [];
   }
 
   /** Starts the readouts; returns what stops them. */
@@ -194,7 +235,7 @@ class View {
     let second = performance.now();
     let seen = '';
     const timer = setInterval(() => {
-      const key = `${this.source?.version} ${this.cursor} ${this.moment()}`;
+      const key = `${this.source?.version} ${this.hover} ${this.moment()}`;
       if (key !== seen) this.beat += 1;
       seen = key;
       const now = performance.now();
@@ -213,6 +254,11 @@ function labelOf(set: object): string {
   return Object.keys(set)
     .map((path) => nameOf(path).replace('_', ''))
     .join(', ');
+}
+
+function keptStatistic(): Statistic {
+  const kept = load('statistic', '');
+  return STATISTICS.find(({ id }) => id === kept)?.id ?? 'value';
 }
 
 function keptScopes(): readonly ScopeId[] {
