@@ -13,8 +13,8 @@ const DRAWN: Readonly<Record<Role, { ink: PlotInk; dash: Dash; marker: Series['m
   a: { ink: 'phase-a', dash: 'solid', marker: 'circle' },
   b: { ink: 'phase-b', dash: 'dash', marker: 'square' },
   c: { ink: 'phase-c', dash: 'dot', marker: 'triangle' },
-  x: { ink: 'a', dash: 'solid', marker: 'square' },
-  y: { ink: 'b', dash: 'dash', marker: 'circle' },
+  x: { ink: 'phase-a', dash: 'solid', marker: 'square' },
+  y: { ink: 'phase-b', dash: 'dash', marker: 'circle' },
   printed: { ink: 'text', dash: 'dashdot', marker: 'diamond' },
 };
 

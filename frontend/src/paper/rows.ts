@@ -135,8 +135,16 @@ export function pretty(text: string): string {
     .replace(/(^|[[\s(=])-(?=\d)/g, '$1−');
 }
 
-/** Writes a number with four digits, or both ends of a range, in one unit. */
-export function numberOf(value: Range | undefined, unit: string, significant = 4): Quantity {
+/**
+ * Writes a number with four digits, or both ends of a range, in one unit; a band in that of what it is
+ * `about`.
+ */
+export function numberOf(
+  value: Range | undefined,
+  unit: string,
+  significant = 4,
+  about: Range = null,
+): Quantity {
   if (value === null || value === undefined) return { number: '–', unit: '' };
   const ends = typeof value === 'number' ? [value] : value;
   if (unit === '%') {
@@ -147,7 +155,8 @@ export function numberOf(value: Range | undefined, unit: string, significant = 4
   }
   const size = Math.max(...ends.map(Math.abs));
   if (size === 0) return { number: '0', unit: prettyUnit(unit) };
-  const scale = scaleFor(size, unit);
+  const like = Math.max(...[about ?? 0].flat().map(Math.abs)) || size;
+  const scale = scaleFor(like, unit);
   // Two numbers in one place: three digits each.
   const most = ends.length > 1 ? Math.min(significant, 3) : significant;
   const texts = ends.map((end) => short(end * scale.factor, most));

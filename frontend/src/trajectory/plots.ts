@@ -302,12 +302,13 @@ export class Plots {
     c.fillStyle = inks.axis;
     c.textAlign = 'center';
     c.textBaseline = 'middle';
-    for (const time of multiples({ from: 0, to: end }, step)) {
-      const at = LEFT + (time / end) * (this.width - LEFT - RIGHT);
-      if (at > this.width - 24) continue;
+    const shown = multiples({ from: 0, to: end }, step)
+      .map((time) => ({ time, at: LEFT + (time / end) * (this.width - LEFT - RIGHT) }))
+      .filter(({ at }) => at <= this.width - 24);
+    shown.forEach(({ time, at }, i) => {
       const text = time.toFixed(places);
-      c.fillText(time === 0 ? `${text} s` : text, at, this.height - 8);
-    }
+      c.fillText(i === shown.length - 1 ? `${text} s` : text, at, this.height - 8);
+    });
   }
 }
 

@@ -7,11 +7,11 @@ import { normalForce, thrust, type Analytic } from './analytic';
 
 export type Force = 'thrust' | 'normal_force';
 
-/** Currents from the largest down, told apart by colour and dashes. */
+/** Currents from the largest down, told apart by colour and dashes; A and B keep theirs. */
 const STYLES: readonly { ink: PlotInk; dash: Dash; width?: number }[] = [
-  { ink: 'a', dash: 'solid', width: 2 },
-  { ink: 'b', dash: 'dash' },
-  { ink: 'phase-a', dash: 'dashdot' },
+  { ink: 'text', dash: 'solid', width: 2 },
+  { ink: 'phase-a', dash: 'dash' },
+  { ink: 'phase-c', dash: 'dashdot' },
   { ink: 'difference', dash: 'dot', width: 2 },
   { ink: 'phase-b', dash: 'solid', width: 1 },
 ];
@@ -45,7 +45,7 @@ export function trustOf(map: MapTables, force: Force): Band {
     x: map.positions,
     low: y.map((value) => value - Math.abs(value) * share),
     high: y.map((value) => value + Math.abs(value) * share),
-    ink: 'a',
+    ink: 'reference',
   };
 }
 

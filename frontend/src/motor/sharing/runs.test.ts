@@ -1,6 +1,6 @@
 import { describe, expect, it } from 'vitest';
 import type { MapFit, SharingDocument } from '../../api/types';
-import { curvesOf, phasesOf, requests, ROWS, smooth, type Asked, type Run } from './runs';
+import { curvesOf, phasesOf, requests, ROWS, smooth, type Asked, type Run, rowTexts } from './runs';
 
 const asked: Asked = {
   machines: ['new-design', 'previous-design'],
@@ -97,4 +97,11 @@ describe('curves', () => {
 it('ripple is told in per cent of the mean', () => {
   const row = ROWS.find(({ name }) => name === 'ripple/mean');
   expect(row?.value(found)).toBeCloseTo(5);
+});
+
+it('writes a row with the same decimals throughout', () => {
+  expect(rowTexts([4.787, 5.02])).toEqual(['4.787', '5.020']);
+  expect(rowTexts([41.99, null, -3.1])).toEqual(['41.99', '–', '−3.10']);
+  expect(rowTexts([0.0132, 0.002])).toEqual(['0.013', '0.002']);
+  expect(rowTexts([0, 0])).toEqual(['0', '0']);
 });

@@ -2,6 +2,7 @@
 
 import type { MapFit, SharingDocument } from '../../api/types';
 import type { Dash, PlotInk, Series } from '../../plot/types';
+import { minus } from '../../units';
 
 export type Law = SharingDocument['law'];
 
@@ -12,14 +13,14 @@ export const LAWS: readonly { law: Law; name: string; title: string; dash: Dash;
       name: 'least norm',
       title: 'In proportion to the square of what each phase can give',
       dash: 'solid',
-      ink: 'a',
+      ink: 'text',
     },
     {
       law: 'force-per-ampere',
       name: 'force per ampere',
       title: "Least copper loss for the force: the paper's reference [21]",
       dash: 'dash',
-      ink: 'b',
+      ink: 'phase-b',
     },
     {
       law: 'sine',
@@ -121,6 +122,17 @@ export function phasesOf(run: Run, quantity: 'current' | 'phase_thrust'): Series
 
 function places({ found }: Run): number[] {
   return found.curves.position.map((position) => position / found.controller.tau);
+}
+
+/** Writes the numbers of a row with as many decimals as its largest takes for four digits. */
+export function rowTexts(values: readonly (number | null)[]): string[] {
+  const most = Math.max(...values.map((value) => Math.abs(value ?? 0)));
+  // A ripple that only interpolation leaves has no more digits to read, and four of them no room.
+  const significant = most < 0.1 ? 2 : 4;
+  const places = most === 0 ? 0 : significant - 1 - Math.floor(Math.log10(most));
+  return values.map((value) =>
+    value === null ? '–' : minus(value.toFixed(Math.min(6, Math.max(0, places)))),
+  );
 }
 
 export interface Row {
