@@ -205,7 +205,7 @@ export class Plots {
   ): void {
     const { c, inks } = this;
     const scale = scaleFor(Math.max(-range.from, range.to), unit);
-    const step = roundStep((range.to - range.from) / Math.max(2, (bottom - top) / 18));
+    const step = roundStep((range.to - range.from) / Math.max(4, (bottom - top) / 18));
     const places = Math.max(0, Math.ceil(-Math.log10(step * scale.factor) - 1e-9));
     c.font = `11px ${this.family}`;
     c.textBaseline = 'middle';
@@ -296,7 +296,7 @@ export class Plots {
   private time(found: Checked): void {
     const { c, inks } = this;
     const end = found.time.step * found.time.count;
-    const step = roundStep(end / Math.max(2, (this.width - LEFT) / 80));
+    const step = roundStep(end / Math.max(2, (this.width - LEFT) / 56));
     const places = Math.max(0, Math.ceil(-Math.log10(step) - 1e-9));
     c.font = `11px ${this.family}`;
     c.fillStyle = inks.axis;
