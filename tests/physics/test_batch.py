@@ -152,3 +152,12 @@ def test_what_is_wrong_with_a_case_is_named() -> None:
         run_batch("circle", [{"trajectory.laps": 1000}])
     with pytest.raises(Infeasible):
         run_batch("circle", [{"plant.x.mass": 900.0}])
+
+
+def test_thousands_of_cases_share_one_load() -> None:
+    heavier = load_scenario("circle", {"plant.x.mass": 6.5, "seed": 3})
+    loads = [prepare(scenario).load for scenario in (load_scenario("circle"), heavier)]
+    assert loads[0] is loads[1]
+    assert not loads[0].flags.writeable
+    pushed = prepare(load_scenario("circle", {"load.x": 1.0})).load
+    np.testing.assert_array_equal(pushed, loads[0] + (1.0, 0.0))

@@ -194,6 +194,16 @@ def test_a_key_that_comes_twice(session: Live, name: str) -> None:
     assert session.info() == before
 
 
+@pytest.mark.parametrize(
+    ("body", "why"), [(b'{"set": ' + 5000 * b"9" + b"}", "5000 digits"), (b'{"\xff": 1}', "0xff")]
+)
+@pytest.mark.parametrize("name", READS_JSON)
+def test_a_body_that_cannot_be_read(session: Live, name: str, body: bytes, why: str) -> None:
+    response = ask(session, name, content=body, headers=JSON)
+    assert response.status_code == 400
+    assert why in response.json()["detail"]
+
+
 @pytest.mark.parametrize("media", ["text/plain", "application/xml", "application/jsonp", "x"])
 @pytest.mark.parametrize("name", READS_JSON)
 def test_a_body_of_another_type(session: Live, name: str, media: str) -> None:

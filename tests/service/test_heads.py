@@ -76,3 +76,26 @@ def test_a_head_that_takes_too_long_is_refused(
         while piece := link.recv(1000):  # until the server closes it
             answer += piece
     assert answer.rstrip().endswith(b"took more than 0.2 s.")
+
+
+@pytest.mark.parametrize(
+    ("method", "headers"),
+    [
+        ("POST", ""),
+        ("GET", "X-Long: " + 20_000 * "a" + "\r\n"),
+        ("GET", "".join(f"X-{i}: a\r\n" for i in range(300))),
+    ],
+    ids=["method", "long", "many"],
+)
+def test_a_websocket_that_cannot_be_is_answered(server: Server, method: str, headers: str) -> None:
+    text = (
+        f"{method} /api/v1/sessions/x/stream HTTP/1.1\r\nHost: 127.0.0.1\r\n"
+        "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+        f"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n{headers}\r\n"
+    )
+    with socket.create_connection(("127.0.0.1", server.port), PATIENCE) as link:
+        link.sendall(text.encode())
+        answer = b""
+        while piece := link.recv(1000):  # until the server closes it
+            answer += piece
+    assert answer.startswith(b"HTTP/1.1 400 ")

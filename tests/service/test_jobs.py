@@ -12,7 +12,7 @@ import pytest
 
 from motionlab.service.settings import Settings
 from tests.service.conftest import MakeServer
-from tests.service.live import API, until
+from tests.service.live import API, Live, until
 from tests.service.servers import PATIENCE
 
 ASYNC = {"prefer": "respond-async"}
@@ -176,11 +176,15 @@ def test_too_many_simulations_at_once(make_server: MakeServer) -> None:
         async def leave() -> None:
             server.app.state.slots.release()
 
+        live = Live.create(client)
+        live.step(10)
         server.call(occupy())
+        assert client.get(f"{live.path}/telemetry").status_code == 429
         for path in ("/simulate", "/whatif"):
             response = client.post(API + path, json=QUICK)
             assert response.status_code == 429
             assert response.headers["content-type"] == "application/problem+json"
         server.call(leave())
+        assert client.get(f"{live.path}/telemetry").status_code == 200
         for path in ("/simulate", "/whatif"):
             assert client.post(API + path, json=QUICK).status_code == 200

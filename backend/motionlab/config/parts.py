@@ -76,7 +76,7 @@ def _labelled(own: dict[str, Any]) -> dict[str, Any]:
             own_controller = variant.get("controller")
             whole = isinstance(own_controller, str) or "base" in (own_controller or ())
             name = controller_name(own_controller) if whole else None
-            found[key] = ({} if name is None else {"label": name}) | variant
+            found[key] = ({} if name is None else {"label": name}) | dict(variant)
     return own | {"variants": found}
 
 

@@ -25,6 +25,7 @@ from motionlab.service import messages, openapi, problems
 from motionlab.service.heads import Heads
 from motionlab.service.jobs import Jobs
 from motionlab.service.kernels import Kernels
+from motionlab.service.memory import Memory
 from motionlab.service.monitor import Monitor
 from motionlab.service.registry import Sessions
 from motionlab.service.routes import (
@@ -105,6 +106,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        app.state.memory = Memory(settings.memory_max)
         app.state.slots = asyncio.Semaphore(settings.running_max)
         app.state.jobs = Jobs(
             at_once=settings.jobs_at_once,
@@ -112,7 +114,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
             kept_max=settings.jobs_kept,
             records=RecordStore(data_root() / "jobs"),
         )
-        app.state.sessions = Sessions(most=settings.sessions_max)
+        app.state.sessions = Sessions(most=settings.sessions_max, memory=app.state.memory)
         app.state.scenes = Scenes(most=settings.scenes_max)
         sweepers = [
             asyncio.create_task(kept.sweep()) for kept in (app.state.sessions, app.state.scenes)

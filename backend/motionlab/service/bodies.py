@@ -25,7 +25,12 @@ class JsonRoute(APIRoute):
 
 class _JsonRequest(Request):
     async def json(self) -> Any:
-        return json.loads(await self.body(), object_pairs_hook=_table)
+        try:
+            return json.loads(await self.body(), object_pairs_hook=_table)
+        except json.JSONDecodeError:
+            raise
+        except ValueError as error:  # no Unicode, or a whole number of too many digits
+            raise HTTPException(400, f"the body cannot be read: {error}") from None
 
 
 def _table(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

@@ -6,6 +6,7 @@ import asyncio
 from typing import Any
 
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
+from websockets.exceptions import InvalidMessage
 
 HEAD_MAX = 64 * 1024
 """Bytes of a request's head, or of what follows a body, that may wait for its end."""
@@ -63,6 +64,14 @@ class Connection(HttpToolsProtocol):
         """Take the end of a request."""
         self._waiting = 0
         super().on_message_complete()
+
+    def handle_websocket_upgrade(self) -> None:
+        """Hand over to a websocket, or refuse what it would wait for without an answer."""
+        super().handle_websocket_upgrade()
+        taken_over = self.transport.get_protocol()
+        refused = getattr(getattr(taken_over, "conn", None), "handshake_exc", None)
+        if isinstance(refused, InvalidMessage) and not self.transport.is_closing():
+            self.send_400_response("A websocket is asked for by a GET of some short headers.")
 
     def _set_deadline(self) -> None:
         self._deadline = self.loop.call_later(

@@ -160,7 +160,7 @@ class Jobs:
         try:
             return None if record is None else REPORT.validate_json(record)
         except ValidationError as error:
-            _LOG.warning("record %s is not of this version: %s", job_id, error)
+            _LOG.warning("record %s is not of this version: %s", job_id, error.errors()[0]["msg"])
             return None
 
     def summaries(self, kind: Kind | None = None) -> list[JobSummary]:

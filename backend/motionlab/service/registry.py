@@ -7,6 +7,7 @@ import time
 
 from fastapi import HTTPException
 
+from motionlab.service.memory import Memory
 from motionlab.service.sessions import Session
 from motionlab.simulation.prepare import Prepared
 
@@ -24,14 +25,23 @@ class Sessions:
     ----------
     most : int
         Sessions that may live at once.
+    memory : Memory
+        Where they take what they hold.
     """
 
-    def __init__(self, *, most: int) -> None:
+    def __init__(self, *, most: int, memory: Memory) -> None:
         self._most = most
+        self._memory = memory
         self._sessions: dict[str, Session] = {}
 
     async def create(self, prepared: Prepared) -> Session:
-        """Create a session, in the place of one long idle if need be, or answer 429."""
+        """Create a session, in the place of one long idle if need be, or answer 429.
+
+        Raises
+        ------
+        ConfigError
+            If it holds more than there is memory for at all.
+        """
         if len(self._sessions) >= self._most:
             now = time.monotonic()
             idlest = max(self.all(), key=lambda session: _idle(session, now))
@@ -39,6 +49,8 @@ class Sessions:
                 raise HTTPException(429, f"{self._most} sessions live already; delete one")
             await self.remove(idlest)
         session = Session(prepared)
+        self._memory.check(session.size)
+        self._memory.take(session.size)
         self._sessions[session.id] = session
         return session
 
@@ -56,7 +68,8 @@ class Sessions:
 
     async def remove(self, session: Session) -> None:
         """End a session."""
-        self._sessions.pop(session.id, None)
+        if self._sessions.pop(session.id, None) is not None:
+            self._memory.give_back(session.size)
         await session.close()
 
     async def sweep(self) -> None:

@@ -17,6 +17,7 @@ from fastapi import FastAPI
 from motionlab.errors import ConfigError, FieldError
 from motionlab.service.app import create_app, page_root
 from motionlab.service.connection import Connection
+from motionlab.service.memory import recordable
 from motionlab.service.settings import LOOPBACK, Settings
 
 _TOKEN_MIN = 16
@@ -77,7 +78,11 @@ def serve(host: str, port: int, names: frozenset[str]) -> None:
     listener = listen(host, port)
     address, taken = listener.getsockname()[:2]
     own = {f"[{address}]" if ":" in address else address}
-    settings = Settings(token=token, hosts=LOOPBACK | own | {name.lower() for name in names})
+    settings = Settings(
+        token=token,
+        hosts=LOOPBACK | own | {name.lower() for name in names},
+        memory_max=recordable(Settings.memory_max),
+    )
     shown = f"[{address}]" if ":" in address else address
     page = "" if page_root() is not None else "docs"  # without the page built there is the API
     print(f"Serving http://{shown}:{taken}/{page} (Ctrl-C ends it)", file=sys.stderr, flush=True)

@@ -103,6 +103,11 @@ class Session:
         self._begin()
 
     @property
+    def size(self) -> int:
+        """What it holds in memory, bytes: the ring, and the motion."""
+        return self.ring.size + self.prepared.motion_size
+
+    @property
     def tick(self) -> int:
         """The next tick to come."""
         return self.simulation.tick

@@ -25,7 +25,10 @@ class Settings:
         The same for simulated time summed over variants, s; bounds the memory of all that runs at
         once.
     work_max : float
-        Largest simulated time summed over variants, s; bounds the memory of a run.
+        Largest simulated time summed over variants, s; bounds the time of a run.
+    memory_max : int
+        What the recordings of all runs that go on may take, bytes; an hour of two variants takes
+        3.8e9. `serve` lowers it to half of what the machine or container has.
     trials_max : float
         Largest simulated time of one search for gains, summed over trials and axes, s.
     running_max : int
@@ -50,6 +53,7 @@ class Settings:
     direct_max: float = 300.0
     direct_work_max: float = 600.0
     work_max: float = 7200.0
+    memory_max: int = 4_000_000_000
     trials_max: float = 1e6
     running_max: int = 8
     jobs_at_once: int = 2

@@ -13,13 +13,15 @@ from numpy.typing import NDArray
 from motionlab.build import motion_limits
 from motionlab.config.controller import ModelConfig, SharingConfig
 from motionlab.config.load import phases
+from motionlab.config.planar import AXES
 from motionlab.config.plant import PlantConfig
-from motionlab.config.scenario import Scenario
+from motionlab.config.scenario import LoadConfig, Scenario
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.errors import ConfigError, FieldError
 from motionlab.simulation.maps import check_maps, map_digests
 from motionlab.simulation.noise import load_force
+from motionlab.telemetry.channels import CHANNELS, REFERENCES
 from motionlab.trajectory.feasibility import MotionLimits, check
 from motionlab.trajectory.reference import Reference, sample
 
@@ -27,6 +29,9 @@ Array = NDArray[np.float64]
 Phases = tuple[tuple[int, Scenario], ...]
 _Deciding = tuple[PlantConfig, ModelConfig, SharingConfig, float, float]
 _Digests = tuple[str, ...]
+
+_SHARED = len(REFERENCES) * len(AXES) * np.float64().itemsize
+"""Reference and load of one tick, bytes."""
 
 
 @dataclass(frozen=True)
@@ -60,6 +65,18 @@ class Prepared:
         """Simulated time summed over variants, s."""
         return self.duration * len(self.scenario.variants)
 
+    @property
+    def motion_size(self) -> int:
+        """What reference and load take, bytes."""
+        return self.reference.ticks * _SHARED
+
+    def recording_size(self, ticks: int | None = None) -> int:
+        """Return what a run that records all or some ticks takes beside the motion, bytes."""
+        variants = len(self.scenario.variants) * len(CHANNELS) * len(AXES) * np.float32().itemsize
+        return self.motion_size + (self.reference.ticks if ticks is None else ticks) * (
+            variants + _SHARED
+        )
+
 
 def prepare(scenario: Scenario) -> Prepared:
     """Sample a scenario's trajectory and check that every variant can follow it.
@@ -85,16 +102,25 @@ def prepare(scenario: Scenario) -> Prepared:
     changes = tuple(phases(scenario))
     _check_feasibility(scenario.trajectory, changes)
     _refuse_times_outside(scenario, changes, reference.ticks)
-    load = load_force(scenario.load, reference.ticks)
-    for tick, changed in changes[1:]:
-        load[tick:] = load_force(changed.load, reference.ticks)[tick:]
-    return Prepared(scenario, reference, load, changes)
+    loads = tuple((tick, changed.load) for tick, changed in changes)
+    return Prepared(scenario, reference, _load(loads, reference.ticks), changes)
 
 
-# A slider asks for the same motion again and again: the newest is kept, and what was found to fit.
+# A slider asks for the same motion again and again, and thousands of cases have one load: the
+# newest of both are kept and shared, and what was found to fit.
 
 
 _sampled = cast("Callable[[TrajectoryConfig], Reference]", functools.lru_cache(maxsize=1)(sample))
+
+
+@functools.lru_cache(maxsize=1)
+def _load(loads: tuple[tuple[int, LoadConfig], ...], ticks: int) -> Array:
+    """Return the load force without noise, N, shape (ticks, 2); read-only, for it is shared."""
+    force = load_force(loads[0][1], ticks)
+    for tick, changed in loads[1:]:
+        force[tick:] = load_force(changed, ticks)[tick:]
+    force.setflags(write=False)
+    return force
 
 
 def _check_motion(  # noqa: PLR0913, PLR0917 - all that decides whether a motion is feasible

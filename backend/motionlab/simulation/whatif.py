@@ -84,6 +84,14 @@ def run_changed(
     return run(changed)
 
 
+def ticks_at_most(changed: Prepared, *, exact: bool, work_max: float) -> int:
+    """Return how many ticks `run_changed` records of a scenario at most."""
+    start, stop = main_window(changed)
+    from_state = stop - start + max(LEAD, changed.reference.period)
+    whole = exact or stop <= SOON or changed.work <= work_max
+    return changed.reference.ticks if whole and changed.work <= work_max else from_state
+
+
 def _fits_a_running_session(changes: Mapping[str, Any]) -> bool:
     try:
         check_schedulable(changes, "set")

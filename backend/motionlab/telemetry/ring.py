@@ -25,6 +25,11 @@ class Ring:
         self.first = 0
         self.end = 0
 
+    @property
+    def size(self) -> int:
+        """What it takes, bytes."""
+        return self._data.nbytes
+
     def clear(self) -> None:
         """Forget everything and begin at tick 0."""
         self.first = self.end = 0

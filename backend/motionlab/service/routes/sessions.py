@@ -30,6 +30,7 @@ from motionlab.service.documents import SessionMetrics
 from motionlab.service.problems import responses
 from motionlab.service.routes.simulate import SimulateRequest, prepare_request
 from motionlab.service.sessions import Session, SessionInfo
+from motionlab.service.slots import free_slot
 from motionlab.service.stream import Stream, refuse
 from motionlab.simulation.result import metadata
 from motionlab.telemetry import recorder
@@ -243,13 +244,16 @@ async def get_metrics(session: Found) -> Response:
                 },
             },
         },
-        **responses(404, 422),
+        **responses(404, 422, 429),
     },
 )
 async def get_telemetry(
-    session: Found, format: Annotated[Literal["csv", "parquet"], Query()] = "parquet"
+    request: Request,
+    session: Found,
+    format: Annotated[Literal["csv", "parquet"], Query()] = "parquet",
 ) -> Response:
     """Return what the ring holds, 30 s at most, as a file."""
+    slot = free_slot(request)  # a file takes a few times what the ring holds
     recording = session.recording()
     about = metadata(session.prepared)
 
@@ -261,9 +265,9 @@ async def get_telemetry(
 
     name = f"{session.prepared.scenario.name}-{session.tick}.{format}"
     headers = {"Content-Disposition": f'attachment; filename="{name}"'}
-    return Response(
-        await run_in_threadpool(written), media_type=_TELEMETRY[format], headers=headers
-    )
+    async with slot:
+        content = await run_in_threadpool(written)
+    return Response(content, media_type=_TELEMETRY[format], headers=headers)
 
 
 @router.get(

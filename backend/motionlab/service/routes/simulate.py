@@ -15,6 +15,7 @@ from motionlab.errors import ConfigError, FieldError
 from motionlab.service.bodies import JsonRoute
 from motionlab.service.described import PATHS_MAX, Paths, ScenarioSource
 from motionlab.service.jobs import Progress
+from motionlab.service.memory import Memory
 from motionlab.service.monitor import Monitor
 from motionlab.service.problems import responses
 from motionlab.service.routes.jobs import ACCEPTED, as_job
@@ -68,15 +69,19 @@ async def simulate(
     """
     settings: Settings = request.app.state.settings
     prepared = await run_in_threadpool(prepare_request, body, settings)
+    memory: Memory = request.app.state.memory
+    size = prepared.recording_size()
+    memory.check(size)
     too_long = prepared.duration > settings.direct_max or prepared.work > settings.direct_work_max
-    if too_long or "respond-async" in prefer:
+    if too_long or "respond-async" in prefer.lower():
         asked = body.model_dump()
-        return as_job(request, "simulate", asked, lambda progress: _simulated(prepared, progress))
+        work = memory.before(size, lambda progress: _simulated(prepared, progress))
+        return as_job(request, "simulate", asked, work)
     slot = free_slot(request)
     monitor: Monitor = request.app.state.monitor
     monitor.simulations.inc()
     async with slot:
-        with monitor.simulation_seconds.time():
+        with memory.hold(size), monitor.simulation_seconds.time():
             return JSONResponse(await run_in_threadpool(_run, prepared, None))
 
 

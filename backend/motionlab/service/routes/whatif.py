@@ -14,14 +14,16 @@ from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, FieldError
 from motionlab.service.binary import MEDIA_TYPE, packed
 from motionlab.service.bodies import JsonRoute, whole
+from motionlab.service.memory import Memory
 from motionlab.service.monitor import Monitor
 from motionlab.service.problems import responses
 from motionlab.service.routes.simulate import SimulateRequest, prepare_request
 from motionlab.service.sessions import column_names
 from motionlab.service.settings import Settings
 from motionlab.service.slots import free_slot
+from motionlab.simulation.prepare import Prepared
 from motionlab.simulation.result import document, main_window
-from motionlab.simulation.whatif import run_changed
+from motionlab.simulation.whatif import run_changed, ticks_at_most
 from motionlab.telemetry.channels import REFERENCES
 from motionlab.telemetry.decimate import min_max
 from motionlab.telemetry.recording import Recording
@@ -70,23 +72,26 @@ async def what_if(request: Request, body: Annotated[WhatIfRequest, Body()]) -> R
     monitor.simulations.inc()
     async with slot:
         with monitor.simulation_seconds.time():
-            answer = await run_in_threadpool(_answer, body, request.app.state.settings)
+            state = request.app.state
+            answer = await run_in_threadpool(_answer, body, state.settings, state.memory)
     return Response(answer, media_type=MEDIA_TYPE)
 
 
-def _answer(body: WhatIfRequest, settings: Settings) -> bytes:
+def _answer(body: WhatIfRequest, settings: Settings, memory: Memory) -> bytes:
     prepared = prepare_request(body, settings)
     known = dict(column_names(list(prepared.scenario.variants)))
     for index, name in enumerate(body.columns):
         if name not in known:
             raise ConfigError(FieldError(f"columns.{index}", "no column of that name", name))
-    recording = run_changed(
-        prepared,
-        body.scenario,
-        body.set,
-        exact=body.exact,
-        work_max=settings.direct_work_max,
-    )
+    bounds = {"exact": body.exact, "work_max": settings.direct_work_max}
+    size = prepared.recording_size(ticks_at_most(prepared, **bounds))
+    memory.check(size)
+    with memory.hold(size):
+        return _encoded(body, prepared, run_changed(prepared, body.scenario, body.set, **bounds))
+
+
+def _encoded(body: WhatIfRequest, prepared: Prepared, recording: Recording) -> bytes:
+    known = dict(column_names(list(prepared.scenario.variants)))
     begin = recording.first_tick
     start, stop = main_window(prepared)
     columns = np.array(

@@ -1,0 +1,122 @@
+"""What runs record is bounded: refused for ever, for now, or waited for."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+
+import httpx
+import pytest
+from pydantic import BaseModel
+
+from motionlab.config.load import load_scenario
+from motionlab.service import memory
+from motionlab.service.memory import Memory
+from motionlab.service.settings import Settings
+from motionlab.simulation.prepare import prepare
+from motionlab.simulation.run import run
+from tests.service.conftest import MakeServer
+from tests.service.live import API, until
+from tests.service.servers import PATIENCE
+
+CIRCLE = prepare(load_scenario("circle"))
+
+
+def test_the_size_is_that_of_what_is_kept() -> None:
+    recording = run(CIRCLE)
+    kept = recording.references.nbytes + sum(v.samples.nbytes for v in recording.variants.values())
+    motion = CIRCLE.reference
+    arrays = (motion.position, motion.velocity, motion.acceleration, CIRCLE.load)
+    assert CIRCLE.recording_size() == kept + sum(array.nbytes for array in arrays)
+
+
+@pytest.mark.parametrize("call", ["simulate", "whatif"])
+def test_what_never_fits_is_refused_by_name(make_server: MakeServer, call: str) -> None:
+    size = CIRCLE.recording_size()
+    server = make_server(Settings(memory_max=size))
+    with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
+        assert client.post(f"{API}/{call}", json={}).status_code == 200
+        body = {"set": {"trajectory.laps": 5}}
+        for headers in ({}, {"prefer": "respond-async"}):
+            answer = client.post(f"{API}/{call}", json=body, headers=headers)
+            assert answer.status_code == 422
+            (error,) = answer.json()["errors"]
+            assert "memory_max" in error["message"]
+            assert (error["range"], error["unit"]) == (f"<= {size}", "bytes")
+            assert error["value"] > size
+        assert client.get(f"{API}/jobs").json() == []
+        assert client.post(f"{API}/{call}", json={}).status_code == 200  # all was given back
+
+
+def test_what_does_not_fit_now_is_told_to_come_again(make_server: MakeServer) -> None:
+    size = CIRCLE.recording_size()
+    server = make_server(Settings(memory_max=size))
+    held: Memory = server.app.state.memory
+    with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
+        with held.hold(1):
+            for call in ("simulate", "whatif"):
+                answer = client.post(f"{API}/{call}", json={})
+                assert answer.status_code == 429
+                assert f"1 of {size} bytes" in answer.json()["detail"]
+            asks = {"prefer": "respond-async"}
+            job = client.post(f"{API}/simulate", json={}, headers=asks).json()["id"]
+            other = client.post(f"{API}/simulate", json={}, headers=asks).json()["id"]
+            until(lambda: client.get(f"{API}/jobs/{other}").json()["state"] == "running")
+            assert client.delete(f"{API}/jobs/{other}").json()["state"] == "cancelled"
+        until(lambda: client.get(f"{API}/jobs/{job}").json()["state"] == "done")
+
+
+def test_sessions_take_theirs_and_give_it_back(make_server: MakeServer) -> None:
+    server = make_server(Settings(memory_max=60_000_000))
+    variants = {f"variants.{name}": {"controller": "pd"} for name in "CDEFGH"}
+    with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
+        for _ in range(2):
+            ids = [client.post(f"{API}/sessions", json={}).json()["id"] for _ in range(2)]
+            answer = client.post(f"{API}/sessions", json={})
+            assert answer.status_code == 429
+            assert "60000000 bytes" in answer.json()["detail"]
+            for session in ids:
+                assert client.delete(f"{API}/sessions/{session}").status_code == 204
+        answer = client.post(f"{API}/sessions", json={"set": variants})
+        assert answer.status_code == 422
+        assert "memory_max" in answer.json()["detail"]
+
+
+def test_work_that_fails_gives_back_what_it_held() -> None:
+    room = Memory(10)
+
+    def fail(_: object) -> BaseModel:
+        raise ZeroDivisionError
+
+    for _ in range(3):
+        with pytest.raises(ZeroDivisionError):
+            room.before(10, fail)(lambda share, partial=None: None)
+    with room.hold(10):
+        pass
+
+
+def test_no_two_take_the_last_byte() -> None:
+    room, taken, begin = Memory(5), [], threading.Barrier(8)
+
+    def take() -> None:
+        begin.wait()
+        taken.append(room._take(1))
+
+    threads = [threading.Thread(target=take) for _ in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert sum(taken) == 5
+
+
+def test_a_container_has_less_than_the_machine(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(memory, "_CGROUP", tmp_path / "memory.max")
+    assert memory.recordable(10**6) == 10**6
+    machine = memory.recordable(10**18)
+    (tmp_path / "memory.max").write_text("max\n")
+    assert memory.recordable(10**18) == machine
+    (tmp_path / "memory.max").write_text("2000000\n")
+    assert memory.recordable(10**18) == 1_000_000
