@@ -41,13 +41,7 @@ from motionlab.plant.encoder import Encoder
 from motionlab.plant.friction import LuGre
 from motionlab.plant.mechanics import Mechanics
 from motionlab.plant.resonance import Resonance, sampled
-from motionlab.simulation.kernel import (
-    PARAMETER_ROWS,
-    STATE_ROWS,
-    Limits,
-    Parameters,
-    State,
-)
+from motionlab.simulation.layout import PARAMETER_ROWS, STATE_ROWS, Limits, Parameters, State
 from motionlab.simulation.maps import map_lanes, sharing_lanes
 from motionlab.trajectory.feasibility import MotionLimits
 

@@ -11,7 +11,7 @@ from motionlab.build import initial_state
 from motionlab.config.load import load_scenario
 from motionlab.simulation.batch import lanes_of
 from motionlab.simulation.course import Course, cores
-from motionlab.simulation.kernel import parameter_row
+from motionlab.simulation.layout import parameter_row
 from motionlab.simulation.noise import PAGE, page_inputs
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.timeline import Timeline

@@ -12,7 +12,8 @@ from motionlab.build import initial_state, lane_parameters
 from motionlab.config.load import load_scenario
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.lanes import WIDTH
-from motionlab.simulation.kernel import SAMPLE_ROWS, State, run_ticks
+from motionlab.simulation.kernel import run_ticks
+from motionlab.simulation.layout import SAMPLE_ROWS, State
 from motionlab.simulation.noise import PAGE, page_inputs
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.run import run

@@ -21,17 +21,16 @@ from motionlab.plant.magnetics import ForceMap
 from motionlab.plant.mechanics import Mechanics
 from motionlab.plant.resonance import sampled
 from motionlab.plant.table import ANALYTIC
-from motionlab.simulation.kernel import (
+from motionlab.simulation.kernel import H, run_ticks
+from motionlab.simulation.layout import (
     INPUT_ROWS,
     PARAMETER_ROWS,
     SAMPLE_ROWS,
     STATE_ROWS,
-    H,
     Inputs,
     Limits,
     Parameters,
     State,
-    run_ticks,
 )
 from motionlab.telemetry.channels import Sample
 from tests.physics import nominal

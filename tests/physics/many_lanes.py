@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from motionlab.control.compensation import CANUDAS_DE_WIT, OBSERVER, OFF, PUBLISHED, RESIDUAL
 from motionlab.control.notch import sampled_notch
-from motionlab.simulation.kernel import INPUT_ROWS, Inputs, Parameters
+from motionlab.simulation.layout import INPUT_ROWS, Inputs, Parameters
 from tests.physics.lane_case import Array, at_rest, circle, inputs, lane, rows, run
 from tests.physics.nominal import X, Y
 from tests.physics.table_case import table_lanes

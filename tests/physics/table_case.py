@@ -5,7 +5,7 @@ from __future__ import annotations
 from motionlab.config.controller import SharingConfig, SharingLaw
 from motionlab.config.force_map import TableMapConfig
 from motionlab.control.compensation import OBSERVER
-from motionlab.simulation.kernel import Parameters
+from motionlab.simulation.layout import Parameters
 from motionlab.simulation.maps import law_number, map_lanes, sharing_lanes
 from tests.physics.lane_case import lane
 from tests.physics.nominal import X, Y

@@ -15,7 +15,7 @@ from motionlab.config.planar import AXES
 from motionlab.errors import ConfigError, Infeasible
 from motionlab.simulation.batch import Batch, lanes_of, run_batch, run_prepared
 from motionlab.simulation.course import Course
-from motionlab.simulation.kernel import parameter_row
+from motionlab.simulation.layout import parameter_row
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run

@@ -11,7 +11,8 @@ from motionlab.build import initial_state, lane_parameters
 from motionlab.config.load import load_scenario
 from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.simulation.kernel import SAMPLE_ROWS, Inputs, State, run_ticks
+from motionlab.simulation.kernel import run_ticks
+from motionlab.simulation.layout import SAMPLE_ROWS, Inputs, State
 from motionlab.simulation.noise import PAGE, page_inputs
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.simulation import Simulation

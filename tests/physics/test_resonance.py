@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from motionlab.analysis.frequency import margins
 from motionlab.config.load import load_scenario
 from motionlab.plant.resonance import Resonance, natural, ring, sampled
-from motionlab.simulation.kernel import H, State
+from motionlab.simulation.kernel import H
+from motionlab.simulation.layout import State
 from motionlab.simulation.linear import linearise, stability_limits
 from motionlab.simulation.sweep import sweep
 from tests.physics.lane_case import IDEAL, at_rest, changed, channel, inputs, lane, rows, run

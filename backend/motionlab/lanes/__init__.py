@@ -9,21 +9,16 @@ import numba
 
 from motionlab.lanes.cache import model_hash, use_cache
 from motionlab.lanes.gather import load_four
+from motionlab.lanes.memory import axes_at, pack, record, recorded, unpack
+from motionlab.lanes.mode import flush_subnormals, restore_mode
 from motionlab.lanes.vector import (
     WIDE,
     WIDTH,
-    axes_at,
-    flush_subnormals,
-    pack,
     power_of_two,
-    record,
-    recorded,
-    restore_mode,
     round_down,
     round_nearest,
     select,
     square_root,
-    unpack,
 )
 
 use_cache()  # before the first function is decorated

@@ -29,6 +29,7 @@ _SOURCES = (
     "lanes/*.py",
     "plant/*.py",
     "simulation/kernel.py",
+    "simulation/layout.py",
     "simulation/score_kernel.py",
     "telemetry/channels.py",
 )

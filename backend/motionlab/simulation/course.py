@@ -20,7 +20,7 @@ from motionlab.analysis.tally import new_tally, tally_metrics
 from motionlab.build import LANES_PER_VARIANT, initial_state
 from motionlab.config.planar import AXES
 from motionlab.lanes import WIDE, WIDTH
-from motionlab.simulation.kernel import State
+from motionlab.simulation.layout import State
 from motionlab.simulation.noise import PAGE, page_inputs
 from motionlab.simulation.prepare import Prepared
 from motionlab.simulation.result import main_window

@@ -27,7 +27,7 @@ from motionlab.control.compensation import CANUDAS_DE_WIT, PUBLISHED, RESIDUAL
 from motionlab.errors import ConfigError, FieldError
 from motionlab.plant.friction import LuGre
 from motionlab.plant.resonance import natural
-from motionlab.simulation.kernel import Parameters
+from motionlab.simulation.layout import Parameters
 from motionlab.simulation.maps import check_maps, force_gain
 
 Array = NDArray[np.float64]

@@ -21,7 +21,7 @@ from motionlab.errors import ConfigError, FieldError
 from motionlab.lanes.bank import TABLES
 from motionlab.plant.magnetics import ForceMap
 from motionlab.plant.table import ANALYTIC, TableMap, normal_cells, thrust_cells
-from motionlab.simulation.kernel import Parameters
+from motionlab.simulation.layout import Parameters
 from motionlab.store.maps import named_map
 
 Array = NDArray[np.float64]

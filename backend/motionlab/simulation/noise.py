@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from motionlab.config.plant import AmplifierConfig
 from motionlab.config.scenario import LoadConfig, Scenario
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
-from motionlab.simulation.kernel import INPUT_ROWS, Inputs
+from motionlab.simulation.layout import INPUT_ROWS, Inputs
 from motionlab.simulation.timeline import Timeline
 
 PAGE = 1024

@@ -20,7 +20,8 @@ from motionlab.lanes import (
     unpack,
 )
 from motionlab.lanes.bank import TABLES
-from motionlab.simulation.kernel import Inputs, State, groups, reads_tables, tick
+from motionlab.simulation.kernel import tick
+from motionlab.simulation.layout import Inputs, State, groups, reads_tables
 from motionlab.telemetry.channels import Sample
 
 Array = NDArray[np.float64]

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from motionlab.build import LANES_PER_VARIANT, VARIANTS_PER_BLOCK, initial_state, lane_parameters
 from motionlab.config.scenario import Scenario
 from motionlab.lanes import WIDTH
-from motionlab.simulation.kernel import FORCE_LIMIT_ROW, SAMPLE_ROWS, State, run_ticks
+from motionlab.simulation.kernel import run_ticks
+from motionlab.simulation.layout import FORCE_LIMIT_ROW, SAMPLE_ROWS, State
 from motionlab.simulation.maps import check_maps
 from motionlab.simulation.noise import PAGE, load_force, page_inputs
 from motionlab.simulation.prepare import Phases, Prepared

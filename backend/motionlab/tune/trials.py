@@ -16,7 +16,7 @@ from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario, WindowConfig
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.simulation.course import Course, Scores
-from motionlab.simulation.kernel import parameter_row
+from motionlab.simulation.layout import parameter_row
 from motionlab.simulation.prepare import Prepared
 
 Array = NDArray[np.float64]

@@ -1,0 +1,177 @@
+"""Lanes in arrays: rows read as named tuples of lanes, and written from them.
+
+How wide the lanes of an array are its type does not say: what reads one is told, by a constant or
+by lanes that are as wide.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba.core import types
+from numba.core.imputils import lower_builtin
+from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+from numba.extending import type_callable
+
+from motionlab.lanes.vector import (
+    VECTOR,
+    WIDTH,
+    LanesType,
+    join_vectors,
+    split_vectors,
+)
+
+_SINGLE = ir.VectorType(ir.FloatType(), WIDTH)
+_PAIR = ir.VectorType(ir.DoubleType(), 2)
+_ALIGN = 8  # numpy promises no more than the alignment of one double
+
+
+def _row(  # noqa: PLR0913, PLR0917 - numba's lowering, an array, where in it
+    context: Any, builder: Any, array_type: Any, array: Any, row: Any, width: int
+) -> list[Any]:
+    """Return the addresses of the vectors of ``array.flat[row * width :]``, C-contiguous."""
+    data = context.make_array(array_type)(context, builder, array).data
+    first = builder.mul(row, _i64(width))
+    at = [builder.gep(data, [builder.add(first, _i64(i))]) for i in range(0, width, WIDTH)]
+    vector = _SINGLE if array_type.dtype == types.float32 else VECTOR
+    return [builder.bitcast(address, vector.as_pointer()) for address in at]
+
+
+def _load_rows(context: Any, builder: Any, sig: Any, args: Any, first: Any) -> Any:
+    """Return rows of an array from `first` on as a named tuple of lanes."""
+    count, width = sig.return_type.count, sig.return_type.dtype.width
+    array_type, array = sig.args[1], args[1]
+    single = array_type.dtype == types.float32
+    values = []
+    for i in range(count):
+        at = _row(context, builder, array_type, array, builder.add(first, _i64(i)), width)
+        vectors = [builder.load(address, align=_ALIGN // 2) for address in at]
+        if single:
+            vectors = [builder.fpext(vector, VECTOR) for vector in vectors]
+        values.append(join_vectors(builder, vectors))
+    return context.make_tuple(builder, sig.return_type, values)
+
+
+def _i64(value: int) -> Any:
+    return ir.Constant(ir.IntType(64), value)
+
+
+def _register_reader(function: Any) -> None:
+    """Teach numba that `function` returns a named tuple of lanes, as wide as a constant says."""
+
+    @infer_global(function)  # pyright: ignore[reportOptionalCall]
+    class _Reader(AbstractTemplate):
+        def generic(self, args: Any, kws: Any) -> Any:
+            record, _, _, *width = args
+            lanes = LanesType(WIDTH)
+            if width and isinstance(width[0], LanesType):
+                lanes = width[0]
+            elif width and not isinstance(width[0], types.IntegerLiteral):
+                return None  # numba comes again with the constant
+            elif width:
+                lanes = LanesType(width[0].literal_value)
+            cls = record.instance_class
+            return signature(types.NamedUniTuple(lanes, len(cls._fields), cls), *args)
+
+
+def unpack(record: Any, array: Any, first: int = 0, width: Any = WIDTH) -> Any:
+    """Return rows `first`, ... of `array`, shape (rows, width), as a named tuple of lanes."""
+    return record(*array[first : first + len(record._fields)])
+
+
+_register_reader(unpack)
+
+
+@lower_builtin(unpack, types.NamedTupleClass, types.Array, types.Integer)
+@lower_builtin(unpack, types.NamedTupleClass, types.Array, types.Integer, types.Any)
+def _lower_unpack(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    first = context.cast(builder, args[2], sig.args[2], types.int64)
+    return _load_rows(context, builder, sig, args, first)
+
+
+def axes_at(record: Any, array: Any, tick: Any, width: Any = WIDTH) -> Any:
+    """Return ``array[tick]``, shape (fields, 2), as a named tuple: x in even lanes, y in odd."""
+    return record(*np.tile(array[tick], (width if isinstance(width, int) else len(width)) // 2))
+
+
+_register_reader(axes_at)
+
+
+@lower_builtin(axes_at, types.NamedTupleClass, types.Array, types.Integer)
+@lower_builtin(axes_at, types.NamedTupleClass, types.Array, types.Integer, types.Any)
+def _lower_axes_at(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    count, width = sig.return_type.count, sig.return_type.dtype.width
+    tick = context.cast(builder, args[2], sig.args[2], types.int64)
+    data = context.make_array(sig.args[1])(context, builder, args[1]).data
+    data = builder.gep(data, [builder.mul(tick, _i64(2 * count))])
+    order = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0, 1] * (WIDTH // 2))
+    fields = []
+    for i in range(count):
+        address = builder.bitcast(builder.gep(data, [_i64(2 * i)]), _PAIR.as_pointer())
+        pair = builder.load(address, align=_ALIGN)
+        vector = builder.shuffle_vector(pair, ir.Constant(_PAIR, ir.Undefined), order)
+        fields.append(join_vectors(builder, [vector] * (width // WIDTH)))
+    return context.make_tuple(builder, sig.return_type, fields)
+
+
+def pack(values: Any, array: Any) -> None:
+    """Write a named tuple of lanes into the rows of `array`, shape (fields, width)."""
+    for row, value in zip(array, values, strict=True):
+        row[:] = value
+
+
+def record(values: Any, array: Any, tick: Any) -> None:
+    """Write a named tuple of lanes into ``array[tick]``, in the array's own precision."""
+    pack(values, array[tick])
+
+
+def recorded(record: Any, array: Any, tick: Any, width: Any = WIDTH) -> Any:
+    """Return ``array[tick]``, shape (fields, width), in single precision, as lanes."""
+    return record(*array[tick].astype(np.float64))
+
+
+@type_callable(pack)
+def _type_pack(context: Any) -> Any:
+    return lambda values, array: types.none
+
+
+@type_callable(record)
+def _type_record(context: Any) -> Any:
+    return lambda values, array, tick: types.none
+
+
+_register_reader(recorded)
+
+
+def _store_rows(context: Any, builder: Any, sig: Any, args: Any, first: Any) -> Any:
+    lanes, array_type = sig.args[0].dtype, sig.args[1]
+    single = array_type.dtype == types.float32
+    for i in range(sig.args[0].count):
+        value = builder.extract_value(args[0], i)
+        vectors = split_vectors(context, builder, value, lanes, lanes.width)
+        row = builder.add(first, _i64(i))
+        at = _row(context, builder, array_type, args[1], row, lanes.width)
+        for vector, address in zip(vectors, at, strict=True):
+            stored = builder.fptrunc(vector, _SINGLE) if single else vector
+            builder.store(stored, address, align=_ALIGN // 2)
+    return context.get_dummy_value()
+
+
+@lower_builtin(pack, types.NamedUniTuple, types.Array)
+def _lower_pack(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    return _store_rows(context, builder, sig, args, _i64(0))
+
+
+@lower_builtin(record, types.NamedUniTuple, types.Array, types.Integer)
+def _lower_record(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    tick = context.cast(builder, args[2], sig.args[2], types.int64)
+    return _store_rows(context, builder, sig, args, builder.mul(tick, _i64(sig.args[0].count)))
+
+
+@lower_builtin(recorded, types.NamedTupleClass, types.Array, types.Integer)
+@lower_builtin(recorded, types.NamedTupleClass, types.Array, types.Integer, types.Any)
+def _lower_recorded(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    tick = context.cast(builder, args[2], sig.args[2], types.int64)
+    return _load_rows(context, builder, sig, args, builder.mul(tick, _i64(sig.return_type.count)))
