@@ -8,11 +8,12 @@ from pydantic import TypeAdapter
 
 from motionlab.config.load import load_scenario, phases
 from motionlab.config.shipped import names, read
+from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.errors import ConfigError, Infeasible
 from motionlab.simulation.prepare import limit_sets, prepare
 from motionlab.trajectory.examination import QUANTITIES, examine
-from motionlab.trajectory.feasibility import check
+from motionlab.trajectory.feasibility import ALWAYS, Span, check
 from motionlab.trajectory.reference import sample
 from motionlab.trajectory.slowing import slow_down, stretched
 
@@ -43,8 +44,8 @@ def slowed(motion: Any) -> tuple[Any, float]:
 
 def accepted(motion) -> Infeasible | None:
     try:
-        for start, limits in LIMITS:
-            check(sample(motion), limits, start=start)
+        for span, limits in LIMITS:
+            check(sample(motion), limits, span=span)
     except Infeasible as refusal:
         return refusal
     return None
@@ -101,7 +102,7 @@ def test_one_lap_stands_for_all_that_repeat():
 
 
 def test_laps_are_not_left_out_when_the_motor_changes_during_the_run():
-    later = [*LIMITS, (10_000, LIMITS[0][1])]
+    later = [*LIMITS, (Span(10_000), LIMITS[0][1])]
     found = examine(path(laps=5), later, bins=100)
     assert found.examined == found.duration
 
@@ -173,3 +174,33 @@ def test_a_motion_of_more_than_five_minutes_is_not_slowed_down():
     with pytest.raises(ConfigError, match="too long to be slowed down") as caught:
         slow_down(motion, LIMITS)
     assert caught.value.errors[0].value == 300.5
+
+
+def limits_over_time(*limits: tuple[float, float]) -> dict[str, Any]:
+    """Return changes to `trapezoid-y`, which stands still until 1 s: when which force limit."""
+    path = "variants.A.controller.force_limit"
+    (_, first), *later = limits
+    schedule = [{"time": time, "set": {path: newtons}} for time, newtons in later]
+    return {path: first, "schedule": schedule}
+
+
+@pytest.mark.parametrize("limits", [[(0, 2.0), (0.5, 40.0)], [(0, 40.0), (0.2, 2.0), (0.9, 40.0)]])
+def test_limits_hold_until_they_are_changed(limits):
+    scenario = load_scenario("trapezoid-y", limits_over_time(*limits))
+    assert prepare(scenario).phases[-1][0] > 0
+    assert examine(scenario.trajectory, limit_sets(tuple(phases(scenario))), bins=50).feasible
+
+
+def test_limits_that_come_while_it_moves_are_refused_from_there_on():
+    scenario = load_scenario("trapezoid-y", limits_over_time((0, 40.0), (1.02, 2.0), (1.04, 40.0)))
+    with pytest.raises(Infeasible, match=r"t = 1\.0200 s.*allowed -2 to 2 N"):
+        prepare(scenario)
+    (violation,) = examine(
+        scenario.trajectory, limit_sets(tuple(phases(scenario))), bins=50
+    ).violations
+    assert (violation.start, violation.end) == pytest.approx((1.02, 1.04 - CONTROL_PERIOD))
+
+
+def test_a_change_that_does_not_touch_the_limits_begins_none():
+    (one,) = limit_sets(tuple(phases(load_scenario("fig5"))))
+    assert one[0] == ALWAYS

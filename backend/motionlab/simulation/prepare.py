@@ -22,7 +22,7 @@ from motionlab.errors import ConfigError, FieldError
 from motionlab.simulation.maps import check_maps, map_digests
 from motionlab.simulation.noise import load_force
 from motionlab.telemetry.channels import CHANNELS, REFERENCES
-from motionlab.trajectory.feasibility import MotionLimits, check
+from motionlab.trajectory.feasibility import MotionLimits, Span, check
 from motionlab.trajectory.reference import Reference, sample
 
 Array = NDArray[np.float64]
@@ -130,41 +130,41 @@ def _check_motion(  # noqa: PLR0913, PLR0917 - all that decides whether a motion
     sharing: SharingConfig,
     force_limit: float,
     current_limit: float,
-    start: int,
+    span: Span,
     _maps: _Digests,
 ) -> None:
     limits = motion_limits(
         plant, model, sharing=sharing, force_limit=force_limit, current_limit=current_limit
     )
-    check(_sampled(trajectory), limits, start=start)
+    check(_sampled(trajectory), limits, span=span)
 
 
 _check = cast("Callable[..., None]", functools.lru_cache(maxsize=16)(_check_motion))
 
 
-def limit_sets(changes: Phases) -> list[tuple[int, MotionLimits]]:
-    """Return from which tick on which distinct limits hold, of every variant and phase."""
+def limit_sets(changes: Phases) -> list[tuple[Span, MotionLimits]]:
+    """Return when which distinct limits hold, of every variant and phase."""
     return [
         (
-            tick,
+            span,
             motion_limits(plant, model, sharing=law, force_limit=force, current_limit=current),
         )
-        for tick, (plant, model, law, force, current), _ in _deciding(changes)
+        for span, (plant, model, law, force, current), _ in _deciding(changes)
     ]
 
 
 def _check_feasibility(trajectory: TrajectoryConfig, changes: Phases) -> None:
-    """Check the motion against what each variant can do from each change on."""
-    for tick, decides, maps in _deciding(changes):
-        _check(trajectory, *decides, tick, maps)
+    """Check the motion against what each variant can do between one change and the next."""
+    for span, decides, maps in _deciding(changes):
+        _check(trajectory, *decides, span, maps)
 
 
-def _deciding(
-    changes: Phases,
-) -> list[tuple[int, _Deciding, _Digests]]:
-    """Return all that decides whether a motion is feasible, and from which tick on, once each."""
-    found: list[tuple[int, _Deciding, _Digests]] = []
+def _deciding(changes: Phases) -> list[tuple[Span, _Deciding, _Digests]]:
+    """Return all that decides whether a motion is feasible, and when it holds."""
+    ended: list[tuple[Span, _Deciding, _Digests]] = []
+    lasting: list[tuple[Span, _Deciding, _Digests]] = []  # of the phase before, then of this one
     for tick, scenario in changes:
+        before, lasting = lasting, []
         check_maps(scenario)
         maps = map_digests([(tick, scenario)])
         for variant in scenario.variants.values():
@@ -176,9 +176,15 @@ def _deciding(
                 controller.force_limit,
                 controller.current_limit,
             )
-            if all(decides != other for _, other, _ in found):
-                found.append((tick, decides, maps))
-    return found
+            if all(decides != other for _, other, _ in lasting):
+                start = next((span.start for span, other, _ in before if decides == other), tick)
+                lasting.append((Span(start), decides, maps))
+        ended += [
+            (Span(span.start, tick), decides, digests)
+            for span, decides, digests in before
+            if all(decides != other for _, other, _ in lasting)
+        ]
+    return ended + lasting
 
 
 def _refuse_times_outside(scenario: Scenario, changes: Phases, ticks: int) -> None:

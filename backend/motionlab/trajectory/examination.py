@@ -14,7 +14,7 @@ from motionlab.config.figures import Circle, Polygon, Star
 from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.config.trajectory import TrajectoryConfig
-from motionlab.trajectory.feasibility import Demand, MotionLimits, demands, place_at
+from motionlab.trajectory.feasibility import ALWAYS, Demand, MotionLimits, Span, demands, place_at
 from motionlab.trajectory.path import Array
 from motionlab.trajectory.reference import Reference, sample
 
@@ -22,8 +22,8 @@ QUANTITIES = ("position", "step", "velocity", "acceleration", "thrust")
 VIOLATIONS_MAX = 50
 """Violations that are listed; the worst ones."""
 
-LimitSets = Sequence[tuple[int, MotionLimits]]
-"""From which tick on which limits hold; all that have begun hold at once."""
+LimitSets = Sequence[tuple[Span, MotionLimits]]
+"""When which limits hold; of several variants all hold at once."""
 
 
 @dataclass(frozen=True)
@@ -131,8 +131,8 @@ def examine(trajectory: TrajectoryConfig, limits: LimitSets, *, bins: int) -> Ex
     ----------
     trajectory : TrajectoryConfig
         The motion; of laps that repeat sample for sample one is examined.
-    limits : sequence of (int, MotionLimits)
-        From which tick on which limits hold, at least one; the profiles show the first.
+    limits : sequence of (Span, MotionLimits)
+        When which limits hold, at least one; the profiles show the first.
     bins : int
         Points of each profile at most.
 
@@ -141,11 +141,11 @@ def examine(trajectory: TrajectoryConfig, limits: LimitSets, *, bins: int) -> Ex
     ConfigError
         If the motion lasts longer than an hour.
     """
-    one = _one_lap(trajectory) if all(start == 0 for start, _ in limits) else trajectory
+    one = _one_lap(trajectory) if all(span == ALWAYS for span, _ in limits) else trajectory
     reference = sample(one)
     laps_left = 0 if one is trajectory else _laps(trajectory) - 1
-    found = [(demand, start) for start, each in limits for demand in demands(reference, each)]
-    outside = [demand.outside(start) for demand, start in found]
+    found = [(demand, span) for span, each in limits for demand in demands(reference, each)]
+    outside = [demand.outside(span) for demand, span in found]
     violations: list[Violation] = []
     for (demand, _), beyond in zip(found, outside, strict=True):
         if beyond is not None:
@@ -250,7 +250,7 @@ def _min_max(values: Array, size: int) -> tuple[NDArray[np.float32], NDArray[np.
 
 
 def _flags(
-    found: list[tuple[Demand, int]],
+    found: list[tuple[Demand, Span]],
     outside: list[NDArray[np.bool_] | None],
     ticks: int,
     size: int,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -22,6 +23,16 @@ _POSITION_ROUNDING = 1e-12
 _RELATIVE_ROUNDING = 1e-9
 _QUADRATURE = 4
 """Counts per cycle of an encoder with two tracks in quadrature."""
+
+
+class Span(NamedTuple):
+    """Ticks from `start` to before `end`; to the end of the motion, which counts, without one."""
+
+    start: int = 0
+    end: int | None = None
+
+
+ALWAYS = Span()
 
 
 @dataclass(frozen=True)
@@ -81,13 +92,15 @@ class Demand:
     limit: float | Array
     unit: str
 
-    def outside(self, start: int = 0) -> NDArray[np.bool_] | None:
-        """Return at which ticks from `start` on the limit is exceeded, None for nowhere."""
+    def outside(self, span: Span = ALWAYS) -> NDArray[np.bool_] | None:
+        """Return at which ticks of a span the limit is exceeded, None for nowhere."""
         most = float(np.max(self.limit))
         rounding = _POSITION_ROUNDING if self.unit == "m" else _RELATIVE_ROUNDING * most
         size = np.abs(self.value)
         beyond = size > self.limit + rounding
-        beyond[:start] = False
+        beyond[: span.start] = False
+        if span.end is not None:
+            beyond[span.end :] = False
         return beyond if beyond.any() else None
 
     def limit_at(self, tick: int) -> float:
@@ -95,7 +108,7 @@ class Demand:
         return float(self.limit[tick] if isinstance(self.limit, np.ndarray) else self.limit)
 
 
-def check(reference: Reference, limits: MotionLimits, *, start: int = 0) -> None:
+def check(reference: Reference, limits: MotionLimits, *, span: Span = ALWAYS) -> None:
     """Refuse a motion that leaves the stroke or asks for more than the motor can do.
 
     The thrust that the motion requires is M a + f_f(v), eq (16). Velocity that jumps between two
@@ -109,8 +122,8 @@ def check(reference: Reference, limits: MotionLimits, *, start: int = 0) -> None
         The motion.
     limits : MotionLimits
         What the motor can do.
-    start : int
-        First tick at which these limits hold.
+    span : Span
+        Ticks at which these limits hold.
 
     Raises
     ------
@@ -119,7 +132,7 @@ def check(reference: Reference, limits: MotionLimits, *, start: int = 0) -> None
     """
     first: tuple[int, Demand] | None = None
     for demand in demands(reference, limits):
-        outside = demand.outside(start)
+        outside = demand.outside(span)
         tick = None if outside is None else int(np.argmax(outside))
         if tick is not None and (first is None or tick < first[0]):
             first = tick, demand

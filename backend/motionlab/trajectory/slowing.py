@@ -72,8 +72,8 @@ def slow_down(trajectory: TrajectoryConfig, limits: LimitSets) -> tuple[Trajecto
     ----------
     trajectory : TrajectoryConfig
         The motion.
-    limits : sequence of (int, MotionLimits)
-        From which tick on which limits hold.
+    limits : sequence of (Span, MotionLimits)
+        When which limits hold.
 
     Returns
     -------
@@ -128,9 +128,9 @@ def _scaled(table: dict[str, Any], factor: float) -> dict[str, Any]:
 
 def _refuse_what_time_does_not_cure(trajectory: TrajectoryConfig, limits: LimitSets) -> None:
     reference = _sampled(trajectory)
-    for start, each in limits:
+    for span, each in limits:
         for demand in demands(reference, each):
-            outside = demand.outside(start) if demand.quantity == "position" else None
+            outside = demand.outside(span) if demand.quantity == "position" else None
             if outside is not None:
                 raise refusal(reference, demand, int(outside.argmax()))
 
@@ -154,8 +154,8 @@ def _sampled(trajectory: TrajectoryConfig) -> Reference:
 def _feasible(trajectory: TrajectoryConfig, limits: LimitSets) -> bool:
     reference = _sampled(trajectory)
     try:
-        for start, each in limits:
-            check(reference, each, start=start)
+        for span, each in limits:
+            check(reference, each, span=span)
     except Infeasible:
         return False
     return True
