@@ -134,7 +134,9 @@ def test_it_fails_on_what_the_page_does_not_say(
 
 def test_an_unknown_row_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["reproduce", "--only", "rombus-x"]) == 2
-    assert "did you mean 'rhombus-x'" in capsys.readouterr().err
+    complaint = capsys.readouterr().err
+    assert "did you mean 'rhombus-x'" in complaint
+    assert "one of the groups sizing, forces" in complaint
 
 
 def test_every_command_of_a_recipe_gives_its_number(

@@ -79,13 +79,14 @@ def test_the_text_names_gains_margins_and_why_each_start_ended(
     [
         (["--bounds", "k_p=1e6:1e5"], ["bounds.k_p", "1e+06 to 100000"]),
         (["--bounds", "k_p=1e6"], ["bounds.k_p", "LOW:HIGH"]),
-        (["--objective", "speed"], ["objective"]),
+        (["--objective", "speed"], ["objective.speed", "one of peak, rms, itae, settling, effort"]),
+        (["--objective", "peek"], ["objective.peek", "did you mean 'peak'?"]),
         (["--objective", "rms=often"], ["objective.rms", "often"]),
         (["--constraint", "phase_margin=9"], ["constraints.phase_margin", "rad"]),
         (["--starts", "99"], ["starts", "99", "16"]),
         (["--variant", "Q"], ["variant", "Q"]),
         (["--plants", "nowhere"], ["plant", "nowhere"]),
-        (["--also", "feedforward=1:2"], ["also", "feedforward"]),
+        (["--also", "feedforward=1:2"], ["also.feedforward", "one of disturbance_observer"]),
     ],
 )
 def test_bad_options_are_refused_by_name(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import types
 import typing
 from typing import Any
@@ -35,6 +36,7 @@ _MESSAGES = {
     "union_tag_invalid": "is not one of the choices",
 }
 _SIGNS = {"ge": ">=", "gt": ">", "le": "<=", "lt": "<"}
+_CHOICE = re.compile(r"'([^']*)'")
 _LONGEST_VALUE = 80
 _LONGEST_INTEGER = 128  # bits; Python refuses to print one of thousands of digits
 
@@ -99,6 +101,11 @@ def _field_error(item: dict[str, Any], model: type[BaseModel]) -> FieldError:
         value, unit = count["actual_length"], "items"
     if path and path[-1] == "[key]":
         path, message, allowed = path[:-1], "is not a name", "one capital letter"
+        if kind == "literal_error":
+            known = _CHOICE.findall(item["ctx"]["expected"])
+            message = f"unknown key{did_you_mean(path[-1], known)}"
+            allowed = "one of " + ", ".join(known)
+        unit = ""
     if kind in {"union_tag_invalid", "union_tag_not_found"}:
         path = [*path, "kind"]
     return FieldError(loc=".".join(path), message=message, value=value, range=allowed, unit=unit)

@@ -90,6 +90,7 @@ def quantities(only: Sequence[str] = ()) -> list[Quantity]:
                     loc="only",
                     message=f"no row or group of that name{did_you_mean(name, known)}",
                     value=name,
+                    range="a row or one of the groups " + ", ".join(order),
                 )
                 for name in wrong
             )
