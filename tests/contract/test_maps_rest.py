@@ -132,6 +132,9 @@ def test_a_preview_comes_at_once_and_is_not_kept(client: httpx.Client, tmp_path:
     assert found["geometry"]["g"] == 0.4e-3
     assert found["preset"] == "preview"
     assert found["uncertainty"]["thrust"] == 0.4
+    for crowded in ({"p": 2.16e-3}, {"g": 0.1e-3}, {"i": 30.0}):
+        rough = client.post(f"{MAPS}/preview", json=crowded, params={"currents": 2}).json()
+        assert rough["uncertainty"]["thrust"] == 0.6
     assert not (tmp_path / "maps").exists()
     wider = np.max(found["thrust"])
     paper = np.max(client.post(f"{MAPS}/preview", json={}, params={"currents": 2}).json()["thrust"])

@@ -15,6 +15,7 @@ from motionlab.design.fem.force_map import ForceMap
 from motionlab.design.fem.geometry import Geometry
 from motionlab.design.fem.mesh import Columns, Resolution, mover, stator
 from motionlab.design.fem.steel import MU_0, m19
+from motionlab.design.fem.trust import uncertainty
 from tests.physics.carter import carter
 
 GEOMETRY = Geometry()
@@ -207,3 +208,25 @@ def test_a_circuit_is_near_finite_elements():
     for row, solution in zip(found[:, 2], finite, strict=True):
         assert row[1] == pytest.approx(solution.linkage, rel=0.3)
         assert row[2] == pytest.approx(0, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("change", "shift"),
+    [
+        ({}, 8),
+        ({"p": 2.16e-3}, 8),
+        ({"p": 2.88e-3}, 10),
+        ({"p": 2.16e-3}, 12),
+        ({"g": 0.1e-3}, 10),
+        ({"g": 0.1e-3}, 0),
+    ],
+)
+def test_a_circuit_is_as_near_finite_elements_as_it_says(change, shift):
+    geometry = GEOMETRY.model_copy(update=change)
+    position = FieldModel(geometry, COARSE).at(shift)
+    finite = [position.solve(current) for current in (4.0, 7.0, 10.0)][-1]
+    x, i = np.linspace(0.0, geometry.tau / 2, 13), np.linspace(0.0, 10.0, 11)
+    thrust, normal = circuit(geometry, x, i)[shift, -1, 2:]
+    said = uncertainty("preview", geometry)
+    assert abs(finite.thrust - thrust) <= said.thrust * abs(thrust) + 0.1
+    assert abs(finite.normal_force - normal) <= said.normal_force * normal

@@ -124,6 +124,6 @@ def _entry(force_map: ForceMap, name: str, *, shipped: bool) -> dict[str, Any]:
         "motionlab_version": d.motionlab_version,
         "geometry": d.geometry,
         "peaks": Peaks(current=force_map.i_max, **summary(force_map)),
-        "uncertainty": uncertainty(d.preset),
+        "uncertainty": uncertainty(d.preset, d.geometry),
         "published": published(d.geometry),
     }

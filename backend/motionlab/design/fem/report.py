@@ -88,7 +88,7 @@ def report(force_map: ForceMap) -> str:
 def _published(force_map: ForceMap) -> list[str]:
     """Return what the paper prints of the same motor, and how far the model is to be trusted."""
     g = force_map.document.geometry
-    trust = uncertainty(force_map.document.preset)
+    trust = uncertainty(force_map.document.preset, g)
     return [
         *(
             f"  the paper, {p.method}: {p.thrust:g} N and {p.normal_force:g} N"

@@ -7,6 +7,7 @@ from pydantic import Field
 from motionlab.config.quantity import Config
 from motionlab.design.fem.force_map import PresetName
 from motionlab.design.fem.geometry import Geometry
+from motionlab.design.fem.steel import MU_0
 
 _PAPERS = ("tau", "p", "g", "n", "l_m", "N", "i")
 """Fields of the geometry that the paper prints; its peaks are those of a motor that has them."""
@@ -45,6 +46,17 @@ PREVIEW_UNCERTAINTY = Uncertainty(
     reason="a magnetic circuit: against finite elements up to 15 N of thrust off, near unaligned",
 )
 
+CROWDED_PREVIEW_UNCERTAINTY = Uncertainty(
+    thrust=0.6,
+    normal_force=1.2,
+    reason="a magnetic circuit, which does not saturate corners: with teeth narrower than half a "
+    "pitch, or a gap as thin for its ampere-turns as this one, near unaligned even its sign is "
+    "not to be trusted",
+)
+
+_CROWDED = 3.5
+"""Flux density that the ampere-turns would drive through two gaps alone, T; the paper's: 3.0."""
+
 
 def published(geometry: Geometry) -> list[Published]:
     """Return the paper's peaks if a geometry has everything that the paper prints of it."""
@@ -53,6 +65,11 @@ def published(geometry: Geometry) -> list[Published]:
     return list(PUBLISHED) if same else []
 
 
-def uncertainty(preset: PresetName) -> Uncertainty:
-    """Return how far a preset's maps are to be trusted."""
-    return PREVIEW_UNCERTAINTY if preset == "preview" else UNCERTAINTY
+def uncertainty(preset: PresetName, geometry: Geometry) -> Uncertainty:
+    """Return how far a preset's map of a geometry is to be trusted."""
+    if preset != "preview":
+        return UNCERTAINTY
+    g = geometry
+    narrow = g.p < (1 - 1e-9) * g.tau / 2
+    crowded = MU_0 * g.N * g.i / (2 * g.g) > _CROWDED
+    return CROWDED_PREVIEW_UNCERTAINTY if narrow or crowded else PREVIEW_UNCERTAINTY
