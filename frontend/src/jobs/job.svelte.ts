@@ -74,7 +74,10 @@ export class JobStore<K extends JobKind> {
     const ids = this.records.map(({ id }) => id);
     const kept = load(this.key, '');
     const id = this.records.find(active)?.id ?? (ids.includes(kept) ? kept : ids[0]);
-    if (id !== undefined) await this.open(id);
+    if (id === undefined) return;
+    const report = await this.api.job<K>(id);
+    // Meanwhile another may have been asked for; that one is looked at.
+    if (!this.report) this.follow(report);
   }
 
   private get key(): string {

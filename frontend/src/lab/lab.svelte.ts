@@ -58,6 +58,7 @@ export class Lab {
   private gestures: number[] = [];
   private moving = false;
   private readonly live = new Newest<null>(() => this.sendLive());
+  private readonly reading = new Newest<null>(() => this.askMetrics());
 
   /** What the controls show. */
   readonly scenario = $derived.by((): Scenario | null => {
@@ -221,7 +222,12 @@ export class Lab {
     await this.try(async () => this.loadScenario(await this.api.parse(await file.text())));
   }
 
-  async readMetrics(): Promise<void> {
+  /** Asks for the metrics of now; one question at a time, so that the newest answer stays. */
+  readMetrics(): void {
+    this.reading.push(null);
+  }
+
+  private async askMetrics(): Promise<void> {
     const { id } = this.session;
     // Before the first tick there is nothing to measure.
     if (id === '' || this.session.time === 0) {
@@ -230,6 +236,7 @@ export class Lab {
     }
     try {
       const metrics = await this.api.metrics(id);
+      if (id !== this.session.id) return;
       this.metrics = Object.keys(metrics.variants).length > 0 ? metrics : null;
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
