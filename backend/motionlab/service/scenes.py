@@ -33,7 +33,7 @@ VIEWERS_MAX = 8
 VARIANTS_MAX = 2
 """Stages side by side: the first variants."""
 
-_START_SECONDS = 20.0
+_START_SECONDS = 60.0  # a busy machine that reads viser for the first time
 _SWEEP_SECONDS = 2.0
 _SETTLE_SECONDS = 0.2
 _PATH_POINTS = 600
