@@ -6,7 +6,9 @@ PORT ?= 8000
 LOCK_FLAGS ?=
 
 PY := .venv/bin/python
-PIP_INSTALL := $(PY) -m pip install --quiet --disable-pip-version-check --no-input
+# A slow network, or one that drops a connection now and then, must not end a first setup.
+PIP_INSTALL := $(PY) -m pip install --quiet --disable-pip-version-check --no-input \
+	--timeout 60 --retries 10
 UV_COMPILE = build/uv/bin/uv pip compile --quiet --universal --python-version 3.11 \
 	--generate-hashes --no-annotate --custom-compile-command "make lock" $(LOCK_FLAGS)
 
@@ -44,8 +46,8 @@ test: $(SETUP_STAMP) $(PAGE) ## Run the tests (PYTEST_ARGS="-k circle" for some 
 
 browser: ## Install Debian's Chromium, and what drives it, for the browser tests (as root)
 	@{ command -v chromium && ldconfig -p | grep -q libatomic; } >/dev/null || { \
-		apt-get update -qq && DEBIAN_FRONTEND=noninteractive \
-		apt-get install -y -qq --no-install-recommends chromium libatomic1; }
+		apt-get -o Acquire::Retries=5 update -qq && DEBIAN_FRONTEND=noninteractive \
+		apt-get -o Acquire::Retries=5 install -y -qq --no-install-recommends chromium libatomic1; }
 
 run: $(SETUP_STAMP) $(PAGE) ## Serve the lab at http://127.0.0.1:8000 (PORT=8001 elsewhere)
 	@.venv/bin/motionlab serve --port $(PORT)
