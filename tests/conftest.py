@@ -1,6 +1,7 @@
 """Settings for all tests."""
 
 import os
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -11,19 +12,23 @@ from hypothesis import settings
 settings.register_profile("motionlab", deadline=None, derandomize=True)
 settings.load_profile("motionlab")
 
+# Where a shell has started the tests behind its back, an interrupt is ignored, by servers too.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
 _skipped: list[str] = []
 
 
 @pytest.fixture(scope="session", autouse=True)
-def _no_data_of_the_user(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Let servers and commands keep what they keep where no user looks."""
-    before = os.environ.get("MOTIONLAB_DATA")
-    os.environ["MOTIONLAB_DATA"] = str(tmp_path_factory.mktemp("data"))
-    yield
-    if before is None:
-        del os.environ["MOTIONLAB_DATA"]
-    else:
-        os.environ["MOTIONLAB_DATA"] = before
+def _nothing_of_the_user(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Let servers and commands keep what they keep where no user looks, and be reached directly."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("MOTIONLAB_DATA", str(tmp_path_factory.mktemp("data")))
+        for name in ("MOTIONLAB_TOKEN", "MOTIONLAB_HOSTS"):
+            patch.delenv(name, raising=False)
+        for name in [name for name in os.environ if name.lower().endswith("_proxy")]:
+            patch.delenv(name)
+        yield
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -176,7 +176,7 @@ def test_cmd_is_a_command_that_asks_for_a_token_off_loopback():
             env=environment,
             capture_output=True,
             text=True,
-            timeout=30,
+            timeout=PATIENCE,
             check=False,
         )
         assert (done.returncode, said in done.stdout + done.stderr) == (code, True), done
@@ -188,7 +188,7 @@ def test_healthcheck_tells_what_the_server_answers(path, code):
     try:
         words = healthcheck(server.port)
         words[-1] = words[-1].replace("/api/v1/health", path)
-        assert subprocess.run(words, timeout=60, check=False).returncode == code
+        assert subprocess.run(words, timeout=PATIENCE, check=False).returncode == code
     finally:
         server.stop()
 
@@ -196,7 +196,7 @@ def test_healthcheck_tells_what_the_server_answers(path, code):
 def test_healthcheck_tells_that_nobody_answers():
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
-    done = subprocess.run(healthcheck(port), capture_output=True, timeout=60, check=False)
+    done = subprocess.run(healthcheck(port), capture_output=True, timeout=PATIENCE, check=False)
     assert done.returncode == 1
 
 

@@ -17,7 +17,7 @@ from motionlab.design.document import AxisRating, DesignDocument, Rating, Readin
 from motionlab.design.inputs import Axis, AxisX, AxisY, Choices, DesignRequest, Dimensions
 from motionlab.service.app import create_app
 from tests.service.openapi import Contract
-from tests.service.servers import Server
+from tests.service.servers import PATIENCE, Server
 
 PAGE = (Path(__file__).parents[2] / "docs" / "design.md").read_text()
 
@@ -237,7 +237,7 @@ def client() -> Any:
     server = Server()
     contract = Contract(create_app().openapi())
     with httpx.Client(
-        base_url=server.url, event_hooks={"response": [contract.check]}, timeout=30
+        base_url=server.url, event_hooks={"response": [contract.check]}, timeout=PATIENCE
     ) as client:
         yield client
     server.stop()

@@ -26,6 +26,7 @@ from motionlab.errors import ConfigError, StoreError
 from motionlab.store.maps import MapStore, computed_or_kept
 from tests.processes import runs, workers_of
 from tests.service.live import until
+from tests.service.servers import PATIENCE
 
 PAGE = (Path(__file__).parents[2] / "docs" / "maps.md").read_text()
 PREVIEW = ["map", "--preset", "preview"]
@@ -262,8 +263,11 @@ def test_cancelling_ends_the_fields_that_are_sought(tmp_path):
 
     with pytest.raises(Enough):
         fields(work, workers=2, progress=cancel)
-    # Each of both workers ends what it has begun; of 350 fields no other is begun.
-    assert done <= sought.stat().st_size <= done + 4
+    # Each of both workers ends what it has begun; of 350 fields hardly another is begun.
+    begun = sought.stat().st_size
+    assert done <= begun < 100
+    time.sleep(0.1)
+    assert sought.stat().st_size == begun
 
 
 def test_an_interrupt_ends_the_command_and_its_workers(tmp_path):
@@ -279,7 +283,7 @@ def test_an_interrupt_ends_the_command_and_its_workers(tmp_path):
         assert process.stderr is not None
         assert "force map 0 %" in process.stderr.readline()
         process.send_signal(signal.SIGINT)
-        out, err = process.communicate(timeout=240)
+        out, err = process.communicate(timeout=PATIENCE)
     finally:
         process.kill()
     assert process.returncode == 1
@@ -289,6 +293,7 @@ def test_an_interrupt_ends_the_command_and_its_workers(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="one core has no workers")
 def test_workers_end_when_the_command_is_killed(tmp_path):
     process = subprocess.Popen(
         [sys.executable, "-m", "motionlab", "map"],

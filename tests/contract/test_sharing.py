@@ -16,7 +16,7 @@ from motionlab.config.controller import SharingConfig
 from motionlab.config.load import load_scenario
 from motionlab.simulation.sharing import SharingDocument, SharingRequest
 from tests.service.openapi import Contract
-from tests.service.servers import Server
+from tests.service.servers import PATIENCE, Server
 
 PAGE = (Path(__file__).parents[2] / "docs" / "sharing.md").read_text()
 API = "/api/v1"
@@ -54,7 +54,7 @@ def server():
 @pytest.fixture(scope="module")
 def client(server: Server):
     hooks: dict[str, list[Any]] = {"response": [Contract(server.app.openapi()).check]}
-    with httpx.Client(base_url=server.url, event_hooks=hooks, timeout=60) as client:
+    with httpx.Client(base_url=server.url, event_hooks=hooks, timeout=PATIENCE) as client:
         yield client
 
 

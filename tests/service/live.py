@@ -137,7 +137,14 @@ class Stream:
         address = server.stream(session_id)
         self._ended = contextlib.ExitStack()
         self.socket = self._ended.enter_context(
-            connect(address, compression=None, max_size=None, proxy=None, **options)
+            connect(
+                address,
+                compression=None,
+                max_size=None,
+                proxy=None,
+                open_timeout=PATIENCE,
+                **options,
+            )
         )
 
     def __enter__(self) -> Self:

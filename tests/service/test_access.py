@@ -192,7 +192,7 @@ def test_the_page_may_be_loaded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr("motionlab.service.app.page_root", lambda: tmp_path)
     server = Server(Settings(token=TOKEN))
     try:
-        with httpx.Client(base_url=server.url) as client:
+        with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
             for path in ("/", "/index.html", "/page.js"):
                 response = client.get(path)
                 assert response.status_code == 200

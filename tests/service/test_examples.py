@@ -8,7 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from tests.printed import alike
+from tests.alike import same_text
 from tests.service.servers import Server
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -27,7 +27,7 @@ def test_the_readme_prints_the_example_and_what_it_answers(server: Server) -> No
         text=True,
         check=True,
     ).stdout
-    assert alike(shown[2], answer)
+    assert same_text(re.sub("^    ", "", shown[2], flags=re.MULTILINE), answer), answer
 
 
 def test_the_example_is_short() -> None:

@@ -97,7 +97,7 @@ def answers_as_documented(
     @fuzzed
     @given(case=OPERATIONS[name].as_strategy(mode, path_parameters=fixed))
     def ask(case: Case) -> None:
-        response = case.call(base_url=base, session=connection)
+        response = case.call(base_url=base, session=connection, timeout=PATIENCE)
         codes.append(response.status_code)
         case.validate_response(response)
         if response.status_code == 201:
@@ -236,7 +236,7 @@ def test_a_method_that_a_path_does_not_know(session: Live, path: str, method: st
         return
     # Not by the client that checks every answer: one to HEAD has no body.
     url = session.client.base_url.join(path.replace("{session_id}", session.id))
-    response = httpx.request(method, url)
+    response = httpx.request(method, url, timeout=PATIENCE)
     assert response.status_code == 405
     assert set(response.headers["allow"].split(", ")) == known
 

@@ -13,6 +13,7 @@ from motionlab.service.settings import Settings
 from tests.service.conftest import MakeLive, MakeServer
 from tests.service.live import API, Live
 from tests.service.openapi import HEADERS, PROBLEM
+from tests.service.servers import PATIENCE
 
 MASS = "plant.x.mass"
 JSON = {"content-type": "application/json"}
@@ -247,7 +248,7 @@ def test_the_largest_body_that_is_taken(client: httpx.Client) -> None:
 def test_too_much_work(make_server: MakeServer) -> None:
     server = make_server(Settings(work_max=7.0))
     changes: dict[str, Any] = {"trajectory": {"kind": "dwell", "duration": 3.0}}
-    with httpx.Client(base_url=server.url + API) as client:
+    with httpx.Client(base_url=server.url + API, timeout=PATIENCE) as client:
         for path in ("/simulate", "/whatif", "/sessions"):
             assert client.post(path, json={"set": changes}).is_success
             more = changes | {"variants.C": {"controller": "pd"}}
@@ -380,7 +381,7 @@ def test_what_fails_in_the_server_is_a_problem_too(make_server: MakeServer) -> N
 
     server.app.router.add_api_route("/api/v1/fail", fail)
     server.app.router.routes.insert(0, server.app.router.routes.pop())  # before the page's files
-    response = httpx.get(f"{server.url}/api/v1/fail")
+    response = httpx.get(f"{server.url}/api/v1/fail", timeout=PATIENCE)
     assert response.status_code == 500
     assert response.headers["content-type"] == PROBLEM
     assert "secret" not in response.text

@@ -107,8 +107,7 @@ def test_nothing_is_sent_while_nothing_moves(server: Server, live: Live) -> None
     with Viewer(address(server, live.id)) as viewer:
         viewer.look()
         viewer.positions("/lab/A/y")
-        viewer.drain(0.5)
-        assert viewer.drain(0.5) == 0
+        until(lambda: viewer.drain(1.0) == 0)
         live.step(100)
         viewer.positions("/lab/A/y")
 
@@ -144,7 +143,7 @@ def test_without_an_id_the_newest_or_the_playing_session_is_shown(own: Server) -
 
 
 def test_an_unknown_session_has_no_scene(server: Server) -> None:
-    response = httpx.get(f"{server.url}/scene/nobody/")
+    response = httpx.get(f"{server.url}/scene/nobody/", timeout=PATIENCE)
     assert response.status_code == 404
     assert "nobody" in response.json()["detail"]
     assert refused(lambda: Viewer(address(server, "nobody"))) == 403
@@ -160,7 +159,8 @@ def test_a_page_of_another_origin_cannot_watch(server: Server, live: Live, origi
 
 def test_a_foreign_host_cannot_watch(server: Server, live: Live) -> None:
     headers = {"Host": "evil.example"}
-    assert httpx.get(f"{server.url}/scene/{live.id}/", headers=headers).status_code == 403
+    foreign = httpx.get(f"{server.url}/scene/{live.id}/", headers=headers, timeout=PATIENCE)
+    assert foreign.status_code == 403
     with socket.create_connection(("127.0.0.1", server.port)) as link:
         there = f"ws://evil.example:{server.port}/scene/{live.id}"
         assert refused(lambda: connect(there, sock=link)) == 403
@@ -170,7 +170,7 @@ def test_a_scene_needs_the_token(make_server: MakeServer) -> None:
     server = make_server(Settings(token=TOKEN))
     header = {"Authorization": f"Bearer {TOKEN}"}
     for path in ("/scene", "/scene/", "/scene/any", "/scene/any/"):
-        assert httpx.get(server.url + path).status_code == 401
+        assert httpx.get(server.url + path, timeout=PATIENCE).status_code == 401
     assert refused(lambda: Viewer(address(server))) == 403
     with Viewer(address(server), additional_headers=header) as viewer:
         assert viewer.window()
@@ -276,14 +276,14 @@ def test_what_cannot_be_started_is_said_and_the_rest_works(
 def test_a_viewer_that_never_reads_is_turned_away(
     own: Server, own_live: Live, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(proxy, "STALLED_SECONDS", 0.3)
     with socket.socket() as link:
         link.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         link.connect(("127.0.0.1", own.port))
         viewer = Viewer(address(own, own_live.id), sock=link, max_queue=1)
         viewer.look()
-        own_live.do("play", speed=1.0)
         until(lambda: only(own).viewers == 1)
+        monkeypatch.setattr(proxy, "STALLED_SECONDS", 0.3)
+        own_live.do("play", speed=1.0)
         until(lambda: only(own).viewers == 0)
 
 

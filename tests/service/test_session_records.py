@@ -24,6 +24,7 @@ from tests.runs import play
 from tests.service.conftest import MakeLive, MakeServer
 from tests.service.live import API, Live, Stream, until
 from tests.service.offline import COLUMNS, RING, assert_offline, expected, offline
+from tests.service.servers import PATIENCE
 
 MASS = "plant.x.mass"
 
@@ -132,7 +133,7 @@ def test_the_scenario_file_runs_offline_to_the_same_bits(
 
 def test_the_number_of_sessions_is_bounded(make_server: MakeServer) -> None:
     server = make_server(Settings(sessions_max=2))
-    with httpx.Client(base_url=server.url) as client:
+    with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
         first, second = Live.create(client), Live.create(client)
         response = client.post(f"{API}/sessions", json={})
         assert response.status_code == 429
@@ -145,7 +146,7 @@ def test_the_number_of_sessions_is_bounded(make_server: MakeServer) -> None:
 
 def test_an_idle_session_makes_room(make_server: MakeServer) -> None:
     server = make_server(Settings(sessions_max=2))
-    with httpx.Client(base_url=server.url) as client:
+    with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
         watched, idle = Live.create(client), Live.create(client)
         with Stream(server, watched.id) as stream:
             stream.message("hello")
@@ -160,7 +161,7 @@ def test_an_idle_session_makes_room(make_server: MakeServer) -> None:
 def test_sessions_expire_that_nobody_asks_for_or_watches(make_server: MakeServer) -> None:
     server = make_server(Settings())
     sessions = server.app.state.sessions
-    with httpx.Client(base_url=server.url) as client:
+    with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
         forgotten, watched = Live.create(client), Live.create(client)
         forgotten.do("play")
         before = time.monotonic()
@@ -186,7 +187,7 @@ def test_the_sweep_ends_idle_sessions(
 ) -> None:
     monkeypatch.setattr("motionlab.service.registry._SWEEP_SECONDS", 0.01)
     server = make_server(Settings())
-    with httpx.Client(base_url=server.url) as client:
+    with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
         live = Live.create(client)
         (session,) = server.app.state.sessions.all()
         time.sleep(0.05)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import socket
 import time
@@ -20,7 +19,7 @@ from motionlab.telemetry.frames import Frame
 from tests.service.conftest import Connect, MakeServer
 from tests.service.live import Live, Reader, Stream, counted, until
 from tests.service.offline import RING, expected, offline, wanted
-from tests.service.servers import Server
+from tests.service.servers import PATIENCE, Server
 
 ERRORS = ["A.x.following_error", "B.x.following_error"]
 FREEZE = 8.0  # s
@@ -41,7 +40,7 @@ def test_a_client_that_does_not_acknowledge(
     for _ in range(5):
         live.step(1000)
         other.ack(other.frame())
-    assert [json.loads(str(stream.socket.recv(1.0)))["type"] for _ in range(1)] == ["session"]
+    stream.message("session")
     while not stream.silent():  # session messages only: the frames of 5000 ticks are held back
         pass
     stream.ack(first)
@@ -76,6 +75,8 @@ class Thaw:
 
     old: int
     """Ticks that had waited for it."""
+    passed: int
+    """Ticks of the session meanwhile."""
     gap: dict[str, Any]
     newest: Frame
     tick: int
@@ -102,6 +103,7 @@ def freeze(frozen: Stream, server: Server, live: Live) -> Thaw:
     """Let a client that has just begun to read stop for a while."""
     last = frozen.frame()
     frozen.ack(last)
+    start = after(last)
     memory, unsent = resident(), 0
     end = time.monotonic() + FREEZE
     while time.monotonic() < end:
@@ -121,7 +123,7 @@ def freeze(frozen: Stream, server: Server, live: Live) -> Thaw:
         frame = frozen.frame()
         assert frame.first_tick == after(last)
         last = frame
-    return Thaw(old, got, newest, tick, unsent, grown)
+    return Thaw(old, tick - start, got, newest, tick, unsent, grown)
 
 
 def after(frame: Frame) -> int:
@@ -129,8 +131,14 @@ def after(frame: Frame) -> int:
 
 
 def test_a_client_that_stops_reading(
-    server: Server, client: httpx.Client, connect: Connect, live: Live
+    server: Server,
+    client: httpx.Client,
+    connect: Connect,
+    live: Live,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    # Longer than a reader is held up by a busy machine.
+    monkeypatch.setattr("motionlab.service.stream.LAG_SECONDS", FREEZE / 4)
     live.step(RING)  # fills the ring, so that memory need not grow for it
     frozen, reading = connect(sock=small_socket(server), max_queue=1), connect()
     names = list(expected(offline("circle"), 0, 0))
@@ -149,20 +157,20 @@ def test_a_client_that_stops_reading(
     assert thaw.gap["to_tick"] == thaw.newest.first_tick
     assert after(thaw.newest) >= thaw.tick
     skipped = thaw.gap["to_tick"] - thaw.gap["from_tick"]
-    assert skipped > (FREEZE - 1.0) * second
+    assert skipped > thaw.passed - 0.5 * second  # a busy machine simulates fewer
     assert thaw.gap["frames"] == round(skipped * CONTROL_PERIOD * 60)
     now = counted(client, "stream_frames_dropped_total")
     assert now >= dropped + thaw.gap["frames"]
-    queue = FREEZE * second * 4 * len(names)  # bytes that a queue would have held
+    queue = FREEZE * second * 4 * len(names)  # bytes that a queue would hold
     assert thaw.unsent < queue / 20
     assert thaw.grown < queue / 2
 
-    # The other one reads on; on a machine with other work it may miss a moment itself.
-    gaps = {m["from_tick"]: m["to_tick"] for m in reader.messages if m["type"] == "gap"}
-    assert sum(end - start for start, end in gaps.items()) < skipped / 10
-    due = [RING, *(after(frame) for frame in reader.frames[:-1])]
-    assert [frame.first_tick for frame in reader.frames] == [gaps.get(tick, tick) for tick in due]
-    assert reader.end > RING + (FREEZE - 1.0) * second
+    assert {message["type"] for message in reader.messages} <= {"session"}
+    assert [frame.first_tick for frame in reader.frames] == [
+        RING,
+        *(after(frame) for frame in reader.frames[:-1]),
+    ]
+    assert reader.end >= thaw.tick
 
 
 def test_a_client_that_never_reads_again_is_given_up(
@@ -170,7 +178,7 @@ def test_a_client_that_never_reads_again_is_given_up(
 ) -> None:
     monkeypatch.setattr("motionlab.service.serve._UNREAD_MAX", 1000)
     server = make_server(Settings())
-    with httpx.Client(base_url=server.url) as client:
+    with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
         live = Live.create(client)
         live.step(RING)
         frozen = Stream(server, live.id, sock=small_socket(server), max_queue=1)

@@ -21,9 +21,16 @@ from tests.service.conftest import Connect, MakeLive
 from tests.service.live import Live, Stream, counted, until
 from tests.service.offline import RING, expected, offline, wanted
 from tests.service.openapi import Contract
-from tests.service.servers import Server
+from tests.service.servers import PATIENCE, Server
 
 ERRORS = ["A.x.following_error", "B.x.following_error"]
+
+
+@pytest.fixture(autouse=True)
+def _patient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have no client of these tests count as one that lags, however busy the machine is."""
+    monkeypatch.setattr("motionlab.service.stream.LAG_SECONDS", PATIENCE)
+
 
 # -- the protocol ---------------------------------------------------------------------------------
 
@@ -289,7 +296,7 @@ def test_questions_without_reading_the_answers(
     rude = connect(max_queue=1)
     other = connect()
     other.subscribe(ERRORS)
-    with contextlib.suppress(TimeoutError):
+    with contextlib.suppress(TimeoutError, ConnectionClosed):
         rude.socket.socket.settimeout(1.0)
         for _ in range(20_000):
             rude.socket.send('{"type": "nonsense"}')
@@ -340,4 +347,4 @@ def test_a_hundred_quick_clients_leave_nothing(
             stream.cut()
         stream.close()
     until(lambda: server.listeners == 0)
-    assert counted(client, "stream_clients") == 0.0
+    until(lambda: counted(client, "stream_clients") == 0.0)

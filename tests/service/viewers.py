@@ -39,6 +39,7 @@ class Viewer:
             origin=None if origin is None else Origin(origin),
             max_size=None,
             proxy=None,
+            open_timeout=PATIENCE,  # its process is started first
             **options,
         )
 
