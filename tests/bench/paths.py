@@ -5,12 +5,12 @@ from __future__ import annotations
 import http.client
 import json
 import math
-import os
 import statistics
 import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 from urllib.request import urlopen
 
@@ -33,8 +33,7 @@ def main() -> int:
     print(description())
     table = Table()
     with tempfile.TemporaryDirectory() as folder:
-        os.environ["MOTIONLAB_DATA"] = folder
-        server = Server()
+        server = Server(Path(folder))
         try:
             table.add("server", lambda: _server(server))
             table.add("page", lambda: _page(server))

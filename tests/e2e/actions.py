@@ -2,9 +2,20 @@
 
 from __future__ import annotations
 
+import math
+import re
+from collections.abc import Callable
+from typing import Any
+
 from playwright.sync_api import Locator, Page, expect
 
-LONG = 20_000  # ms; a wait that ends sooner in every sound run
+from tests.e2e.conftest import PATIENCE, ROOT, Server
+
+LONG = PATIENCE
+AXE = ROOT / "frontend" / "node_modules" / "axe-core" / "axe.min.js"
+API = "/api/v1"
+B_ERROR = re.compile(r"2\.[56]\d")
+"""Largest error of B on the circle, um: 2.57, more or less an encoder's count of 0.05."""
 
 
 def region(page: Page, name: str) -> Locator:
@@ -18,6 +29,30 @@ def state(page: Page, name: str) -> None:
 def clock(page: Page) -> float:
     minutes, seconds = page.locator(".clock").inner_text().replace("s", "").strip().split(":")
     return 60.0 * float(minutes) + float(seconds)
+
+
+def session(page: Page, server: Server) -> dict[str, Any]:
+    """Return what the server knows of the session of the page."""
+    name = page.evaluate("new URL(location.href).searchParams.get('session')")
+    return page.request.get(f"{server.url}{API}/sessions/{name}").json()
+
+
+def stands_at(page: Page, server: Server) -> str:
+    """Wait until the clock shows where the session stands that was paused; return what it shows."""
+    millis = math.floor(1000 * session(page, server)["time"] + 0.5)  # as the page rounds
+    minutes, seconds = divmod(millis / 1000, 60.0)
+    shown = f"{minutes:.0f}:{seconds:06.3f}"
+    expect(page.locator(".clock")).to_contain_text(shown)
+    return shown
+
+
+def until(page: Page, holds: Callable[[], bool], most: int = LONG) -> None:
+    """Wait, at most some ms, for what no expectation of the page tells."""
+    for _ in range(most // 250):
+        if holds():
+            return
+        page.wait_for_timeout(250)
+    raise AssertionError("it never came to pass")
 
 
 def wait_for_clock(page: Page, seconds: float) -> None:
@@ -61,3 +96,28 @@ def type_number(page: Page, text: str) -> None:
     page.keyboard.press("Control+A")
     page.keyboard.type(text)
     page.keyboard.press("Enter")
+
+
+def asked_for(page: Page, press: Callable[[], object]) -> str:
+    """Press what asks for a job; return its id when the page shows that job and no earlier one."""
+    with page.expect_response(lambda answer: answer.status == 202) as accepted:
+        press()
+    job = accepted.value.json()
+    page.wait_for_function(
+        "({ id, kind }) => localStorage.getItem(`motionlab.job.${kind}`) === JSON.stringify(id)",
+        arg=job,
+    )
+    return job["id"]
+
+
+def serious(page: Page, within: str = "") -> list[tuple[str, str]]:
+    """Return what axe finds, serious or critical, once no colour is in transition."""
+    page.evaluate("Promise.allSettled(document.getAnimations().map((one) => one.finished))")
+    page.evaluate(AXE.read_text())
+    found = page.evaluate("within => axe.run(within || document)", within)["violations"]
+    return [
+        (violation["id"], node["html"][:120])
+        for violation in found
+        if violation["impact"] in {"serious", "critical"}
+        for node in violation["nodes"]
+    ]

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
+import tempfile
+from pathlib import Path
 
 from playwright.sync_api import Browser, expect, sync_playwright
 
@@ -15,8 +18,9 @@ def main() -> int:
     if CHROMIUM is None:
         print("no Chromium on this machine: make browser installs Debian's", file=sys.stderr)
         return 1
-    server = Server()
-    try:
+    with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as ended:
+        server = Server(Path(folder))
+        ended.callback(server.stop)
         with sync_playwright() as playwright:
             browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
             for theme in ("light", "dark"):
@@ -50,8 +54,6 @@ def main() -> int:
             page.wait_for_timeout(2500)
             page.screenshot(path=ROOT / "docs" / "stage.png")
             browser.close()
-    finally:
-        server.stop()
     return 0
 
 

@@ -37,7 +37,9 @@ def test_the_page_opens_over_damaged_storage(page: Page, refusals: list[str], ke
 def test_the_same_refusal_of_both_axes_is_shown_once(page: Page, refusals: list[str]) -> None:
     refusals += ["422"]
     for axis in "xy":
-        set_field(page, f"stiction F_s {axis}, N", "-1")
+        field = f"stiction F_s {axis}, N"
+        set_field(page, field, "-1")
+        expect(page.get_by_role("textbox", name=field)).to_have_attribute("aria-invalid", "true")
     motor = region(page, "Plant")
     expect(motor.get_by_role("alert")).to_have_count(1)
 

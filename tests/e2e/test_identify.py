@@ -3,30 +3,17 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable
 from typing import Any
 
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
-from tests.e2e.actions import LONG, region, set_field, tab_to
-from tests.e2e.conftest import ROOT, Server, missing
+from tests.e2e.actions import LONG, asked_for, region, serious, session, set_field, tab_to, until
+from tests.e2e.conftest import Server
 
-AXE = ROOT / "frontend" / "node_modules" / "axe-core" / "axe.min.js"
-DONE = 60_000  # ms
+DONE = 180_000  # ms; a run on a machine that does much else
 MINUS = "\N{MINUS SIGN}"
-
-
-@pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    """A server of its own, whose records begin with none."""
-    if not (ROOT / "frontend" / "dist" / "index.html").is_file():
-        missing("the page is not built: frontend/npm run build")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MOTIONLAB_DATA", str(tmp_path_factory.mktemp("data")))
-        server = Server()
-    yield server
-    server.stop()
 
 
 @pytest.fixture
@@ -82,17 +69,20 @@ def set_long(page: Page) -> None:
     expect(region(page, "Experiment")).to_contain_text("120 motions there and back", timeout=LONG)
 
 
-def wait_until_done(page: Page) -> None:
-    """Wait for the end of a run that has just been started, not of an earlier one."""
-    experiment = region(page, "Experiment")
-    expect(experiment.get_by_role("progressbar")).to_be_visible(timeout=LONG)
-    expect(experiment).to_contain_text("took", timeout=DONE)
+def run(page: Page, press: Callable[[], object] | None = None) -> None:
+    """Start a run and wait for its end, not for that of an earlier one."""
+    asked_for(page, press or identify(page).click)
+    expect(region(page, "Experiment")).to_contain_text("took", timeout=DONE)
 
 
 def cell(page: Page, name: str, column: int) -> str:
     row = ("F_c", "F_s", "v_s", "sigma_2", "f_0", "sigma_0", "sigma_1", "M").index(name)
     line = region(page, "Found").locator("tbody tr").nth(row)
     return line.locator("td").nth(column).inner_text().replace(MINUS, "-")
+
+
+def percent(page: Page, name: str, column: int) -> float:
+    return float(cell(page, name, column).removesuffix(" %"))
 
 
 def test_before_the_first_run_the_screen_says_what_to_do(screen: Page) -> None:
@@ -137,14 +127,13 @@ def test_a_reload_finds_the_run_going_on(screen: Page) -> None:
 
 def test_from_a_run_to_the_model_of_the_lab(screen: Page) -> None:
     set_short(screen)
-    identify(screen).click()
-    wait_until_done(screen)
+    run(screen)
     found = region(screen, "Found")
     expect(found.locator("tbody tr")).to_have_count(8)
     assert cell(screen, "F_c", 0) == "239.9"  # before, mN
     # the matched motor is stronger than its map: forces come out low, velocities do not
-    assert cell(screen, "F_s", 4) == "-16.6 %"
-    assert abs(float(cell(screen, "v_s", 4).split()[0])) < 1.0
+    assert percent(screen, "F_s", 4) == pytest.approx(-16.6, abs=0.5)
+    assert abs(percent(screen, "v_s", 4)) < 1.0
     screen.get_by_role("radio", name="y", exact=True).last.click()
     expect(found).to_contain_text("Found on y")
     assert cell(screen, "F_c", 0) == "817.9"
@@ -155,7 +144,7 @@ def test_from_a_run_to_the_model_of_the_lab(screen: Page) -> None:
     expect(row.locator("td").nth(2)).to_have_text(
         re.compile(rf"^{MINUS}[4-6]\d\.\d %$"), timeout=LONG
     )
-    expect(row.locator("td").first).to_have_text("10.4")
+    expect(row.locator("td").first).to_have_text(re.compile(r"^10\.[345]"))
 
     apply = region(screen, "Apply")
     apply.get_by_role("button", name="Apply 12 values").click()
@@ -172,8 +161,7 @@ def test_from_a_run_to_the_model_of_the_lab(screen: Page) -> None:
 
 def test_what_is_found_goes_to_a_running_session_and_back(screen: Page, server: Server) -> None:
     set_short(screen)
-    identify(screen).click()
-    wait_until_done(screen)
+    run(screen)
     apply = region(screen, "Apply")
     apply.get_by_role("checkbox", name="A").check()
     apply.get_by_role("radio", name="live").click()
@@ -182,34 +170,31 @@ def test_what_is_found_goes_to_a_running_session_and_back(screen: Page, server: 
     expect(apply.get_by_role("status")).to_contain_text("in the running session")
 
     def believed() -> list[float]:
-        session = screen.evaluate("new URL(location.href).searchParams.get('session')")
-        answer = screen.request.get(f"{server.url}/api/v1/sessions/{session}").json()
-        variants: dict[str, Any] = answer["scenario"]["variants"]
+        variants: dict[str, Any] = session(screen, server)["scenario"]["variants"]
         return [v["controller"]["model"]["x"]["friction"]["F_s"] for v in variants.values()]
 
-    screen.wait_for_timeout(500)
-    assert all(3.0 < F_s < 3.3 for F_s in believed())
+    until(screen, lambda: all(3.0 < F_s < 3.3 for F_s in believed()))
     apply.get_by_role("button", name="Undo").click()
-    screen.wait_for_timeout(500)
-    assert believed() == [3.5908, 3.5908]
+    until(screen, lambda: believed() == [3.5908, 3.5908])
 
 
 def test_an_earlier_record_is_opened_and_laid_beside(screen: Page) -> None:
     for motor in ("nominal", "as-measured"):
         set_short(screen, motor)
-        identify(screen).click()
-        wait_until_done(screen)
+        run(screen)
     found = region(screen, "Found")
     beside = found.get_by_role("combobox", name="Earlier result beside it")
     nominal = beside.locator("option", has_text="nominal").first.get_attribute("value")
     assert nominal is not None
     beside.select_option(nominal)
     expect(found.get_by_role("columnheader", name="earlier")).to_be_visible()
-    assert cell(screen, "F_s", 6) == "-15.3 %"
+    assert percent(screen, "F_s", 6) == pytest.approx(-15.3, abs=0.5)
     expect(found).to_contain_text("less by 12 %: the force map in control is off")
     expect(region(screen, "Measured")).to_contain_text("earlier fit")
     screen.get_by_role("combobox", name="Identification: earlier ones").select_option(nominal)
-    expect(found.locator("tbody tr").first.locator("td").nth(4)).to_have_text(f"{MINUS}0.9 %")
+    expect(found.locator("tbody tr").first.locator("td").nth(4)).to_have_text(
+        re.compile(rf"^{MINUS}(0\.\d|1\.[0-4]) %$")
+    )
 
 
 def test_what_is_wrong_is_told_before_anything_moves(screen: Page, refusals: list[str]) -> None:
@@ -229,7 +214,8 @@ def test_what_is_wrong_is_told_before_anything_moves(screen: Page, refusals: lis
     set_field(screen, "fastest, mm/s", "150")
     set_field(screen, "slowest, mm/s", "0.1")
     set_field(screen, "time of each, s", "3600")
-    expect(experiment.get_by_role("alert")).to_contain_text("too long for one experiment")
+    too_long = experiment.get_by_role("alert").filter(has_text="too long for one experiment")
+    expect(too_long).to_be_visible()
     screen.get_by_role("button", name="Defaults").click()
     expect(experiment.get_by_role("alert")).to_have_count(0, timeout=LONG)
     expect(identify(screen)).to_be_enabled()
@@ -241,8 +227,7 @@ def test_everything_by_keyboard_alone(screen: Page) -> None:
     tab_to(screen, "Identify")
     tab_to(screen, "slowest, mm/s")
     tab_to(screen, "Identify")
-    keyboard.press("Enter")
-    wait_until_done(screen)
+    run(screen, lambda: keyboard.press("Enter"))
     tab_to(screen, "Stribeck curve, friction force over velocity")
     plot = screen.get_by_role("slider", name="Stribeck curve, friction force over velocity")
     keyboard.press("End")
@@ -265,15 +250,7 @@ def test_everything_by_keyboard_alone(screen: Page) -> None:
 def test_axe_finds_nothing_serious(screen: Page, theme: str) -> None:
     screen.emulate_media(color_scheme="dark" if theme == "dark" else "light")
     set_short(screen)
-    identify(screen).click()
-    wait_until_done(screen)
+    run(screen)
     region(screen, "Compare").get_by_role("button").click()
     expect(region(screen, "Compare")).to_contain_text("max |e", timeout=LONG)
-    screen.add_script_tag(path=AXE)
-    found = screen.evaluate("axe.run()")["violations"]
-    serious = [
-        (v["id"], [node["html"][:120] for node in v["nodes"]])
-        for v in found
-        if v["impact"] in {"serious", "critical"}
-    ]
-    assert serious == []
+    assert serious(screen) == []

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from playwright.sync_api import Page, expect
 
 from tests.e2e.actions import (
+    B_ERROR,
     LONG,
-    clock,
     region,
     state,
     tab_to,
@@ -64,14 +65,14 @@ def test_a_session_from_play_to_reload_by_keyboard_alone(page: Page, tmp_path: P
 def test_what_if_undo_and_apply_by_keyboard_alone(page: Page) -> None:
     keyboard = page.keyboard
     changes, metrics = region(page, "Changes"), region(page, "Metrics")
-    expect(metrics).to_contain_text("2.57", timeout=LONG)
+    expect(metrics).to_contain_text(B_ERROR, timeout=LONG)
     tab_to(page, "B k_p x, N/mm")
     type_number(page, "400")
-    expect(metrics).to_contain_text("1.36", timeout=LONG)
+    expect(metrics).to_contain_text(re.compile(r"1\.[34]\d"), timeout=LONG)
     expect(metrics).to_contain_text("exact", timeout=LONG)
     keyboard.press("Tab")
     keyboard.press("u")
-    expect(metrics).to_contain_text("2.57", timeout=LONG)
+    expect(metrics).to_contain_text(B_ERROR, timeout=LONG)
     keyboard.press("ArrowRight")
     expect(changes).to_contain_text("1.545", timeout=LONG)
     keyboard.press("a")
@@ -101,10 +102,8 @@ def test_views_and_help_by_keyboard_alone(page: Page) -> None:
     keyboard.press("Enter")
     numbers = region(page, "Plane as numbers")
     expect(numbers.get_by_role("row", name="most")).to_contain_text("15.0", timeout=LONG)
-    before = clock(page)
     keyboard.press("S")
-    wait_for_clock(page, before)
-    assert clock(page) == 0.1
+    expect(page.locator(".clock")).to_contain_text("0:00.100")
     keyboard.press("?")
     sheet = page.get_by_role("dialog", name="Keys and help")
     expect(sheet).to_be_visible()

@@ -6,8 +6,7 @@ import re
 
 from playwright.sync_api import Page, expect
 
-from tests.e2e.actions import LONG, button, region, set_field
-from tests.e2e.test_lab import AXE
+from tests.e2e.actions import LONG, button, region, serious, set_field
 
 PATIENT = 120_000  # ms; the first study of a new model compiles its kernel
 
@@ -43,9 +42,7 @@ def test_bands_spec_and_stale_draft_survive_a_reload(page: Page) -> None:
     set_field(page, "B k_p x, N/mm", "312")
     expect(panel).to_contain_text("Of another scenario or draft", timeout=LONG)
     expect(scope).to_contain_text("stale")
-    page.evaluate(AXE.read_text())
-    found = page.evaluate("() => axe.run('[aria-label=\"Monte Carlo\"]')")
-    assert [v["id"] for v in found["violations"] if v["impact"] in {"serious", "critical"}] == []
+    assert serious(page, within='[aria-label="Monte Carlo"]') == []
 
     page.reload()
     expect(panel).to_contain_text("B meets it on 100 %", timeout=LONG)

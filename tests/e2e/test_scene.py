@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -13,8 +12,9 @@ from imageio.v3 import imread
 from numpy.typing import NDArray
 from playwright.sync_api import Browser, Page, expect
 
-from tests.e2e.actions import LONG, button, clock, wait_for_clock
+from tests.e2e.actions import LONG, button, clock, until, wait_for_clock
 from tests.e2e.conftest import CHROMIUM, FLAGS, SOFTWARE_GL, Server
+from tests.processes import children_of
 
 # A page without a GPU says so; viser's own remarks are not the lab's.
 HARMLESS = ("GPU", "WebGL", "swiftshader", "WebSocket connection", "503")
@@ -31,19 +31,23 @@ def stage(browser: Browser, server: Server) -> Iterator[Page]:
     page.on("console", lambda m: complaints.append(m.text) if m.type == "error" else None)
     page.on("pageerror", lambda error: complaints.append(str(error)))
     page.set_default_timeout(LONG)
-    page.goto(server.url)
-    page.get_by_text("connected", exact=True).wait_for()
-    yield page
-    launched.close()
+    try:
+        page.goto(server.url)
+        page.get_by_text("connected", exact=True).wait_for()
+        yield page
+    finally:
+        launched.close()
     assert [c for c in complaints if not any(word in c for word in HARMLESS)] == []
 
 
 def seen(page: Page) -> NDArray[np.uint8] | None:
     """Return the pixels of the stages, clear of viser's notes and controls; None of no frame."""
-    frame = page.locator("iframe")
-    box = frame.bounding_box() if frame.count() == 1 else None
-    if box is None:  # between one process and the next
-        return None
+    box = page.evaluate(
+        "() => { const box = document.querySelector('iframe')?.getBoundingClientRect();"
+        " return box && { x: box.x, y: box.y, width: box.width, height: box.height } }"
+    )
+    if box is None or box["width"] < 100 or box["height"] < 100:
+        return None  # between one process and the next
     clip = {
         "x": box["x"] + 0.45 * box["width"],
         "y": box["y"] + 0.35 * box["height"],
@@ -51,14 +55,6 @@ def seen(page: Page) -> NDArray[np.uint8] | None:
         "height": 0.6 * box["height"],
     }
     return imread(page.screenshot(clip=clip))[..., :3]  # type: ignore[arg-type]
-
-
-def until(page: Page, holds: Callable[[], bool]) -> None:
-    for _ in range(LONG // 250):
-        if holds():
-            return
-        page.wait_for_timeout(250)
-    raise AssertionError("it never came to pass")
 
 
 def shows_a_stage(page: Page) -> bool:
@@ -76,28 +72,23 @@ def moves(page: Page) -> bool:
 
 
 def scene_processes(server: Server) -> list[int]:
-    tasks = Path(f"/proc/{server.pid}/task").iterdir()
-    children = [pid for task in tasks for pid in (task / "children").read_text().split()]
-    commands = {int(pid): Path(f"/proc/{pid}/cmdline").read_bytes() for pid in children}
-    return [pid for pid, command in commands.items() if b"motionlab.scene" in command]
+    return children_of(server.pid, "motionlab.scene")
 
 
 def test_the_stage_moves_and_comes_back_when_its_process_is_killed(
     stage: Page, server: Server
 ) -> None:
-    assert scene_processes(server) == []
+    before = scene_processes(server)
     stage.get_by_role("radio", name="Stage 3-D").click()
     until(stage, lambda: shows_a_stage(stage))
-    stage.wait_for_timeout(1000)
-    assert not moves(stage)
+    until(stage, lambda: not moves(stage))  # once all of it is there
     button(stage, "Play")
     until(stage, lambda: moves(stage))
 
-    [first] = scene_processes(server)
+    [first] = set(scene_processes(server)).difference(before)
     os.kill(first, signal.SIGKILL)
-    before = clock(stage)
-    wait_for_clock(stage, before + 0.5)
-    until(stage, lambda: scene_processes(server) not in ([], [first]))
+    wait_for_clock(stage, clock(stage) + 0.5)
+    until(stage, lambda: bool(set(scene_processes(server)).difference(before, [first])))
     until(stage, lambda: shows_a_stage(stage) and moves(stage))
 
     # Back on the plane nobody watches, and the session is not kept busy for it.

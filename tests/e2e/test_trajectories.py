@@ -3,35 +3,22 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
-from tests.e2e.conftest import ROOT, Server
+from tests.e2e.actions import API, LONG, region, serious, session, set_field
+from tests.e2e.conftest import Server
 
-AXE = ROOT / "frontend" / "node_modules" / "axe-core" / "axe.min.js"
-LONG = 20_000  # ms; a wait that ends sooner in every sound run
 STROKE = (0.085, 0.145)
 
 
-@pytest.fixture(autouse=True)
-def data(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Keep what the server saves in a folder of the test."""
-    monkeypatch.setenv("MOTIONLAB_DATA", str(tmp_path))
-    return tmp_path
-
-
 @pytest.fixture
-def paths(data: Path, page: Page) -> Page:
+def paths(page: Page) -> Page:
     """The screen of paths."""
     page.get_by_role("link", name="Trajectories").click()
     expect(limits(page)).to_contain_text("feasible", timeout=LONG)
     return page
-
-
-def region(page: Page, name: str) -> Locator:
-    return page.get_by_role("region", name=name, exact=True)
 
 
 def limits(page: Page) -> Locator:
@@ -67,10 +54,12 @@ def coordinates(page: Page) -> list[tuple[str, str]]:
     return list(zip(values[::2], values[1::2], strict=True))
 
 
-def set_field(page: Page, label: str, value: str) -> None:
-    field = page.get_by_role("textbox", name=label, exact=True)
-    field.fill(value)
-    field.press("Enter")
+def press_until_disabled(page: Page, key: str, name: str) -> None:
+    for _ in range(30):
+        if page.get_by_role("button", name=name).is_disabled():
+            return
+        page.keyboard.press(key)
+    raise AssertionError(f"{name} never ends")
 
 
 RHOMBUS = [("30", "0"), ("0", "30"), ("-30", "0"), ("0", "-30")]
@@ -130,14 +119,10 @@ def test_everything_is_undone_and_done_again(paths: Page) -> None:
     set_field(paths, "laps", "3")
     changed = coordinates(paths)
     assert changed != RHOMBUS
-    undo = paths.get_by_role("button", name="Undo")
-    while undo.is_enabled():
-        paths.keyboard.press("Control+z")
+    press_until_disabled(paths, "Control+z", "Undo")
     assert coordinates(paths) == RHOMBUS
     expect(paths.get_by_role("radio", name="Straight")).to_be_checked()
-    redo = paths.get_by_role("button", name="Redo")
-    while redo.is_enabled():
-        paths.keyboard.press("Control+Shift+Z")
+    press_until_disabled(paths, "Control+Shift+Z", "Redo")
     assert coordinates(paths) == changed
     expect(paths.get_by_role("textbox", name="laps", exact=True)).to_have_value("3")
 
@@ -167,8 +152,7 @@ def test_a_path_is_saved_and_loaded_in_a_fresh_browser(
     saved.get_by_role("textbox", name="Name of the path").fill("my-rhombus")
     saved.get_by_role("button", name="Save").click()
     expect(paths.get_by_text("Saved as my-rhombus.")).to_be_visible(timeout=LONG)
-    context = browser.new_context(viewport={"width": 1280, "height": 720})
-    fresh = context.new_page()
+    fresh = browser.new_page(viewport={"width": 1280, "height": 720})
     fresh.goto(f"{server.url}/?screen=trajectories")
     expect(limits(fresh)).to_contain_text("feasible", timeout=LONG)
     assert coordinates(fresh) == RHOMBUS
@@ -176,7 +160,9 @@ def test_a_path_is_saved_and_loaded_in_a_fresh_browser(
     expect(fresh.get_by_role("textbox", name="point 1 x, mm")).to_have_value("42.5", timeout=LONG)
     fresh.get_by_role("button", name="Delete", exact=True).click()
     expect(fresh.get_by_text(re.compile("my-rhombus is deleted"))).to_be_visible(timeout=LONG)
-    context.close()
+    name = session(fresh, server)["id"]
+    fresh.close()
+    paths.request.delete(f"{server.url}{API}/sessions/{name}")
 
 
 def test_a_shipped_figure_is_made_editable(paths: Page) -> None:
@@ -203,11 +189,4 @@ def test_axe_finds_nothing_serious(paths: Page, theme: str) -> None:
     paths.emulate_media(color_scheme="dark" if theme == "dark" else "light")
     set_field(paths, "point 1 x, mm", "93")
     expect(limits(paths)).to_contain_text("leaves the stroke", timeout=LONG)
-    paths.add_script_tag(path=AXE)
-    found = paths.evaluate("axe.run()")["violations"]
-    serious = [
-        (v["id"], [node["html"][:120] for node in v["nodes"]])
-        for v in found
-        if v["impact"] in {"serious", "critical"}
-    ]
-    assert serious == []
+    assert serious(paths) == []

@@ -8,30 +8,32 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
-from tests.e2e.actions import LONG, button, region, set_field, state
-from tests.e2e.conftest import ROOT, Server
+from tests.e2e.actions import API, LONG, asked_for, button, region, serious, set_field, state
+from tests.e2e.conftest import Server
 
-SLOW = 90_000  # ms; a search or a map on a machine that does much else
+SLOW = 240_000  # ms; a search or a map on a machine that does much else
 
 
 @pytest.fixture
 def tune(page: Page, server: Server) -> Iterator[Page]:
     """The Tune screen, with searches that are soon over."""
     state(page, "paused")
-    page.get_by_role("link", name="Tune", exact=True).click()
-    region(page, "Search").wait_for()
+    with page.expect_response("**/jobs?kind=tune") as listed:
+        page.get_by_role("link", name="Tune", exact=True).click()
+    if any(job["state"] == "done" for job in listed.value.json()):
+        # what an earlier test has found is shown
+        expect(region(page, "Candidates").locator("tbody tr")).not_to_have_count(0)
     set_field(page, "starts", "2")
     set_field(page, "evaluations of a start", "40")
     page.get_by_role("checkbox", name="window", exact=True).check()
     yield page
-    for job in page.request.get(f"{server.url}/api/v1/jobs").json():
-        page.request.delete(f"{server.url}/api/v1/jobs/{job['id']}")
+    for job in page.request.get(f"{server.url}{API}/jobs").json():
+        page.request.delete(f"{server.url}{API}/jobs/{job['id']}")
 
 
 def searched(page: Page) -> Locator:
     """Search, wait for the end, and return the lines of the candidates."""
-    button(page, "Search gains")
-    expect(page.get_by_role("button", name="Search gains")).to_be_disabled()
+    asked_for(page, page.get_by_role("button", name="Search gains").click)
     rows = region(page, "Candidates").locator("tbody tr")
     expect(rows).to_have_count(4, timeout=SLOW)
     return rows
@@ -76,10 +78,11 @@ def test_progress_is_shown_and_a_search_is_cancelled(tune: Page) -> None:
     button(page, "Search gains")
     panel = region(page, "Search")
     expect(panel.get_by_role("progressbar")).to_be_visible()
+    expect(page.get_by_role("button", name="Search gains")).to_be_disabled()
     # what goes on is drawn, and found again after a reload
     page.get_by_role("radio", name="search", exact=True).click()
     legend = region(page, "Landscape")
-    expect(legend).to_contain_text("start 3", timeout=LONG)
+    expect(legend).to_contain_text("start 3", timeout=SLOW)
     page.reload()
     expect(region(page, "Search").get_by_role("progressbar")).to_be_visible(timeout=LONG)
     expect(region(page, "Landscape")).to_contain_text("start 3", timeout=LONG)
@@ -149,10 +152,6 @@ def test_the_loop_is_drawn_with_a_sweep_and_told_in_figures(tune: Page) -> None:
 def test_nothing_serious_for_who_cannot_see_it_well(tune: Page) -> None:
     page = tune
     searched(page)
-    page.add_script_tag(path=ROOT / "frontend" / "node_modules" / "axe-core" / "axe.min.js")
     for theme in ("light", "dark"):
         page.evaluate(f"document.documentElement.dataset.theme = '{theme}'")
-        page.wait_for_timeout(300)  # colours change within 120 ms
-        found = page.evaluate("async () => (await axe.run()).violations")
-        serious = [v for v in found if v["impact"] in {"serious", "critical"}]
-        assert serious == [], [(v["id"], v["nodes"][0]["html"]) for v in serious]
+        assert serious(page) == []
