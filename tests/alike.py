@@ -15,9 +15,9 @@ import pytest
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 
 
-def approx(number: float) -> Any:
+def approx(number: float, least: float = 1e-9) -> Any:
     """Return what equals a number that may be off by a count of the encoder, and its rounding."""
-    return pytest.approx(number, rel=0.05, abs=1e-9)
+    return pytest.approx(number, rel=0.05, abs=least)
 
 
 def same_text(shown: str, printed: str) -> bool:
@@ -32,7 +32,7 @@ def same_text(shown: str, printed: str) -> bool:
     if found is None:
         return False
     wanted = [float(number) for number in NUMBER.findall(shown)]
-    return all(float(a) == approx(b) for a, b in zip(found.groups(), wanted, strict=True))
+    return all(float(a) == approx(b, 0.01) for a, b in zip(found.groups(), wanted, strict=True))
 
 
 def same_document(shown: Any, printed: Any) -> bool:
