@@ -257,7 +257,7 @@ function labelOf(set: object): string {
 }
 
 function keptStatistic(): Statistic {
-  const kept = load('statistic', '');
+  const kept = load('statistic', '' as string);
   return STATISTICS.find(({ id }) => id === kept)?.id ?? 'value';
 }
 
