@@ -10,10 +10,12 @@ import pytest
 
 from motionlab.analysis.accuracy import crossover, parabola_error, sine_error
 from motionlab.analysis.frequency import Margins, margins
+from motionlab.build import lane
 from motionlab.config.load import load_scenario
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, Infeasible
 from motionlab.simulation.linear import linearise
+from motionlab.simulation.maps import force_gain
 from motionlab.simulation.sweep import sweep
 from tests.runs import IDEAL, play
 
@@ -97,6 +99,39 @@ def test_a_sweep_of_the_simulation_finds_the_linearised_loop(
     ratio = measured.open / expected
     assert np.abs(ratio) == pytest.approx(1.0, abs=0.03)
     assert np.angle(ratio) == pytest.approx(0.0, abs=0.06)
+
+
+@pytest.mark.parametrize("axis", ["x", "y"])
+@pytest.mark.parametrize("plant", ["as-measured", "matched", "table"])
+def test_a_motor_other_than_its_model_has_the_gain_that_a_sweep_finds(
+    plant: str, axis: str
+) -> None:
+    """Peaks, harmonics and current offsets all count; over whole pitches they average out."""
+    table = {f"plant.{axis}.force_map": {"kind": "table", "name": "new-design"}}
+    scenario = load_scenario("circle", table if plant == "table" else {"plant": plant})
+    measured = sweep(scenario, "A", axis, [5.0, 12.0, 30.0, 70.0], v=0.02)
+    expected = linearise(scenario, "A", axis, v=0.02).open(measured.frequency)
+    ratio = measured.open / expected
+    assert np.abs(ratio) == pytest.approx(1.0, abs=0.02)
+    assert np.angle(ratio) == pytest.approx(0.0, abs=0.02)
+
+
+def test_the_gain_of_an_axis_is_not_the_ratio_of_peaks() -> None:
+    def gain(plant: str, force: float = 3.0) -> float:
+        scenario = load_scenario("circle", {"plant": plant})
+        return force_gain(lane(scenario, scenario.variants["A"].controller, "x"), force)
+
+    assert gain("nominal") == pytest.approx(1.0, rel=1e-12)
+    assert gain("nominal", 0.0) == gain("nominal", 0.5)
+    assert gain("nominal", 1e3) == pytest.approx(1.0, rel=1e-12)  # limits have no place in it
+    assert gain("as-measured") == pytest.approx(1.1829, rel=1e-3)  # 38.4/34.1 is 1.126
+    assert gain("matched", 0.5) > gain("matched", 5.0) > gain("as-measured")
+
+
+def test_a_motor_without_current_has_no_margins() -> None:
+    scenario = load_scenario("circle", {"plant.x.amplifiers.gain": (0.0, 0.0, 0.0)})
+    found = margins(linearise(scenario, "A", "x", v=0.02).open)
+    assert found == Margins(None, None, None, None, 1.0, None)
 
 
 def test_the_published_law_has_no_linearisation() -> None:

@@ -66,7 +66,7 @@ def margins(response: Response) -> Margins:
         Looked for from 0.05 Hz to half the control rate, closely about a resonance.
     """
     grid, L = sampled(response)
-    crossings = _roots(response, grid, L, lambda value: np.log(np.abs(value)))
+    crossings = _roots(response, grid, L, lambda value: np.abs(value) - 1.0)
     turns = _roots(response, grid, L, lambda value: value.imag)
     closed = _roots(response, grid, L, lambda value: np.abs(value / (1.0 + value)) - math.sqrt(0.5))
     phases = [float(abs(np.angle(-response(np.array([f]))[0]))) for f in crossings]

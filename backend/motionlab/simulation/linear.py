@@ -7,8 +7,8 @@ The plant, from force command to position, is held over a control period (zero-o
     d^2y/dt^2 = omega_r^2 (compliance f - y) - 2 zeta omega_r dy/dt,   p_meas = p + y
 
 with ``lambda = abs(v_0)/g(v_0)``; stuck (v_0 = 0), ``dz/dt = v``. The controller is the kernel's,
-tick for tick. Limits, quantisation, commutation and whatever changes along the pole pitch have no
-place in it.
+tick for tick. The gain is the thrust that one more newton of command gives, as a mean over the pole
+pitch. Limits, quantisation, commutation and what else changes along it have no place in it.
 """
 
 from __future__ import annotations
@@ -224,6 +224,12 @@ def _bristle(f: LuGre, v: float) -> _Bristle:
     return _Bristle(slope=speed / g * bend, rate=speed / g, bend=bend)
 
 
+def _force(f: LuGre, v: float) -> float:
+    """Return the force that sliding at a velocity takes, N; stuck, what it takes to slide."""
+    speed = abs(v)
+    return f.F_c + (f.F_s - f.F_c) * math.exp(-((speed / f.v_s) ** 2)) + f.sigma_2 * speed
+
+
 def _plant(par: Parameters, v: float) -> StateSpace:
     from scipy.linalg import expm
 
@@ -243,7 +249,7 @@ def _plant(par: Parameters, v: float) -> StateSpace:
         C[4] = 1.0
 
     ideal = par.controller.ideal_force > 0.0
-    gain = 1.0 if ideal else force_gain(par)
+    gain = 1.0 if ideal else force_gain(par, _force(f, v))
     rest = par.amplifiers.half_step
     if ideal or rest == 0.0:  # the force is there at once
         B, A[3, 3] = gain * per_force, -1.0

@@ -13,7 +13,7 @@ from motionlab.config.controller import SharingConfig, SharingLaw
 from motionlab.config.force_map import AnyForceMapConfig, ForceMapConfig, TableMapConfig
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
-from motionlab.control.over_pitch import forces_over, share_over
+from motionlab.control.over_pitch import Shared, forces_over, share_over
 from motionlab.control.sharing import CUBIC, FORCE_PER_AMPERE, LEAST_NORM, SINE, Sharing
 from motionlab.control.tabulate import inverse_cells, share_cells
 from motionlab.design.fem.force_map import ForceMap as Map
@@ -26,8 +26,12 @@ from motionlab.store.maps import named_map
 
 Array = NDArray[np.float64]
 
-_GAIN_AT = 5.0
-"""Force at which the loop's gain is taken, N: about the friction of a sliding axis."""
+_GAIN_AT = 0.5
+"""Least force at which the loop's gain is taken, N: at none, currents of offsets alone decide."""
+_GAIN_STEP = 0.1
+"""Half of the difference by which the gain is taken, as a share of the force."""
+_BEYOND = 1e9
+"""A force that no motor gives, N."""
 _GAIN_POSITIONS = 144
 
 
@@ -137,28 +141,47 @@ def check_maps(scenario: Scenario) -> None:
         raise ConfigError(*errors)
 
 
-def force_gain(par: Parameters) -> float:
+def force_gain(par: Parameters, force: float) -> float:
     """Return the plant's thrust per newton commanded, as a small-signal gain of the loop, 1.
 
-    Of two analytic maps it is the ratio of their peaks. Where a table is involved the gain depends
-    on force and position, and this is its mean over a pole pitch and both directions at `_GAIN_AT`.
+    ``(T(f + d) - T(f - d))/(2 d)`` with T the mean over a pole pitch of the thrust that a command
+    settles at, through sharing, amplifiers and the plant's map; the mean of both directions. Of two
+    analytic maps of one knee, with amplifiers that do as told, it does not depend on f.
+
+    Parameters
+    ----------
+    par : Parameters
+        Of one lane, plain numbers.
+    force : float
+        Magnitude of the command about which the loop moves, N; at most half of what the controller
+        reaches is taken, for limits have no place in a linear loop.
     """
-    if par.table.thrust < 0.0 and par.model_table.thrust < 0.0:
-        return par.force_map.F_pk / par.model_force_map.F_pk
-    position = np.linspace(0.0, par.force_map.tau, _GAIN_POSITIONS, endpoint=False)
-    gains = []
-    for force in (_GAIN_AT, -_GAIN_AT):
-        shared = share_over(
+    pitch = np.linspace(0.0, par.force_map.tau, _GAIN_POSITIONS, endpoint=False)
+
+    def shared(commands: Array) -> Shared:
+        return share_over(
             par.model_force_map,
             par.model_table,
             par.sharing,
             current_limit=par.limits.current,
-            position=position,
-            force=force,
+            position=np.tile(pitch, len(commands)),
+            force=np.repeat(commands, len(pitch)),
         )
-        found = forces_over(par.force_map, par.table, position=position, current=shared.current)
-        gains.append(found.thrust.mean() / force)
-    return float(np.mean(gains))
+
+    reach = np.abs(shared(np.array([_BEYOND, -_BEYOND])).force).min()
+    f = min(max(force, _GAIN_AT), 0.5 * reach)
+    commands = f * np.array([1.0 + _GAIN_STEP, 1.0 - _GAIN_STEP, _GAIN_STEP - 1.0, -1 - _GAIN_STEP])
+    amplifiers = par.amplifiers
+    gain = np.array([amplifiers.gain_a, amplifiers.gain_b, amplifiers.gain_c])
+    offset = np.array([amplifiers.offset_a, amplifiers.offset_b, amplifiers.offset_c])
+    found = forces_over(
+        par.force_map,
+        par.table,
+        position=np.tile(pitch, len(commands)),
+        current=gain[:, None] * shared(commands).current + offset[:, None],
+    )
+    T = found.thrust.reshape(len(commands), -1).mean(axis=1)
+    return float((T[0] - T[1] + T[2] - T[3]) / (4.0 * _GAIN_STEP * f))
 
 
 def maps_of(scenario: Scenario) -> dict[str, dict[str, Any]]:

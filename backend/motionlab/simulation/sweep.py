@@ -1,9 +1,10 @@
 """A frequency sweep of the simulated loop, measured as on a machine while a slow motion goes on.
 
-Under stiction a sweep at rest measures the stuck machine, so the axis moves at constant velocity.
-Two runs at each frequency give what one cannot: with a sine on the reference, ``P = p/f`` from
-force command to position; with a sine on the load, ``C = -f/p`` of the feedback. The open loop is
-L = C P.
+Under stiction a sweep at rest measures the stuck machine, so the axis moves at constant velocity,
+over whole pole pitches, since the gain changes along them. Two runs at each frequency give what one
+cannot: with a sine on the reference, ``P = p/f`` from force command to position; with a sine on the
+load, ``C = -f/p`` of the feedback. The open loop is L = C P. From both a third run is taken away,
+the motion alone: where the map in control is off, its ripple lies at any frequency.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.errors import ConfigError, FieldError
 from motionlab.simulation.linear import linearise
+from motionlab.simulation.maps import pole_pitch
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.run import run
 
@@ -30,8 +32,10 @@ Complex = NDArray[np.complex128]
 
 _SETTLING = to_ticks(0.5)
 """Ticks before a measurement, after the axis has come to speed."""
-_LEAST = to_ticks(0.5)
-"""Ticks of a measurement at least."""
+_LEAST, _LEAST_CYCLES = 0.5, 8
+"""What a measurement takes at least, s and cycles."""
+_PITCH_MOST = 4.0
+"""Longest time for a pole pitch that a measurement is rounded up to whole pitches for, s."""
 _MODULATION = 0.1
 """Share of the slow velocity that a sine may add to it: friction is to see small signals."""
 _EASE = 0.2
@@ -98,9 +102,10 @@ def sweep(  # noqa: PLR0913 - what a sweep is made of
     """
     index = "xy".index(axis)
     loop = linearise(scenario, variant, axis, v=v)
+    pitch = pole_pitch(getattr(scenario.plant, axis).force_map) / v
     points: list[tuple[float, complex, complex]] = []
     for done, wanted in enumerate(frequency):
-        cycles = max(1, round(max(_LEAST * CONTROL_PERIOD * wanted, 8.0)))
+        cycles = round(_duration(wanted, pitch) * wanted)
         ticks = round(cycles / wanted / CONTROL_PERIOD)
         f = cycles / (ticks * CONTROL_PERIOD)
         prepared = _moving(scenario, variant, axis, v, ticks)
@@ -108,15 +113,22 @@ def sweep(  # noqa: PLR0913 - what a sweep is made of
         compliance = abs(loop.plant.response(at)[0])
         size = min(force, _MODULATION * v / (2.0 * math.pi * f * compliance))
         gain = abs(loop.controller.response(at)[0] / (1.0 + loop.open(at)[0]))
-        by_reference = _measure(prepared, index, f, ticks, reference=size / gain)
-        by_load = _measure(prepared, index, f, ticks, load=size)
+        alone = _measure(prepared, index, f, ticks)
+        by_reference = _measure(prepared, index, f, ticks, reference=size / gain) - alone
+        by_load = _measure(prepared, index, f, ticks, load=size) - alone
         P = by_reference[0] / by_reference[1]
         C = -by_load[1] / by_load[0]
-        points.append((f, P, C))
+        points.append((f, complex(P), complex(C)))
         if progress is not None:
             progress((done + 1) / len(frequency))
     columns = list(zip(*points, strict=True))
     return Sweep(np.array(columns[0]), np.array(columns[1]), np.array(columns[2]))
+
+
+def _duration(frequency: float, pitch: float) -> float:
+    """Return how long to measure at a frequency, Hz, where a pole pitch takes `pitch`, s."""
+    least = max(_LEAST, _LEAST_CYCLES / frequency)
+    return math.ceil(least / pitch) * pitch if pitch <= _PITCH_MOST else least
 
 
 def _moving(scenario: Scenario, variant: str, axis: str, v: float, ticks: int) -> Prepared:
@@ -149,8 +161,8 @@ def _measure(  # noqa: PLR0913 - one sine, on one of two things
     *,
     reference: float = 0.0,
     load: float = 0.0,
-) -> tuple[complex, complex]:
-    """Return position and force command at one frequency, m and N, as complex amplitudes."""
+) -> Complex:
+    """Return position and force command at one frequency, m and N, as complex amplitudes, (2,)."""
     base = prepared.reference
     w = 2.0 * math.pi * frequency
     time = np.arange(base.ticks) * CONTROL_PERIOD
@@ -181,4 +193,4 @@ def _measure(  # noqa: PLR0913 - one sine, on one of two things
     moved = position[here, axis] - base.position[here, axis] - error
     command = record.channel("force_command", name)[here].astype(np.float64)
     turning = np.exp(-1j * w * time[here]) * (2.0 / ticks)
-    return complex((moved * turning).sum()), complex((command * turning).sum())
+    return np.array([(moved * turning).sum(), (command * turning).sum()])
