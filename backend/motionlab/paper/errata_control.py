@@ -7,9 +7,11 @@ import math
 import numpy as np
 
 from motionlab.analysis.accuracy import sine_error
+from motionlab.identify.presliding import model_response
 from motionlab.paper import performance, stability
 from motionlab.paper.document import Erratum, ErratumStep
 from motionlab.paper.experiments import Experiments
+from motionlab.plant.friction import LuGre
 
 
 def _step(what: str, value: float | None, unit: str) -> ErratumStep:
@@ -125,14 +127,19 @@ def _apart(one: float, other: float) -> float:
 
 
 def derivative(_: Experiments) -> Erratum:
-    """Return what (43) gives as scanned, steadily sliding."""
-    v = 0.05
-    F_c, F_s, v_s = 0.2399, 3.5908, 0.0436
-    sigma_0, sigma_1, sigma_2 = 118913.2532, 1162.3, 10.3128
-    steady = F_c + (F_s - F_c) * math.exp(-((v / v_s) ** 2))
-    z = steady / sigma_0
-    right = sigma_0 * z + sigma_2 * v
-    scanned = (sigma_0 + sigma_1) * z + sigma_2 * v
+    """Return what (43) as scanned makes of a stuck axis, whose z moves with it: it would ring."""
+    M, sigma_0, sigma_1, sigma_2, F_c, F_s, v_s = 5.9, 118913.2532, 1162.3, 10.3128, *_STRIBECK
+
+    def overshoot(stiffness: float, viscosity: float) -> float:
+        """Return by how much a mass on spring and damper overshoots after a step of force."""
+        zeta = viscosity / (2.0 * math.sqrt(stiffness * M))
+        return math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta**2))
+
+    friction = LuGre(sigma_0, sigma_1, sigma_2, F_c, F_s, v_s)
+    (way,) = model_response(friction, M, [np.full(_STEP_TICKS, _STEP_FORCE)])
+    simulated = float(way.max() / way[-1] - 1.0)
+    right = overshoot(sigma_0, sigma_1 + sigma_2)
+    scanned = overshoot(sigma_0 + sigma_1, sigma_2)
     return Erratum(
         id="eq43",
         place="(43), (44)",
@@ -140,11 +147,17 @@ def derivative(_: Experiments) -> Erratum:
         printed="1162.3 z in (43), abs(p_l') in (44)",
         corrected="1162.3 dz/dt, as (46) has it, and abs(p_x')",
         steps=[
-            _step("steady friction at 50 mm/s by (20), dz/dt = 0", right, "N"),
-            _step("by (43) as scanned, N s/m added to N/m", scanned, "N"),
+            _step("overshoot of the stuck x axis after a step of force, simulated", simulated, "1"),
+            _step("by its damping ratio with dz/dt", right, "1"),
+            _step("by (43) as scanned", scanned, "1"),
         ],
-        shown=scanned > right,
+        shown=abs(simulated - right) < 0.02 < abs(simulated - scanned),
     )
 
+
+_STRIBECK = (0.2399, 3.5908, 0.0436)
+"""F_c and F_s, N, and v_s, m/s, of x."""
+_STEP_FORCE, _STEP_TICKS = 0.05, 400
+"""N, far below F_s, and control periods after which nothing moves any more."""
 
 ERRATA = (published_k, bristle_error, semidefinite, phase, derivative)

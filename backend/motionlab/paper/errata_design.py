@@ -67,7 +67,8 @@ def interval(experiments: Experiments) -> Erratum:
         place="(7), (8)",
         as_scanned=True,
         printed="t is the time from aligned to unaligned",
-        corrected="Delta t is",
+        corrected="Delta t is; so by the definition of a mean voltage: nothing here could come out "
+        "otherwise",
         steps=[
             _step("Delta psi", dpsi, "Wb"),
             _step("Delta t = 0.5 tau/v_max", dt, "s"),

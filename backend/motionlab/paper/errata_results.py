@@ -110,7 +110,7 @@ def citations(_: Experiments) -> Erratum:
         as_scanned=False,
         printed="+-2 um over 20 mm is cited as [26], +-500 um as [16]",
         corrected="[30], as section I has it, and [13]: [26] is a positioner for wafers and [16] a "
-        "flux-switching motor",
+        "flux-switching motor; read in the list of references, not computed",
         steps=[
             _step("steady-state error attributed to [30] in section I", 2e-6, "m"),
             _step("steady-state error attributed to [26] in section IV-B", 2e-6, "m"),
