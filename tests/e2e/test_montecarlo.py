@@ -18,6 +18,7 @@ def test_bands_spec_and_stale_draft_survive_a_reload(page: Page) -> None:
     panel.get_by_role("combobox", name="Number of plants").select_option("100")
     button(page, "Run on")
     expect(panel).to_contain_text("max |ex|", timeout=PATIENT)
+    expect(panel.get_by_role("columnheader", name="95 %", exact=True)).to_be_in_viewport()
     scope = page.get_by_role("region", name=re.compile("^Following error x"))
     expect(scope).to_contain_text("min–max of 100 plants")  # noqa: RUF001
     medians = [
