@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -43,7 +44,7 @@ from motionlab.plant.mechanics import Mechanics
 from motionlab.plant.resonance import Resonance, sampled
 from motionlab.simulation.layout import PARAMETER_ROWS, STATE_ROWS, Limits, Parameters, State
 from motionlab.simulation.maps import map_lanes, sharing_lanes
-from motionlab.trajectory.feasibility import MotionLimits
+from motionlab.trajectory.demand import MotionLimits
 
 LANES_PER_VARIANT = len(AXES)
 VARIANTS_PER_BLOCK = WIDTH // LANES_PER_VARIANT
@@ -267,5 +268,16 @@ def _steady_friction(config: FrictionConfig, v: NDArray[np.float64]) -> NDArray[
     """Return the friction at constant velocity, N: eqs (20) to (22) with dz/dt = 0."""
     if not config.enabled:
         return np.zeros_like(v)
-    level = config.F_c + (config.F_s - config.F_c) * np.exp(-((v / config.v_s) ** 2))
-    return np.sign(v) * level + config.sigma_2 * v
+    return _stribeck(v, config.F_c, config.F_s, config.v_s, config.sigma_2)
+
+
+@numba.njit(error_model="numpy", nogil=True, cache=True)
+def _stribeck(
+    velocity: NDArray[np.float64], F_c: float, F_s: float, v_s: float, sigma_2: float
+) -> NDArray[np.float64]:
+    friction = np.empty(len(velocity))
+    for k in range(len(velocity)):
+        v = velocity[k]
+        level = F_c + (F_s - F_c) * math.exp(-((v / v_s) ** 2))
+        friction[k] = np.sign(v) * level + sigma_2 * v
+    return friction

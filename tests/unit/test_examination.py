@@ -12,8 +12,9 @@ from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.errors import ConfigError, Infeasible
 from motionlab.simulation.prepare import limit_sets, prepare
-from motionlab.trajectory.examination import QUANTITIES, examine
-from motionlab.trajectory.feasibility import ALWAYS, Span, check
+from motionlab.trajectory.demand import ALWAYS, QUANTITIES, Span
+from motionlab.trajectory.examination import examine
+from motionlab.trajectory.feasibility import check
 from motionlab.trajectory.reference import sample
 from motionlab.trajectory.slowing import slow_down, stretched
 

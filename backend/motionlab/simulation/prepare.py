@@ -22,7 +22,8 @@ from motionlab.errors import ConfigError, FieldError
 from motionlab.simulation.maps import check_maps, map_digests
 from motionlab.simulation.noise import load_force
 from motionlab.telemetry.channels import CHANNELS, REFERENCES
-from motionlab.trajectory.feasibility import MotionLimits, Span, check
+from motionlab.trajectory.demand import MotionLimits, Span
+from motionlab.trajectory.feasibility import check
 from motionlab.trajectory.reference import Reference, sample
 
 Array = NDArray[np.float64]

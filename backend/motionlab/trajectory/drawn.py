@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
+import numba
 import numpy as np
 
 from motionlab.config.drawn import DrawnPath
@@ -16,16 +18,19 @@ from motionlab.trajectory.path import Array
 from motionlab.trajectory.profile import (
     Law,
     cruise_ticks,
-    jerk_limited,
+    jerk_limited_at,
     jerk_limited_ticks,
-    minimum_jerk,
+    minimum_jerk_at,
     minimum_jerk_ticks,
     smooth_start,
-    trapezoidal,
+    trapezoidal_at,
     trapezoidal_ticks,
 )
 
 Interval = tuple[int, int]
+
+STOPPING = ("minimum_jerk", "trapezoid", "jerk_limited")
+_MINIMUM_JERK, _TRAPEZOID, _ = range(len(STOPPING))
 
 
 @dataclass(frozen=True)
@@ -54,7 +59,7 @@ def stop_and_go(config: DrawnPath) -> tuple[list[Piece], int]:
     stops = curve.marks if config.geometry == "polyline" else curve.marks[[0, -1]]
     ways = np.diff(stops)
     shares = np.sqrt(ways) / np.sqrt(ways).sum()
-    profile, timings = _PROFILES[config.law], _TIMINGS[config.law]
+    timings = _TIMINGS[config.law]
     dwell = whole_ticks(config.dwell)
     legs: list[tuple[float, float, _Timing, bool]] = []
     for start, way, share in zip(stops, ways, shares, strict=False):
@@ -62,7 +67,7 @@ def stop_and_go(config: DrawnPath) -> tuple[list[Piece], int]:
         legs.append((start, way, timing, False))
         if dwell:
             legs.append((start + way, 0.0, _Timing(_AT_REST[config.law], dwell), True))
-    law = _run_through(legs, profile)
+    law = _run_through(legs, config.law)
     stretches = tuple((timing.ticks, still) for _, _, timing, still in legs)
     lap = Piece(curve.path, law, sum(ticks for ticks, _ in stretches), stretches=stretches)
     return [*hold(config.points[0], config.dwell), *[lap] * config.laps], lap.ticks
@@ -118,20 +123,34 @@ def at_constant_speed(config: DrawnPath) -> tuple[list[Piece], Interval | None]:
 
 
 def _run_through(
-    legs: list[tuple[float, float, _Timing, bool]], profile: Callable[..., Law]
+    legs: list[tuple[float, float, _Timing, bool]], law: str
 ) -> Callable[[Array], Law]:
     """Return the law that takes one leg after another; a leg of no length is a rest."""
     origins, ways = (np.array([leg[k] for leg in legs]) for k in (0, 1))
     begins = np.concatenate(([0.0], np.cumsum([timing.ticks for _, _, timing, _ in legs])))
-    numbers = np.array([timing.numbers for _, _, timing, _ in legs], dtype=np.float64).T
+    numbers = np.array([timing.numbers for _, _, timing, _ in legs], dtype=np.float64)
+    return partial(_on_legs, STOPPING.index(law), begins, origins, ways, numbers)
 
-    def law(u: Array) -> Law:
-        leg = locate(begins, u)
-        way = ways[leg]
-        s, rate, second = profile(u - begins[leg], *(column[leg] for column in numbers))
-        return origins[leg] + way * s, way * rate, way * second
 
-    return law
+@numba.njit(error_model="numpy", nogil=True, cache=True)
+def _on_legs(  # noqa: PLR0913, PLR0917 - the tables of the legs
+    law: int, begins: Array, origins: Array, ways: Array, numbers: Array, u: Array
+) -> Law:
+    """Return the way along the path and its derivatives; `law` numbers one of `STOPPING`."""
+    leg = locate(begins, u)
+    way, rate, second = np.empty(len(u)), np.empty(len(u)), np.empty(len(u))
+    for k in range(len(u)):
+        i = leg[k]
+        t, n = u[k] - begins[i], numbers[i]
+        if law == _MINIMUM_JERK:
+            share = minimum_jerk_at(t, n[0])
+        elif law == _TRAPEZOID:
+            share = trapezoidal_at(t, n[0], n[1])
+        else:
+            share = jerk_limited_at(t, n[0], n[1], n[2])
+        way[k] = origins[i] + ways[i] * share[0]
+        rate[k], second[k] = ways[i] * share[1], ways[i] * share[2]
+    return way, rate, second
 
 
 def _minimum_jerk(config: DrawnPath, way: float, share: float) -> _Timing:
@@ -172,11 +191,6 @@ def _share_of(lap_time: float, share: float, *, least: int) -> int:
     return max(least, to_ticks(lap_time * share))
 
 
-_PROFILES: dict[str, Callable[..., Law]] = {
-    "minimum_jerk": minimum_jerk,
-    "trapezoid": trapezoidal,
-    "jerk_limited": jerk_limited,
-}
 _TIMINGS: dict[str, Callable[[DrawnPath, float, float], _Timing]] = {
     "minimum_jerk": _minimum_jerk,
     "trapezoid": _trapezoid,

@@ -14,13 +14,26 @@ from motionlab.config.figures import Circle, Polygon, Star
 from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.config.trajectory import TrajectoryConfig
-from motionlab.trajectory.feasibility import ALWAYS, Demand, MotionLimits, Span, demands, place_at
+from motionlab.trajectory.demand import (
+    ALWAYS,
+    QUANTITIES,
+    UNITS,
+    Demand,
+    Flags,
+    Intervals,
+    MotionLimits,
+    Span,
+    demands,
+    mean_acceleration,
+    place_at,
+)
 from motionlab.trajectory.path import Array
 from motionlab.trajectory.reference import Reference, sample
 
-QUANTITIES = ("position", "step", "velocity", "acceleration", "thrust")
 VIOLATIONS_MAX = 50
 """Violations that are listed; the worst ones."""
+
+Bins = NDArray[np.float32]
 
 LimitSets = Sequence[tuple[Span, MotionLimits]]
 """When which limits hold; of several variants all hold at once."""
@@ -144,14 +157,9 @@ def examine(trajectory: TrajectoryConfig, limits: LimitSets, *, bins: int) -> Ex
     one = _one_lap(trajectory) if all(span == ALWAYS for span, _ in limits) else trajectory
     reference = sample(one)
     laps_left = 0 if one is trajectory else _laps(trajectory) - 1
-    found = [(demand, span) for span, each in limits for demand in demands(reference, each)]
-    outside = [demand.outside(span) for demand, span in found]
-    violations: list[Violation] = []
-    for (demand, _), beyond in zip(found, outside, strict=True):
-        if beyond is not None:
-            violations += _violations(reference, demand, beyond)
-    violations.sort(key=lambda each: -each.share)
-    first = [demand for demand, _ in found[: len(AXES) * len(QUANTITIES)]]
+    found = [each for span, most in limits for each in demands(reference, most, span=span)]
+    violations, count = _worst(reference, found)
+    first = found[: len(AXES)]
     size = max(1, -(-reference.ticks // bins))
     return Examination(
         duration=(reference.ticks + laps_left * reference.period) * CONTROL_PERIOD,
@@ -160,20 +168,12 @@ def examine(trajectory: TrajectoryConfig, limits: LimitSets, *, bins: int) -> Ex
         step=size * CONTROL_PERIOD,
         profiles=[
             *_profiles(reference, first, limits[0][1], size),
-            _flags(found, outside, reference.ticks, size),
+            _flags(found, size),
         ],
         peaks=_peaks(first),
-        violations=violations[:VIOLATIONS_MAX],
-        violation_count=len(violations),
+        violations=violations,
+        violation_count=count,
     )
-
-
-@numba.njit(error_model="numpy", nogil=True, cache=True)
-def _way(position: Array) -> float:
-    way = 0.0
-    for k in range(1, len(position)):
-        way += np.hypot(position[k, 0] - position[k - 1, 0], position[k, 1] - position[k - 1, 1])
-    return way
 
 
 def _one_lap(trajectory: TrajectoryConfig) -> TrajectoryConfig:
@@ -189,26 +189,36 @@ def _laps(trajectory: TrajectoryConfig) -> int:
     return getattr(trajectory, "laps", 1)
 
 
-def _violations(
-    reference: Reference, demand: Demand, beyond: NDArray[np.bool_]
-) -> Iterable[Violation]:
-    """Yield each interval outside the limit with its worst tick."""
-    edges = np.flatnonzero(np.diff(beyond, prepend=False, append=False))
-    for start, stop in edges.reshape(-1, 2).tolist():
-        size = np.abs(demand.value[start:stop])
-        limit = demand.limit[start:stop] if isinstance(demand.limit, np.ndarray) else demand.limit
-        worst = start + int(np.argmax(size - limit))
-        yield Violation(
-            quantity=demand.quantity,
-            axis=AXES[demand.axis],
-            start=start * CONTROL_PERIOD,
-            end=(stop - 1) * CONTROL_PERIOD,
-            time=worst * CONTROL_PERIOD,
-            place=place_at(reference, worst),
-            value=float(demand.value[worst]),
-            limit=demand.limit_at(worst),
-            unit=demand.unit,
-        )
+def _worst(reference: Reference, found: list[Demand]) -> tuple[list[Violation], int]:
+    """Return the worst intervals outside a limit, and how many there are."""
+    outside = [
+        each
+        for demand in found
+        for quantity in range(len(QUANTITIES))
+        if (each := demand.outside(quantity)) is not None
+    ]
+    if not outside:
+        return [], 0
+    with np.errstate(divide="ignore"):
+        shares = np.concatenate([np.abs(each.value) / each.limit for each in outside])
+    owners = [(each, i) for each in outside for i in range(len(each.start))]
+    order = np.argsort(-shares, kind="stable")[:VIOLATIONS_MAX]
+    return [_violation(reference, *owners[index]) for index in order], len(owners)
+
+
+def _violation(reference: Reference, outside: Intervals, index: int) -> Violation:
+    worst = int(outside.worst[index])
+    return Violation(
+        quantity=QUANTITIES[outside.quantity],
+        axis=AXES[outside.axis],
+        start=int(outside.start[index]) * CONTROL_PERIOD,
+        end=(int(outside.stop[index]) - 1) * CONTROL_PERIOD,
+        time=worst * CONTROL_PERIOD,
+        place=place_at(reference, worst),
+        value=float(outside.value[index]),
+        limit=float(outside.limit[index]),
+        unit=UNITS[outside.quantity],
+    )
 
 
 def _profiles(
@@ -218,13 +228,13 @@ def _profiles(
     for axis, name in enumerate(AXES):
         first = reference.position[::size, axis].astype(np.float32)
         yield Profile(f"{name}.position", "m", first, first)
-    yield _profile("speed", "m/s", np.hypot(*reference.velocity.T), size)
+    yield Profile("speed", "m/s", *_speed(reference.velocity, size))
     for axis, name in enumerate(AXES):
-        jerk = np.diff(reference.acceleration[:, axis], prepend=0.0) / CONTROL_PERIOD
-        yield _profile(f"{name}.jerk", "m/s^3", jerk, size)
-        for demand in found:
-            if demand.axis == axis and demand.quantity in {"velocity", "acceleration", "thrust"}:
-                yield _profile(f"{name}.{demand.quantity}", demand.unit, demand.value, size)
+        curves = _decimated(
+            reference.velocity[:, axis], reference.acceleration[:, axis], found[axis].thrust, size
+        )
+        for (quantity, unit), (low, high) in zip(_CURVES.items(), curves, strict=True):
+            yield Profile(f"{name}.{quantity}", unit, low, high)
         place = reference.position[::size, axis]
         backward, forward = (
             limits.available_thrust(axis, place, np.full_like(place, sign)).astype(np.float32)
@@ -233,49 +243,77 @@ def _profiles(
         yield Profile(f"{name}.available_thrust", "N", -backward, forward)
 
 
-def _profile(name: str, unit: str, values: Array, size: int) -> Profile:
-    return Profile(name, unit, *_min_max(values, size))
+_CURVES = {"jerk": "m/s^3", "velocity": "m/s", "acceleration": "m/s^2", "thrust": "N"}
+"""Unit of each curve that `_decimated` returns."""
 
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
-def _min_max(values: Array, size: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    count = -(-len(values) // size)
-    low, high = np.empty(count, dtype=np.float32), np.empty(count, dtype=np.float32)
-    for i in range(count):
-        least = most = values[i * size]
-        for k in range(i * size + 1, min((i + 1) * size, len(values))):
-            least, most = min(least, values[k]), max(most, values[k])
-        low[i], high[i] = least, most
-    return low, high
+def _decimated(velocity: Array, acceleration: Array, thrust: Array, size: int) -> Bins:
+    """Return the extremes of jerk, velocity, acceleration and thrust, shape (4, 2, bins)."""
+    n = len(velocity)
+    bins = np.empty((4, 2, -(-n // size)), dtype=np.float32)
+    before, gained = 0.0, 0.0
+    for i in range(bins.shape[2]):
+        low, high = np.full(4, np.inf), np.full(4, -np.inf)
+        for k in range(i * size, min((i + 1) * size, n)):
+            v, a = velocity[k], acceleration[k]
+            now = ((a - gained) / CONTROL_PERIOD, v, mean_acceleration(a, v, before), thrust[k])
+            for j in range(4):
+                low[j], high[j] = min(low[j], now[j]), max(high[j], now[j])
+            before, gained = v, a
+        for j in range(4):
+            bins[j, 0, i], bins[j, 1, i] = low[j], high[j]
+    return bins
 
 
-def _flags(
-    found: list[tuple[Demand, Span]],
-    outside: list[NDArray[np.bool_] | None],
-    ticks: int,
-    size: int,
-) -> Profile:
+@numba.njit(error_model="numpy", nogil=True, cache=True)
+def _speed(velocity: Array, size: int) -> Bins:
+    """Return the extremes of the speed along the path, shape (2, bins)."""
+    n = len(velocity)
+    bins = np.empty((2, -(-n // size)), dtype=np.float32)
+    for i in range(bins.shape[1]):
+        low, high = np.inf, 0.0
+        for k in range(i * size, min((i + 1) * size, n)):
+            square = velocity[k, 0] ** 2 + velocity[k, 1] ** 2
+            low, high = min(low, square), max(high, square)
+        bins[0, i], bins[1, i] = np.sqrt(low), np.sqrt(high)
+    return bins
+
+
+@numba.njit(error_model="numpy", nogil=True, cache=True)
+def _way(position: Array) -> float:
+    way = 0.0
+    for k in range(1, len(position)):
+        x, y = position[k, 0] - position[k - 1, 0], position[k, 1] - position[k - 1, 1]
+        way += np.sqrt(x * x + y * y)
+    return way
+
+
+def _flags(found: list[Demand], size: int) -> Profile:
     """Return which quantities are outside their limits somewhere in each bin."""
-    starts = np.arange(0, ticks, size)
-    flags = np.zeros(len(starts), dtype=np.int64)
-    for (demand, _), beyond in zip(found, outside, strict=True):
-        if beyond is not None:
-            within = beyond[:ticks]
-            within[-1] |= beyond[-1]  # the end of the motion belongs to its last bin
-            some = np.logical_or.reduceat(within, starts)
-            flags |= some.astype(np.int64) << QUANTITIES.index(demand.quantity)
-    shown = flags.astype(np.float32)
-    return Profile("violated", "1", shown, shown)
+    shown = np.zeros(-(-(len(found[0].beyond) - 1) // size), dtype=np.uint8)
+    for demand in found:
+        if demand.found:
+            _collect(demand.beyond, size, shown)
+    flags = shown.astype(np.float32)
+    return Profile("violated", "1", flags, flags)
+
+
+@numba.njit(error_model="numpy", nogil=True, cache=True)
+def _collect(beyond: Flags, size: int, shown: Flags) -> None:
+    for k in range(len(beyond)):
+        # The end of the motion belongs to its last bin.
+        shown[min(k // size, len(shown) - 1)] |= beyond[k]
 
 
 def _peaks(found: list[Demand]) -> list[Peak]:
     """Return the peak of each quantity; of thrust where it takes most of what there is."""
     peaks = []
     for demand in found:
-        size = np.abs(demand.value)
-        varies = isinstance(demand.limit, np.ndarray)
-        worst = int(np.argmax(size / demand.limit if varies else size))
-        value, limit = float(size[worst]), demand.limit_at(worst)
-        share = value / limit if limit else None
-        peaks.append(Peak(demand.quantity, AXES[demand.axis], value, limit, share, demand.unit))
+        for quantity, tick in enumerate(demand.peaks.tolist()):
+            value = abs(demand.value_at(quantity, tick))
+            limit = demand.limit_at(quantity, tick)
+            share = value / limit if limit else None
+            name, unit = QUANTITIES[quantity], UNITS[quantity]
+            peaks.append(Peak(name, AXES[demand.axis], value, limit, share, unit))
     return peaks

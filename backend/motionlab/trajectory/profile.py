@@ -18,6 +18,8 @@ from motionlab.config.timing import CONTROL_PERIOD
 Samples = NDArray[np.float64]
 Law = tuple[Samples, Samples, Samples]
 """Path parameter, its rate and its second derivative, each of the shape of `u`."""
+Instant = tuple[float, float, float]
+"""The same at one instant."""
 
 _PEAK_RATE = 15 / 8
 _PEAK_CURVATURE = 10 / math.sqrt(3)
@@ -48,6 +50,15 @@ def minimum_jerk(u: Samples, duration: float) -> Law:
     ----------
     Flash, Hogan, "The coordination of arm movements", J. Neurosci. 1985.
     """
+    law = np.empty_like(u), np.empty_like(u), np.empty_like(u)
+    for k in range(len(u)):
+        law[0][k], law[1][k], law[2][k] = minimum_jerk_at(u[k], duration)
+    return law
+
+
+@numba.njit(error_model="numpy", nogil=True, cache=True)
+def minimum_jerk_at(u: float, duration: float) -> Instant:
+    """Return `minimum_jerk` at one instant."""
     r = u / duration
     left = 1 - r
     square = r * r
@@ -57,6 +68,7 @@ def minimum_jerk(u: Samples, duration: float) -> Law:
     return s, rate, second
 
 
+@numba.njit(error_model="numpy", nogil=True, cache=True)
 def trapezoidal(u: Samples, ramp: float, cruise: float) -> Law:
     r"""Go from 0 to 1 with constant acceleration, constant velocity, constant deceleration.
 
@@ -78,21 +90,26 @@ def trapezoidal(u: Samples, ramp: float, cruise: float) -> Law:
         s, ds/du and d2s/du2; at a corner the second derivative is that of the phase that begins,
         and at the very end that of the deceleration.
     """
-    total = 2 * ramp + cruise
+    law = np.empty_like(u), np.empty_like(u), np.empty_like(u)
+    for k in range(len(u)):
+        law[0][k], law[1][k], law[2][k] = trapezoidal_at(u[k], ramp, cruise)
+    return law
+
+
+@numba.njit(error_model="numpy", nogil=True, cache=True)
+def trapezoidal_at(u: float, ramp: float, cruise: float) -> Instant:
+    """Return `trapezoidal` at one instant."""
     top_rate = 1 / (ramp + cruise)
-    left = total - u
-    speeding_up = u < ramp
-    slowing_down = u >= ramp + cruise
-    s = np.where(
-        speeding_up,
-        top_rate * u**2 / (2 * ramp),
-        np.where(slowing_down, 1 - top_rate * left**2 / (2 * ramp), top_rate * (u - ramp / 2)),
-    )
-    rate = top_rate * np.minimum(1.0, np.minimum(u, left) / ramp)
-    second = (top_rate / ramp) * (speeding_up.astype(np.float64) - slowing_down)
-    return s, rate, second
+    left = 2 * ramp + cruise - u
+    rate = top_rate * min(1.0, min(u, left) / ramp)
+    if u < ramp:
+        return top_rate * (u * u) / (2 * ramp), rate, top_rate / ramp
+    if u >= ramp + cruise:
+        return 1 - top_rate * (left * left) / (2 * ramp), rate, -(top_rate / ramp)
+    return top_rate * (u - ramp / 2), rate, 0.0
 
 
+@numba.njit(error_model="numpy", nogil=True, cache=True)
 def jerk_limited(u: Samples, jerk: float, ramp: float, travel: float) -> Law:
     r"""Go from 0 to 1 with constant jerk, acceleration or velocity in each of seven phases.
 
@@ -120,17 +137,24 @@ def jerk_limited(u: Samples, jerk: float, ramp: float, travel: float) -> Law:
     tuple of ndarray
         s, ds/du and d2s/du2.
     """
+    law = np.empty_like(u), np.empty_like(u), np.empty_like(u)
+    for k in range(len(u)):
+        law[0][k], law[1][k], law[2][k] = jerk_limited_at(u[k], jerk, ramp, travel)
+    return law
+
+
+@numba.njit(error_model="numpy", nogil=True, cache=True)
+def jerk_limited_at(u: float, jerk: float, ramp: float, travel: float) -> Instant:
+    """Return `jerk_limited` at one instant."""
     total = travel + ramp + jerk
     slowing_down = u > total / 2
-    t = np.where(slowing_down, total - u, u)
+    t = total - u if slowing_down else u
     scale = 1 / (6 * travel * ramp * jerk)
-    a = np.maximum(t - jerk, 0.0)
-    b = np.maximum(t - ramp, 0.0)
-    c = np.maximum(t - (ramp + jerk), 0.0)
+    a, b, c = max(t - jerk, 0.0), max(t - ramp, 0.0), max(t - (ramp + jerk), 0.0)
     s = scale * (t**3 - a**3 - b**3 + c**3)
     rate = 3 * scale * (t**2 - a**2 - b**2 + c**2)
     second = 6 * scale * (t - a - b + c)
-    return np.where(slowing_down, 1 - s, s), rate, np.where(slowing_down, -second, second)
+    return (1 - s, rate, -second) if slowing_down else (s, rate, second)
 
 
 def smooth_start(u: Samples, lead_in: float) -> Law:

@@ -10,8 +10,9 @@ from pydantic import ValidationError
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.errors import ConfigError, FieldError, Infeasible
+from motionlab.trajectory.demand import QUANTITIES, demands
 from motionlab.trajectory.examination import LimitSets
-from motionlab.trajectory.feasibility import check, demands, refusal
+from motionlab.trajectory.feasibility import check, refusal
 from motionlab.trajectory.reference import Reference, sample
 
 _POWERS = {
@@ -31,6 +32,7 @@ _POWERS = {
 _RESTS = frozenset({"point", "dwell", "step"})
 _LARGEST = 1e4
 _PRECISION = 1e-3
+_POSITION = QUANTITIES.index("position")
 LONGEST = 300.0
 """Longest motion that is slowed down, before or after, s: each trial samples all of it."""
 
@@ -129,10 +131,10 @@ def _scaled(table: dict[str, Any], factor: float) -> dict[str, Any]:
 def _refuse_what_time_does_not_cure(trajectory: TrajectoryConfig, limits: LimitSets) -> None:
     reference = _sampled(trajectory)
     for span, each in limits:
-        for demand in demands(reference, each):
-            outside = demand.outside(span) if demand.quantity == "position" else None
+        for demand in demands(reference, each, span=span):
+            outside = demand.outside(_POSITION)
             if outside is not None:
-                raise refusal(reference, demand, int(outside.argmax()))
+                raise refusal(demand, _POSITION, int(outside.start[0]))
 
 
 def _sampled(trajectory: TrajectoryConfig) -> Reference:
