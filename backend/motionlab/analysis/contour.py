@@ -46,7 +46,7 @@ def contour_error(path: Array, following_error: Array, window: tuple[int, int]) 
     here = path[slice(*window)]
     spacing = FINENESS * float(np.hypot(*following_error.T).max())
     kept = _thin(path, spacing)
-    present = np.searchsorted(kept, np.arange(*window), side="right") - 1
+    present = _last_kept(kept, *window)
     return _nearest(path[kept], here, present, np.ascontiguousarray(following_error))
 
 
@@ -60,6 +60,18 @@ def _thin(path: Array, spacing: float) -> NDArray[np.int64]:
         if way > 0.0 and way >= spacing:
             kept.append(k)
     return np.array(kept)
+
+
+@numba.njit(error_model="numpy", nogil=True, cache=True)
+def _last_kept(kept: NDArray[np.int64], start: int, end: int) -> NDArray[np.int64]:
+    """Return for each tick which of the samples that were kept is the last until then."""
+    present = np.empty(end - start, dtype=np.int64)
+    i = 0
+    for k in range(start, end):
+        while i + 1 < len(kept) and kept[i + 1] <= k:
+            i += 1
+        present[k - start] = i
+    return present
 
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)

@@ -71,15 +71,14 @@ def page_inputs(scenario: Scenario, timeline: Timeline, page: int) -> NDArray[np
         inputs[:, _ROW["load"], axis] += draw(_LOAD, scenario.load.noise)
         inputs[:, _ROW["encoder_noise"], axis] = draw(_ENCODER, config.encoder.noise)
         for phase, name in enumerate(_PHASES):
-            ripple = _ripple(config.amplifiers, start, phase)
             noise = draw(_CURRENT + phase, config.amplifiers.noise)
-            inputs[:, _ROW[name], axis] = ripple[:count] + noise
+            if config.amplifiers.ripple_amplitude > 0.0:
+                noise += _ripple(config.amplifiers, start, phase)[:count]
+            inputs[:, _ROW[name], axis] = noise
     return inputs
 
 
 def _ripple(config: AmplifierConfig, start: int, phase: int) -> NDArray[np.float64]:
     """Return one page of ripple current of one phase, A; always a whole page, for equal bits."""
-    if config.ripple_amplitude == 0.0:
-        return np.zeros(PAGE)
     turns = config.ripple_frequency * (start + np.arange(PAGE)) * CONTROL_PERIOD - phase / 3.0
     return config.ripple_amplitude * np.sin(2.0 * np.pi * turns)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -25,8 +26,23 @@ def min_max(
         fewer.
     """
     size = max(1, -(-columns.shape[1] // bins))
-    starts = np.arange(0, columns.shape[1], size)
-    return (
-        np.minimum.reduceat(columns, starts, axis=1),
-        np.maximum.reduceat(columns, starts, axis=1),
-    )
+    return _extremes(columns, size)
+
+
+@numba.njit(error_model="numpy", nogil=True, cache=True)
+def _extremes(
+    columns: NDArray[np.float32], size: int
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    ticks = columns.shape[1]
+    low = np.empty((len(columns), -(-ticks // size)), dtype=np.float32)
+    high = np.empty_like(low)
+    for column in range(len(columns)):
+        for i in range(low.shape[1]):
+            least = most = columns[column, i * size]
+            for k in range(i * size + 1, min((i + 1) * size, ticks)):
+                value = columns[column, k]
+                # One that is not a number makes its whole bin one: the curve ends there.
+                least = value if value < least or np.isnan(value) else least
+                most = value if value > most or np.isnan(value) else most
+            low[column, i], high[column, i] = least, most
+    return low, high
