@@ -5,10 +5,17 @@
 
 import type { DrawnPath, Point } from './path';
 
+/** Corners of each edge at most. */
 const SHARES = 16;
 
-/** Returns the curve as corners of a fine polyline, and the edge of the path each belongs to. */
-export function outline({ points, closed, geometry }: DrawnPath): {
+/**
+ * Returns the curve as corners of a fine polyline, `apart` from each other, m, or as near as it gets,
+ * and the edge of the path each belongs to.
+ */
+export function outline(
+  { points, closed, geometry }: DrawnPath,
+  apart = 0,
+): {
   curve: Point[];
   edge: number[];
 } {
@@ -29,11 +36,12 @@ export function outline({ points, closed, geometry }: DrawnPath): {
   const curve: Point[] = [];
   const edge: number[] = [];
   steps.forEach((h, i) => {
-    for (let k = 0; k < SHARES; k++) {
+    const shares = Math.max(1, Math.min(SHARES, Math.ceil((h * h) / apart)));
+    for (let k = 0; k < shares; k++) {
       const at = ([0, 1] as const).map((axis) => {
         const m = moments[axis] as number[];
         const [p, q] = [(corners[i] as Point)[axis], (corners[i + 1] as Point)[axis]];
-        return cubic(p, q, m[i] as number, m[i + 1] as number, h, k / SHARES);
+        return cubic(p, q, m[i] as number, m[i + 1] as number, h, k / shares);
       });
       curve.push([at[0] as number, at[1] as number]);
       edge.push(i);

@@ -12,6 +12,10 @@ const MARGIN = { left: 40, right: 16, top: 12, bottom: 22 };
 const NUMBERED = 8;
 /** Places nearer than this share the first number, CSS pixels. */
 const APART = 20;
+/** Length of what a curve is drawn in, CSS pixels. */
+const SEGMENT = 2;
+/** More points than this are drawn small. */
+const MANY = 60;
 const ZOOM = { least: 0.7, most: 2000 };
 
 export interface Scene {
@@ -32,6 +36,8 @@ export class PathView {
   private centre: Point = [0, 0];
   private readonly hatch: CanvasPattern | null;
   private readonly family: string;
+  /** Pictures of a point by its size. */
+  private readonly dots = new Map<number, HTMLCanvasElement>();
 
   constructor(
     private readonly c: CanvasRenderingContext2D,
@@ -55,6 +61,7 @@ export class PathView {
     [this.width, this.height] = [Math.max(1, width), Math.max(1, height)];
     this.c.canvas.width = Math.round(this.width * devicePixelRatio);
     this.c.canvas.height = Math.round(this.height * devicePixelRatio);
+    this.dots.clear();
   }
 
   /** Keeps zoom and centre when the view is made anew, for another theme. */
@@ -183,7 +190,7 @@ export class PathView {
 
   private path(path: DrawnPath): void {
     const { c, inks } = this;
-    const { curve } = outline(path);
+    const { curve } = outline(path, SEGMENT / this.scale);
     c.strokeStyle = inks.text;
     c.lineWidth = 1.5;
     c.lineJoin = 'round';
@@ -237,20 +244,14 @@ export class PathView {
   private points(path: DrawnPath, { selected, stroke }: Scene): void {
     const { c, inks } = this;
     const beyond = new Set(outside(path.points, stroke));
-    const side = path.points.length > 60 ? 2.5 : 4;
-    c.lineWidth = 1.75;
-    c.fillStyle = inks.panel;
-    c.strokeStyle = inks.text;
-    // All that are like others at once.
-    c.beginPath();
+    const side = path.points.length > MANY ? 2.5 : 4;
+    const dot = this.dot(side);
+    const wide = dot.width / devicePixelRatio;
     path.points.forEach((point, i) => {
       if (i === 0 || i === selected || beyond.has(i)) return;
       const [px, py] = this.at(point);
-      c.moveTo(px + side, py);
-      c.arc(px, py, side, 0, 2 * Math.PI);
+      c.drawImage(dot, px - wide / 2, py - wide / 2, wide, wide);
     });
-    c.fill();
-    c.stroke();
     path.points.forEach((point, i) => {
       if (i !== 0 && i !== selected && !beyond.has(i)) return;
       const [px, py] = this.at(point);
@@ -272,6 +273,25 @@ export class PathView {
       c.lineTo(px + 9, py - 9);
       c.stroke();
     });
+  }
+
+  /** Returns a point that is like others as a picture: to outline hundreds anew takes milliseconds. */
+  private dot(side: number): HTMLCanvasElement {
+    const known = this.dots.get(side);
+    if (known) return known;
+    const made = document.createElement('canvas');
+    made.width = made.height = 2 * Math.ceil((side + 2) * devicePixelRatio);
+    const c = made.getContext('2d') as CanvasRenderingContext2D;
+    c.translate(made.width / 2, made.height / 2);
+    c.scale(devicePixelRatio, devicePixelRatio);
+    c.lineWidth = 1.75;
+    c.fillStyle = this.inks.panel;
+    c.strokeStyle = this.inks.text;
+    c.arc(0, 0, side, 0, 2 * Math.PI);
+    c.fill();
+    c.stroke();
+    this.dots.set(side, made);
+    return made;
   }
 
   /** Numbers at the worst places, as in the list, and where the cursor of the plots is. */
