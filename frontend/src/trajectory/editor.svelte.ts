@@ -4,7 +4,7 @@ import { ApiError } from '../api/client';
 import { equal } from '../api/paths';
 import type { Changes, ProblemField, Trajectory } from '../api/types';
 import { lab } from '../lab/lab.svelte';
-import { Newest } from '../tuning/newest';
+import { Newest, Turns } from '../tuning/newest';
 import { WhatIf } from '../tuning/whatif.svelte';
 import { messages } from '../ui/messages.svelte';
 import { load, save } from '../ui/storage';
@@ -20,6 +20,9 @@ const LONGEST = { moving: 10, resting: 120 };
 
 /** Bins of the profiles: about one for each pixel of their width. */
 const POINTS = 400;
+
+/** Checks on their way at once: the server is at one while the other is read and drawn. */
+const CHECKS = 2;
 
 export class Editor {
   table = $state.raw<Table>(keptTable(load('path', null)) ?? asTable(shape('rhombus')));
@@ -42,7 +45,8 @@ export class Editor {
   problem = $state('');
   private moving = false;
   private readonly history = new History<Table>();
-  private readonly checks = new Newest<Table>((table) => this.check(table));
+  private readonly checks = new Newest<Table>((table) => this.check(table), CHECKS);
+  private readonly turns = new Turns();
 
   readonly path = $derived(asPath(this.table));
 
@@ -156,28 +160,31 @@ export class Editor {
   }
 
   private async check(table: Table): Promise<void> {
+    const turn = this.turns.next();
     const lacking = lacks(asPath(table));
     if (lacking !== '') {
-      this.refused = lacking;
-      this.found = null;
-      this.checkedOf = table;
+      this.show(turn, table, null, lacking);
       return;
     }
     try {
-      const request = this.request(table);
-      const found = readChecked(await lab.api.check(request));
-      this.found = found;
-      this.checkedOf = table;
-      this.refused = '';
-      if (!found.feasible) return;
+      const found = readChecked(await lab.api.check(this.request(table)));
+      if (!this.show(turn, table, found, '') || !found.feasible) return;
       this.lastFeasible = table;
       if (!this.moving || found.duration <= LONGEST.moving) this.simulate(table);
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
       const fields = error.problem.errors.map(({ loc, message }) => `${loc}: ${message}`);
-      this.refused = fields.join('; ') || error.message;
-      this.checkedOf = table;
+      this.show(turn, table, this.found, fields.join('; ') || error.message);
     }
+  }
+
+  /** Takes what was found of a table, unless what a later check found is shown already. */
+  private show(turn: number, table: Table, found: Checked | null, refused: string): boolean {
+    if (!this.turns.take(turn)) return false;
+    this.found = found;
+    this.checkedOf = table;
+    this.refused = refused;
+    return true;
   }
 
   /** Asks what A and B make of the path. */

@@ -1,16 +1,20 @@
 /**
- * One job at a time, and of those that wait only the newest: what a slider asks for while an answer
- * is on its way replaces what it asked before.
+ * One job at a time, or a few, and of those that wait only the newest: what a slider asks for while
+ * an answer is on its way replaces what it asked before.
  */
 export class Newest<T> {
-  private running = false;
+  private running = 0;
   private waiting: { value: T } | null = null;
 
-  constructor(private readonly job: (value: T) => Promise<void>) {}
+  constructor(
+    private readonly job: (value: T) => Promise<void>,
+    /** Jobs that run at once; they may end in another order than they began. */
+    private readonly atOnce = 1,
+  ) {}
 
   /** Whether a job runs or waits. */
   get busy(): boolean {
-    return this.running;
+    return this.running > 0;
   }
 
   /** Whether something newer waits behind the job that runs. */
@@ -20,17 +24,36 @@ export class Newest<T> {
 
   push(value: T): void {
     this.waiting = { value };
-    if (!this.running) void this.work();
+    if (this.running < this.atOnce) void this.work();
   }
 
   private async work(): Promise<void> {
-    this.running = true;
+    this.running += 1;
     while (this.waiting) {
       const { value } = this.waiting;
       this.waiting = null;
       // A job handles its own failures; one that does not must not stop those after it.
       await this.job(value).catch(console.error);
     }
-    this.running = false;
+    this.running -= 1;
+  }
+}
+
+/** The order of questions, for answers that may come in another one. */
+export class Turns {
+  private asked = 0;
+  private shown = 0;
+
+  /** Returns the turn of a new question. */
+  next(): number {
+    this.asked += 1;
+    return this.asked;
+  }
+
+  /** Whether the answer to a question is to be shown: not once that to a later one was. */
+  take(turn: number): boolean {
+    if (turn < this.shown) return false;
+    this.shown = turn;
+    return true;
   }
 }
