@@ -6,8 +6,8 @@ import { wordsOf } from '../ui/words';
 import { Newest } from './newest';
 import { readPreview, type Preview } from './preview';
 
-/** Bins of each curve while a control moves: about one for each pixel of a wide screen. */
-const COARSE = 1500;
+/** Bins of each curve while a control moves: more than a scope has pixels, and no more to carry. */
+const COARSE = 1000;
 /** Bins of what stands: every tick of a window of 10 s, so that it can be zoomed into. */
 const FINE = 20_000;
 /** So long after the last question it counts as the last, ms. */

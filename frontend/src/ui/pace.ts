@@ -1,0 +1,21 @@
+/** Numbers on the screen change at most ten times a second, so that they can be read, ms. */
+const PAUSE = 100;
+
+/** Passes values on: the first at once, and of those soon after it the newest, once. */
+export class Pace<T> {
+  private since = Number.NEGATIVE_INFINITY;
+
+  constructor(private readonly take: (value: T) => void) {}
+
+  /** Takes a value now, or later unless the returned function is called before. */
+  offer(value: T): () => void {
+    const pass = () => {
+      this.since = performance.now();
+      this.take(value);
+    };
+    const left = this.since + PAUSE - performance.now();
+    if (left <= 0) pass();
+    const timer = left > 0 ? setTimeout(pass, left) : undefined;
+    return () => clearTimeout(timer);
+  }
+}
