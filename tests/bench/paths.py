@@ -25,6 +25,10 @@ _REPETITIONS = 60
 _MOVES = 240
 _FRAMES = 59  # 1/s
 _JSON = {"Content-Type": "application/json"}
+_LAWS = ("minimum_jerk", "trapezoid", "jerk_limited", "constant_speed")
+# Corners at constant speed are infeasible wherever they are.
+_CASES = [("polyline", law) for law in _LAWS[:-1]] + [("spline", law) for law in _LAWS]
+_JERK = 20.0  # m/s^3
 _SHORT = 3.0  # s, the simulated time that the target for A and B is stated for
 
 
@@ -83,8 +87,10 @@ def _page(server: Server) -> Iterator[Row]:
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         page = browser.new_page(viewport={"width": 1440, "height": 900})
-        _open(page, server, _path("polyline"))
-        yield from _drag(page)
+        for geometry, law in _CASES:
+            numbers = {"j_max": _JERK} if law == "jerk_limited" else {}
+            _open(page, server, _path(geometry, law=law, **numbers))
+            yield from _drag(page, f"{geometry}, {law.replace('_', ' ')}")
         rhombus = [[0.03, 0.0], [0.0, 0.03], [-0.03, 0.0], [0.0, -0.03]]
         timed = {"v_max": None, "a_max": None, "lap_time": _SHORT}
         _open(page, server, _path("polyline", points=rhombus, **timed))
@@ -100,12 +106,12 @@ def _open(page: Page, server: Server, table: dict[str, Any]) -> None:
     page.wait_for_timeout(1500)
 
 
-def _drag(page: Page) -> Iterator[Row]:
+def _drag(page: Page, what: str) -> Iterator[Row]:
     """Count animation frames, and answers that the profiles show, while a point moves."""
     page.evaluate(_DRAG_START)
     frames, answers, drawn, seconds = page.evaluate(_DRAG, _MOVES)
     yield Row(
-        f"drag of a point among {_POINTS}: frames",
+        f"drag among {_POINTS}, {what}: frames",
         ">= 59 /s",
         f"{frames / seconds:.1f} /s",
         "display: 60 /s",
@@ -189,16 +195,20 @@ _DRAG = """moves => new Promise(done => {
 })"""
 
 _EDITS = """async count => {
-  const table = document.querySelector('[aria-label="Errors of A and B"]');
+  // Until the path has been checked there is no table; then there is the old one for a moment.
+  const text = () =>
+    document.querySelector('[aria-label="Errors of A and B"] tbody')?.innerText ?? null;
   const taken = [];
   for (let i = 0; i < count; i++) {
     const field = document.querySelector('[aria-label="point 1 x, mm"]');
-    const before = table.querySelector('tbody').innerText;
-    field.value = String(30 + (i % 2 ? 4 : 0) + i / 100);
+    const before = text();
+    field.value = String(30 + (i % 2 ? 0 : 4) + (i + 1) / 100);
     const begin = performance.now();
     field.dispatchEvent(new Event('change', { bubbles: true }));
-    while (table.querySelector('tbody')?.innerText === before && performance.now() - begin < 3000)
+    while ([null, before].includes(text())) {
       await new Promise(requestAnimationFrame);
+      if (performance.now() - begin > 10_000) throw new Error(`edit ${i} without a result`);
+    }
     taken.push(performance.now() - begin);
     await new Promise(go => setTimeout(go, 400));
   }
