@@ -1,10 +1,11 @@
-"""Take the pictures of the docs: python -m tests.e2e.pictures."""
+"""Take the pictures of the docs: python -m tests.e2e.pictures, or some: ... lab stage."""
 
 from __future__ import annotations
 
 import contextlib
 import sys
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 from playwright.sync_api import Browser, expect, sync_playwright
@@ -14,47 +15,58 @@ from tests.e2e.conftest import CHROMIUM, FLAGS, ROOT, SOFTWARE_GL, Server
 
 
 def main() -> int:
-    """Play the circle for seven seconds in each theme and save what is then on the screen."""
+    """Take the pictures that were asked for, or all."""
     if CHROMIUM is None:
         print("no Chromium on this machine: make browser installs Debian's", file=sys.stderr)
         return 1
+    unknown = [name for name in sys.argv[1:] if name not in _TAKES]
+    if unknown:
+        print(f"no picture {unknown[0]!r}: there are {', '.join(_TAKES)}", file=sys.stderr)
+        return 2
     with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as ended:
         server = Server(Path(folder))
         ended.callback(server.stop)
         with sync_playwright() as playwright:
-            browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-            for theme in ("light", "dark"):
-                page = browser.new_page(viewport={"width": 1440, "height": 900}, color_scheme=theme)
-                page.goto(server.url)
-                state(page, "paused")
-                page.keyboard.press("Space")
-                wait_for_clock(page, 7.0)
-                page.keyboard.press("Space")
-                state(page, "paused")
-                page.wait_for_timeout(1200)  # The readings follow the curves within a second.
-                page.screenshot(path=ROOT / "docs" / f"lab-{theme}.png")
-                page.close()
-            _identify(browser, server)
-            _tune(browser, server)
-            _motor(browser, server)
-            _paper(browser, server)
-            browser.close()
-            flags = [flag for flag in FLAGS if flag != "--disable-gpu"] + SOFTWARE_GL
-            browser = playwright.chromium.launch(executable_path=CHROMIUM, args=flags)
-            page = browser.new_page(viewport={"width": 1200, "height": 600})
-            page.goto(server.url)
-            state(page, "paused")
-            region(page, "Scenario").get_by_role("combobox").first.select_option("rhombus")
-            expect(region(page, "Trajectory")).to_contain_text("polygon", timeout=LONG)
-            page.keyboard.press("Space")
-            state(page, "playing")
-            page.goto(f"{server.url}/scene/")
-            page.wait_for_timeout(9000)  # The trace is 4 s long; drawing in software is slow.
-            page.locator(".mantine-Notification-closeButton").first.click()
-            page.wait_for_timeout(2500)
-            page.screenshot(path=ROOT / "docs" / "stage.png")
-            browser.close()
+            for name in sys.argv[1:] or _TAKES:
+                flags = FLAGS
+                if name == "stage":
+                    flags = [flag for flag in FLAGS if flag != "--disable-gpu"] + SOFTWARE_GL
+                browser = playwright.chromium.launch(executable_path=CHROMIUM, args=flags)
+                _TAKES[name](browser, server)
+                browser.close()
     return 0
+
+
+def _lab(browser: Browser, server: Server) -> None:
+    """Play the circle for seven seconds in each theme."""
+    for theme in ("light", "dark"):
+        page = browser.new_page(viewport={"width": 1440, "height": 900}, color_scheme=theme)
+        page.goto(server.url)
+        state(page, "paused")
+        page.keyboard.press("Space")
+        wait_for_clock(page, 7.0)
+        page.keyboard.press("Space")
+        state(page, "paused")
+        page.wait_for_timeout(1200)  # The readings follow the curves within a second.
+        page.screenshot(path=ROOT / "docs" / f"lab-{theme}.png")
+        page.close()
+
+
+def _stage(browser: Browser, server: Server) -> None:
+    """Play the rhombus until the traces are whole."""
+    page = browser.new_page(viewport={"width": 1200, "height": 600})
+    page.goto(server.url)
+    state(page, "paused")
+    region(page, "Scenario").get_by_role("combobox").first.select_option("rhombus")
+    expect(region(page, "Trajectory")).to_contain_text("polygon", timeout=LONG)
+    page.keyboard.press("Space")
+    state(page, "playing")
+    page.goto(f"{server.url}/scene/")
+    page.wait_for_timeout(9000)  # The trace is 4 s long; drawing in software is slow.
+    page.locator(".mantine-Notification-closeButton").first.click()
+    page.wait_for_timeout(2500)
+    page.screenshot(path=ROOT / "docs" / "stage.png")
+    page.close()
 
 
 def _identify(browser: Browser, server: Server) -> None:
@@ -115,6 +127,16 @@ def _paper(browser: Browser, server: Server) -> None:
     page.wait_for_timeout(1500)
     page.screenshot(path=ROOT / "docs" / "paper-light.png")
     page.close()
+
+
+_TAKES: dict[str, Callable[[Browser, Server], None]] = {
+    "lab": _lab,
+    "identify": _identify,
+    "tune": _tune,
+    "motor": _motor,
+    "paper": _paper,
+    "stage": _stage,
+}
 
 
 if __name__ == "__main__":
