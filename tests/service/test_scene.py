@@ -16,7 +16,8 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 from motionlab.service import proxy, scenes
-from motionlab.service.scenes import Scene, Scenes
+from motionlab.service.scene import Scene
+from motionlab.service.scenes import Scenes
 from motionlab.service.settings import Settings
 from tests.service.conftest import MakeServer
 from tests.service.live import Live, until
@@ -242,7 +243,7 @@ def test_scenes_are_bounded_in_number(make_server: MakeServer) -> None:
 def test_viewers_of_a_scene_are_bounded_in_number(
     own: Server, own_live: Live, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(scenes, "VIEWERS_MAX", 1)
+    monkeypatch.setattr("motionlab.service.scene.VIEWERS_MAX", 1)
     with Viewer(address(own, own_live.id)):
         assert refused(lambda: Viewer(address(own, own_live.id))) == 403
 

@@ -16,8 +16,8 @@ from motionlab.analysis.compare import compare
 from motionlab.analysis.metrics import variant_metrics
 from motionlab.config.load import load_scenario
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.service.registry import IDLE_SECONDS, SPARE_SECONDS
-from motionlab.service.sessions import METRICS_SECONDS
+from motionlab.service.session import METRICS_SECONDS
+from motionlab.service.sessions import IDLE_SECONDS, SPARE_SECONDS
 from motionlab.service.settings import Settings
 from motionlab.telemetry import recorder
 from tests.runs import play
@@ -161,31 +161,35 @@ def test_an_idle_session_makes_room(make_server: MakeServer) -> None:
 def test_sessions_expire_that_nobody_asks_for_or_watches(make_server: MakeServer) -> None:
     server = make_server(Settings())
     sessions = server.app.state.sessions
+
+    async def expire(now: float) -> None:
+        sessions.expire(now)
+
     with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
         forgotten, watched = Live.create(client), Live.create(client)
         forgotten.do("play")
         before = time.monotonic()
         with Stream(server, watched.id) as stream:
             stream.message("hello")
-            server.call(sessions.expire(before + IDLE_SECONDS - 1.0))
+            server.call(expire(before + IDLE_SECONDS - 1.0))
             assert len(sessions.all()) == 2
-            server.call(sessions.expire(time.monotonic() + IDLE_SECONDS + 1.0))
+            server.call(expire(time.monotonic() + IDLE_SECONDS + 1.0))
             assert [session.id for session in sessions.all()] == [watched.id]
         until(lambda: not sessions.all()[0].listeners)
         assert client.get(forgotten.path).status_code == 404
         now = time.monotonic()
-        server.call(sessions.expire(now + IDLE_SECONDS - 1.0))
+        server.call(expire(now + IDLE_SECONDS - 1.0))
         assert watched.state == "paused"  # it has been asked for: its time begins again
-        server.call(sessions.expire(now + IDLE_SECONDS))
+        server.call(expire(now + IDLE_SECONDS))
         assert len(sessions.all()) == 1
-        server.call(sessions.expire(time.monotonic() + IDLE_SECONDS + 1.0))
+        server.call(expire(time.monotonic() + IDLE_SECONDS + 1.0))
         assert sessions.all() == []
 
 
 def test_the_sweep_ends_idle_sessions(
     make_server: MakeServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("motionlab.service.registry._SWEEP_SECONDS", 0.01)
+    monkeypatch.setattr("motionlab.service.sessions._SWEEP_SECONDS", 0.01)
     server = make_server(Settings())
     with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
         live = Live.create(client)

@@ -13,7 +13,7 @@ import pytest
 from motionlab.cli import main
 from motionlab.config.load import load_scenario
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.service.sessions import column_names
+from motionlab.telemetry.channels import stream_columns
 from tests.runs import play
 from tests.service.live import API
 
@@ -144,7 +144,7 @@ def test_what_if_is_simulate_with_curves(client: httpx.Client, points: int) -> N
         references[0, 0].astype(np.float32),
         references[3, 1].astype(np.float32),
     ]
-    units = {name: channel.unit for name, channel in column_names(["A", "B"])}
+    units = {name: channel.unit for name, channel in stream_columns(["A", "B"])}
     for column, samples in zip(head["columns"], expected, strict=True):
         assert column["unit"] == units[column["name"]]
         bins = [

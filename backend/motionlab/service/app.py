@@ -27,7 +27,6 @@ from motionlab.service.jobs import Jobs
 from motionlab.service.kernels import Kernels
 from motionlab.service.memory import Memory
 from motionlab.service.monitor import Monitor
-from motionlab.service.registry import Sessions
 from motionlab.service.routes import (
     design,
     frequency,
@@ -36,6 +35,7 @@ from motionlab.service.routes import (
     login,
     loop,
     maps,
+    measured,
     montecarlo,
     paper,
     scenarios,
@@ -49,6 +49,7 @@ from motionlab.service.routes import (
 )
 from motionlab.service.scenes import Scenes
 from motionlab.service.security import Guard
+from motionlab.service.sessions import Sessions
 from motionlab.service.settings import Settings
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
@@ -135,7 +136,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         warming.cancel()  # what a thread does is still waited for
         with suppress(asyncio.CancelledError):
             await warming
-        await app.state.sessions.close()
+        app.state.sessions.close()
         app.state.kernels.close()
         app.state.jobs.close()
 
@@ -161,6 +162,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         whatif,
         trajectories,
         sessions,
+        measured,
         loop,
         frequency,
         design,

@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 from pydantic.json_schema import models_json_schema
 
 from motionlab.service.problems import Problem
-from motionlab.service.sessions import SessionInfo
+from motionlab.service.session import SessionInfo
 
 
 class StreamColumn(BaseModel):
@@ -78,7 +78,7 @@ class Subscribe(BaseModel):
 
 
 class Acknowledge(BaseModel):
-    """Say that a frame has been taken in."""
+    """Say that a frame and all before it have been taken in."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 

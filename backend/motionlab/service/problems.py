@@ -15,7 +15,7 @@ from starlette.exceptions import HTTPException
 from starlette.routing import compile_path
 
 from motionlab.errors import ConfigError, Infeasible, MotionLabError, StoreError, StoreFull
-from motionlab.service.sessions import WrongState
+from motionlab.service.session import WrongState
 
 MEDIA_TYPE = "application/problem+json"
 

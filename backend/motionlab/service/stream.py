@@ -11,6 +11,7 @@ from fastapi import WebSocket, WebSocketDisconnect
 from pydantic import ValidationError
 
 from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.service.listener import Listener
 from motionlab.service.messages import (
     Acknowledge,
     ErrorMessage,
@@ -25,8 +26,9 @@ from motionlab.service.messages import (
     client_message,
 )
 from motionlab.service.monitor import Monitor
+from motionlab.service.pace import FRAME_SECONDS
 from motionlab.service.problems import Problem
-from motionlab.service.sessions import FRAME_SECONDS, Listener, Session
+from motionlab.service.session import Session
 from motionlab.telemetry.frames import PROTOCOL, Frame, encode
 
 LAG_SECONDS = 0.25
@@ -63,7 +65,7 @@ class Stream:
         self._monitor: Monitor = websocket.app.state.monitor
         self._session = session
         self._listener = Listener()
-        self._rows = {name: i for i, (name, _) in enumerate(session.columns)}
+        self._rows = {name: i for i, (name, _) in enumerate(session.history.columns)}
         self._columns: list[int] = []
         self._next = 0
         self._sequence = 0
@@ -103,7 +105,7 @@ class Stream:
             variants=self._session.variants,
             columns=[
                 StreamColumn(name=name, unit=channel.unit, meaning=channel.meaning)
-                for name, channel in self._session.columns
+                for name, channel in self._session.history.columns
             ],
             session=self._session.info(),
         )
@@ -143,7 +145,7 @@ class Stream:
             self._refuse("a column is named twice")
             return
         self._take_reset()
-        ring = self._session.ring
+        ring = self._session.history.ring
         self._columns = [self._rows[name] for name in message.columns]
         wanted = ring.end if message.from_tick is None else message.from_tick
         self._next = min(max(wanted, ring.first), ring.end)
@@ -189,7 +191,7 @@ class Stream:
 
     def _pending(self) -> bool:
         fresh = not self._listener.was_reset  # a frame of the new timeline must follow the reset
-        return fresh and bool(self._columns) and self._next < self._session.ring.end
+        return fresh and bool(self._columns) and self._next < self._session.history.ring.end
 
     def _lags(self) -> bool:
         """Return whether the client is behind; once behind it must catch up wholly."""
@@ -200,7 +202,7 @@ class Stream:
         return self._lagging
 
     async def _send_frame(self) -> None:
-        ring = self._session.ring
+        ring = self._session.history.ring
         start = max(self._next, ring.first)
         if self._skips:
             start = max(start, ring.end - round(FRAME_SECONDS / CONTROL_PERIOD))

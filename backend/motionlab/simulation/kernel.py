@@ -197,6 +197,7 @@ def run_ticks(
     state: NDArray[np.float64],
     inputs: NDArray[np.float64],
     samples: NDArray[np.float32],
+    tabled: list[bool] | None = None,
 ) -> None:
     """Advance eight lanes by ``len(inputs)`` control periods.
 
@@ -214,11 +215,13 @@ def run_ticks(
         Fields of `Inputs` for axis x and axis y; even lanes are x, odd lanes y.
     samples : ndarray of float32, shape (ticks, SAMPLE_ROWS, WIDTH)
         Overwritten by the samples of each tick.
+    tabled : list of bool, optional
+        `reads_tables` of `parameters`, for callers with few ticks at a time.
     """
-    tabled = reads_tables(parameters)
-    if not tabled.any():
+    tabled = reads_tables(parameters) if tabled is None else tabled
+    if not any(tabled):
         _run_ticks(parameters, state, inputs, samples, None)
-    elif tabled.all():
+    elif all(tabled):
         _run_ticks(parameters, state, inputs, samples, TABLES.values)
     else:
         other_state, other_samples = state.copy(), np.empty_like(samples)

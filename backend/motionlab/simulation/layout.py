@@ -156,7 +156,7 @@ def groups(parameters: NDArray[np.float64], width: Lanes) -> Parameters:
     )
 
 
-def reads_tables(parameters: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return which of the lanes of `parameters` need the kernel with tables, shape (WIDTH,)."""
+def reads_tables(parameters: NDArray[np.float64]) -> list[bool]:
+    """Return of each of the lanes of `parameters` whether it needs the kernel with tables."""
     plant, model, law = (parameters[row] for row in _TABLED)
-    return (plant >= 0.0) | (model >= 0.0) | (law != LEAST_NORM)
+    return ((plant >= 0.0) | (model >= 0.0) | (law != LEAST_NORM)).tolist()

@@ -62,8 +62,7 @@ def run(
             progress(count)
 
     records = {}
-    for variant, name in enumerate(names):
-        failed = simulation.failed_tick(variant)
+    for variant, (name, failed) in enumerate(zip(names, simulation.failed_ticks, strict=True)):
         divergence = None if failed is None else _divergence(columns[variant], failed, first)
         if failed is not None:
             columns[variant, :, :, failed - first :] = np.nan

@@ -150,13 +150,14 @@ def score_ticks(  # noqa: PLR0913, PLR0917 - the kernel's arguments, and where s
     """
     score = _score_narrow if parameters.shape[1] == WIDTH else _score_wide
     tabled = reads_tables(parameters)
-    if not tabled.any():
+    if not any(tabled):
         score(parameters, state, inputs, target, before, tally, errors, None)
         return
     kept = state.copy(), tally.copy(), np.empty_like(errors)
     score(parameters, state, inputs, target, before, tally, errors, TABLES.values)
-    if tabled.all():
+    if all(tabled):
         return
     score(parameters, kept[0], inputs, target, before, kept[1], kept[2], None)
+    plain = [not lane for lane in tabled]
     for own, other in zip((state, tally, errors), kept, strict=True):
-        own[:, ~tabled] = other[:, ~tabled]
+        own[:, plain] = other[:, plain]

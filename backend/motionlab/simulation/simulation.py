@@ -12,7 +12,7 @@ from motionlab.build import LANES_PER_VARIANT, VARIANTS_PER_BLOCK, initial_state
 from motionlab.config.scenario import Scenario
 from motionlab.lanes import WIDTH
 from motionlab.simulation.kernel import run_ticks
-from motionlab.simulation.layout import FORCE_LIMIT_ROW, SAMPLE_ROWS, State
+from motionlab.simulation.layout import FORCE_LIMIT_ROW, SAMPLE_ROWS, State, reads_tables
 from motionlab.simulation.maps import check_maps
 from motionlab.simulation.noise import PAGE, load_force, page_inputs
 from motionlab.simulation.prepare import Phases, Prepared
@@ -93,8 +93,10 @@ class Simulation:
         if count <= 0:
             return 0
         inputs = self._inputs(page)[offset : offset + count]
-        for block, parameters in enumerate(self._parameters):
-            run_ticks(parameters, self._state[block], inputs, samples[block, :count])
+        for block, (parameters, tabled) in enumerate(
+            zip(self._parameters, self._tabled, strict=True)
+        ):
+            run_ticks(parameters, self._state[block], inputs, samples[block, :count], tabled)
         self.tick = stop
         self._apply_changes()  # now, so that what is asked at this tick finds them in effect
         return count
@@ -165,15 +167,19 @@ class Simulation:
             self._asked = (page, columns.astype(np.float32))
         return self._asked[1][:, first : first + stop - start]
 
-    def failed_tick(self, variant: int) -> int | None:
-        """Return the tick at which a variant diverged, or None while it has not."""
-        block, lane = _place(variant)
-        ticks = self._state[block, _FAILED, lane : lane + LANES_PER_VARIANT].tolist()
-        return min((int(tick) for tick in ticks if tick >= 0.0), default=None)
+    @property
+    def failed_ticks(self) -> list[int | None]:
+        """Of each variant the tick at which it diverged, or None while it has not."""
+        lanes = self._state[:, _FAILED].reshape(-1, LANES_PER_VARIANT).tolist()
+        return [
+            min((int(tick) for tick in ticks if tick >= 0.0), default=None)
+            for ticks in lanes[: len(self._scenario.variants)]
+        ]
 
     def _apply_changes(self) -> None:
         while self._changes and self._changes[0][0] <= self.tick:
             _, self._scenario, self._parameters = self._changes.pop(0)
+            self._tabled = [reads_tables(parameters) for parameters in self._parameters]
             if self._released:
                 self._parameters[:, FORCE_LIMIT_ROW] = 0.0
             self._forget_pages()

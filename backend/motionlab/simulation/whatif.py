@@ -109,5 +109,5 @@ def _state(source: str, tick: int, _maps: tuple[str, ...]) -> tuple[list[str], S
     page = sample_page(len(variants))
     while simulation.advance(page[:, : tick - simulation.tick]):
         pass
-    failed = any(simulation.failed_tick(i) is not None for i in range(len(variants)))
+    failed = any(tick is not None for tick in simulation.failed_ticks)
     return variants, None if failed else simulation.snapshot()

@@ -6,9 +6,11 @@ thrust and acceleration are those just after the new command acts.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from motionlab.config.planar import AXES
 from motionlab.lanes import Lanes
 
 
@@ -87,3 +89,18 @@ REFERENCES: tuple[Channel, ...] = (
     Channel("load_force", "N", "external load force f_d"),
 )
 """Channels of an axis that all variants share."""
+
+
+def stream_columns(variants: Iterable[str]) -> list[tuple[str, Channel]]:
+    """Return name and channel of every column of variants side by side, in the order of a ring.
+
+    References come first, as ``x.position_reference``; then every channel of every variant, as
+    ``A.x.following_error``.
+    """
+    shared = [(f"{axis}.{channel.name}", channel) for axis in AXES for channel in REFERENCES]
+    return shared + [
+        (f"{name}.{axis}.{channel.name}", channel)
+        for name in variants
+        for axis in AXES
+        for channel in CHANNELS
+    ]

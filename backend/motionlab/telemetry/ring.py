@@ -7,6 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+Rows = NDArray[np.intp]
+
 
 class Ring:
     """A ring of float32 columns over consecutive ticks.
@@ -34,18 +36,22 @@ class Ring:
         """Forget everything and begin at tick 0."""
         self.first = self.end = 0
 
-    def append(self, columns: NDArray[np.float32]) -> None:
-        """Add the next ticks, shape (columns, ticks); the oldest make room."""
-        done, ticks = 0, columns.shape[1]
-        while done < ticks:
-            start = self.end % self._capacity
-            count = min(ticks - done, self._capacity - start)
-            self._data[:, start : start + count] = columns[:, done : done + count]
-            done += count
-            self.end += count
+    def room(self, ticks: int) -> NDArray[np.float32]:
+        """Return where the next ticks go, at most so many, in place of the oldest; a view.
+
+        Shape (columns, at most `ticks`): what is written there counts once `fill` is told of it.
+        """
+        start = self.end % self._capacity
+        return self._data[:, start : start + ticks]
+
+    def fill(self, ticks: int) -> None:
+        """Take so many ticks into account that have been written to the room for them."""
+        self.end += ticks
         self.first = max(self.first, self.end - self._capacity)
 
-    def read(self, columns: Sequence[int] | slice, start: int, stop: int) -> NDArray[np.float32]:
+    def read(
+        self, columns: Sequence[int] | Rows | slice, start: int, stop: int
+    ) -> NDArray[np.float32]:
         """Return ticks [start, stop) of some columns, shape (columns, stop - start).
 
         Raises
@@ -60,5 +66,5 @@ class Ring:
         before_wrap = min(count, self._capacity - begin)
         data = self._data[:, begin : begin + before_wrap][columns]
         if before_wrap == count:  # nearly always, and a concatenation takes longer than the rest
-            return data.copy()
+            return data.copy() if isinstance(columns, slice) else data
         return np.concatenate((data, self._data[:, : count - before_wrap][columns]), axis=1)

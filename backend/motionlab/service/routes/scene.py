@@ -6,8 +6,8 @@ from fastapi import APIRouter, HTTPException, Request, Response, WebSocket
 from starlette.requests import HTTPConnection
 
 from motionlab.service import proxy
-from motionlab.service.scenes import Scene
-from motionlab.service.sessions import Session
+from motionlab.service.scene import Scene
+from motionlab.service.session import Session
 from motionlab.service.stream import refuse
 
 router = APIRouter(prefix="/scene", include_in_schema=False)

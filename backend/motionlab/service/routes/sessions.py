@@ -1,39 +1,30 @@
-"""Live sessions: create, run, change, measure, stop."""
+"""Live sessions: create, run, change, stop, stream."""
 
 from __future__ import annotations
 
-import pathlib
-import tempfile
 from typing import Annotated, Any, Literal
 
-import tomli_w
 from fastapi import (
     APIRouter,
     Body,
     Depends,
     HTTPException,
     Path,
-    Query,
     Request,
     Response,
     WebSocket,
 )
 from fastapi.concurrency import run_in_threadpool
-from fastapi.responses import JSONResponse
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 from motionlab.config.changes import SCHEDULABLE
 from motionlab.config.planar import AXES
 from motionlab.service.bodies import JsonRoute, whole
 from motionlab.service.described import ID, PATHS_MAX, Paths, links
-from motionlab.service.documents import SessionMetrics
 from motionlab.service.problems import responses
 from motionlab.service.routes.simulate import SimulateRequest, prepare_request
-from motionlab.service.sessions import Session, SessionInfo
-from motionlab.service.slots import free_slot
+from motionlab.service.session import Session, SessionInfo
 from motionlab.service.stream import Stream, refuse
-from motionlab.simulation.result import metadata
-from motionlab.telemetry import recorder
 
 router = APIRouter(prefix="/sessions", tags=["sessions"], route_class=JsonRoute)
 _OF_A_SESSION = (
@@ -55,7 +46,6 @@ _OF_A_SESSION = (
 SessionId = Annotated[
     str, Path(json_schema_extra={"pattern": ID}, description="Identifier of a session")
 ]
-_TELEMETRY = {"csv": "text/csv", "parquet": "application/vnd.apache.parquet"}
 
 
 class _Body(BaseModel):
@@ -128,7 +118,7 @@ async def create_session(
 ) -> SessionInfo:
     """Create a live session, paused at tick 0; ``{}`` is the circle."""
     prepared = await run_in_threadpool(prepare_request, body, request.app.state.settings)
-    session = await request.app.state.sessions.create(prepared)
+    session = request.app.state.sessions.create(prepared)
     response.headers["Location"] = f"/api/v1/sessions/{session.id}"
     return session.info()
 
@@ -150,7 +140,7 @@ async def get_session(session: Found) -> SessionInfo:
 )
 async def delete_session(request: Request, session: Found) -> Response:
     """End a session."""
-    await request.app.state.sessions.remove(session)
+    request.app.state.sessions.remove(session)
     return Response(status_code=204)
 
 
@@ -217,77 +207,6 @@ async def push(session: Found, body: PushRequest) -> TickAnswer:
 async def change_parameters(session: Found, body: ChangeRequest) -> TickAnswer:
     """Change parameters at the next tick, all or none."""
     return TickAnswer(tick=session.change(body.set))
-
-
-@router.get(
-    "/{session_id}/metrics",
-    operation_id="getMetrics",
-    response_model=SessionMetrics,
-    responses=responses(404),
-)
-async def get_metrics(session: Found) -> Response:
-    """Return metrics over the last two periods, or ten seconds."""
-    return JSONResponse(await session.metrics())
-
-
-@router.get(
-    "/{session_id}/telemetry",
-    operation_id="getTelemetry",
-    response_class=Response,
-    responses={
-        200: {
-            "description": "A row for each tick, a column for each channel; docs/recording.md",
-            "content": {
-                "text/csv": {"schema": {"type": "string"}},
-                "application/vnd.apache.parquet": {
-                    "schema": {"type": "string", "format": "binary"}
-                },
-            },
-        },
-        **responses(404, 422, 429),
-    },
-)
-async def get_telemetry(
-    request: Request,
-    session: Found,
-    format: Annotated[Literal["csv", "parquet"], Query()] = "parquet",
-) -> Response:
-    """Return what the ring holds, 30 s at most, as a file."""
-    slot = free_slot(request)  # a file takes a few times what the ring holds
-    recording = session.recording()
-    about = metadata(session.prepared)
-
-    def written() -> bytes:
-        with tempfile.TemporaryDirectory() as folder:
-            path = pathlib.Path(folder) / f"telemetry.{format}"
-            recorder.write(recording, str(path), metadata=about)
-            return path.read_bytes()
-
-    name = f"{session.prepared.scenario.name}-{session.tick}.{format}"
-    headers = {"Content-Disposition": f'attachment; filename="{name}"'}
-    async with slot:
-        content = await run_in_threadpool(written)
-    return Response(content, media_type=_TELEMETRY[format], headers=headers)
-
-
-@router.get(
-    "/{session_id}/scenario.toml",
-    operation_id="getScenarioFile",
-    response_class=Response,
-    responses={
-        200: {
-            "description": "The scenario; docs/scenarios.md",
-            "content": {"application/toml": {"schema": {"type": "string"}}},
-        },
-        **responses(404),
-    },
-)
-async def get_scenario_file(session: Found) -> Response:
-    """Return the scenario in effect as a TOML file that ``motionlab run`` takes."""
-    scenario = session.simulation.scenario
-    text = tomli_w.dumps(scenario.model_dump(mode="json", exclude_none=True))
-    headers = {"Content-Disposition": f'attachment; filename="{scenario.name}.toml"'}
-    return Response(text, media_type="application/toml", headers=headers)
 
 
 @router.websocket("/{session_id}/stream")

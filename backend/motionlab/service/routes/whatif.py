@@ -18,13 +18,12 @@ from motionlab.service.memory import Memory
 from motionlab.service.monitor import Monitor
 from motionlab.service.problems import responses
 from motionlab.service.routes.simulate import SimulateRequest, prepare_request
-from motionlab.service.sessions import column_names
 from motionlab.service.settings import Settings
 from motionlab.service.slots import free_slot
 from motionlab.simulation.prepare import Prepared
 from motionlab.simulation.result import document, main_window
 from motionlab.simulation.whatif import run_changed, ticks_at_most
-from motionlab.telemetry.channels import REFERENCES
+from motionlab.telemetry.channels import REFERENCES, stream_columns
 from motionlab.telemetry.decimate import min_max
 from motionlab.telemetry.recording import Recording
 
@@ -79,7 +78,7 @@ async def what_if(request: Request, body: Annotated[WhatIfRequest, Body()]) -> R
 
 def _answer(body: WhatIfRequest, settings: Settings, memory: Memory) -> bytes:
     prepared = prepare_request(body, settings)
-    known = dict(column_names(list(prepared.scenario.variants)))
+    known = dict(stream_columns(list(prepared.scenario.variants)))
     for index, name in enumerate(body.columns):
         if name not in known:
             raise ConfigError(FieldError(f"columns.{index}", "no column of that name", name))
@@ -91,7 +90,7 @@ def _answer(body: WhatIfRequest, settings: Settings, memory: Memory) -> bytes:
 
 
 def _encoded(body: WhatIfRequest, prepared: Prepared, recording: Recording) -> bytes:
-    known = dict(column_names(list(prepared.scenario.variants)))
+    known = dict(stream_columns(list(prepared.scenario.variants)))
     begin = recording.first_tick
     start, stop = main_window(prepared)
     columns = np.array(
