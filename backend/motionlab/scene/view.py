@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 import viser
+from viser._messages import SetPositionMessage
 
 from motionlab.scene.cameras import Camera, stage_offsets
 from motionlab.scene.feed import CURRENTS, OWN, SHARED, Start, Values
@@ -138,9 +139,9 @@ class StageView:
         """Put the platforms where they are."""
         x, y = variant.position.tolist()
         if y != self._place[1]:
-            self._y.position = (0.0, y, 0.0)
+            _move(self._y, (0.0, y, 0.0))
         if x != self._place[0]:
-            self._x.position = (x, 0.0, 0.0)
+            _move(self._x, (x, 0.0, 0.0))
         self._place = (x, y)
 
     def show_currents(self, variant: Variant) -> None:
@@ -225,6 +226,16 @@ class StageView:
         self._scene.add_mesh_simple(
             name, *_arrays(mesh), color=colour, flat_shading=True, cast_shadow=shadow
         )
+
+
+def _move(node: viser.FrameHandle, place: tuple[float, float, float]) -> None:
+    """Move a node.
+
+    Assigning its position would first compare it by ``numpy.allclose``, which takes longer than all
+    the rest of a pose, and would drop what moves it by less than a hundred-thousandth.
+    """
+    node.position[:] = place  # what viser remembers
+    node._impl.api._queue_scene_message(SetPositionMessage(node.name, place))
 
 
 def _arrays(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
