@@ -58,7 +58,9 @@ class Guard:
             await self.app(scope, receive, send)
             return
         refusal = self._refusal(scope)
-        if refusal is None:
+        if refusal is None and scope["type"] == "websocket":
+            await self.app(scope, receive, send)  # has no body to bound and no headers to add
+        elif refusal is None:
             await self._serve(scope, receive, send)
         elif scope["type"] == "websocket":
             await send({"type": "websocket.close", "code": _POLICY_VIOLATION, "reason": refusal[1]})
@@ -109,7 +111,7 @@ class Guard:
             nonlocal received
             message = await receive()
             received += len(message.get("body", b""))
-            if scope["type"] == "http" and received > self.settings.body_max:
+            if received > self.settings.body_max:
                 raise HTTPException(
                     HTTPStatus.REQUEST_ENTITY_TOO_LARGE,
                     f"body of more than {self.settings.body_max} bytes",
@@ -126,7 +128,7 @@ class Guard:
         try:
             await self.app(scope, bounded, _protected(sent))
         except Exception:
-            if scope["type"] == "websocket" or answered:
+            if answered:
                 raise
             _LOG.exception("%s %s failed", scope["method"], scope["path"])
             failed = problem(HTTPStatus.INTERNAL_SERVER_ERROR, "unexpected; the server's log tells")
