@@ -7553,7 +7553,7 @@ export interface components {
         };
         /**
          * Acknowledge
-         * @description Say that a frame has been taken in.
+         * @description Say that a frame and all before it have been taken in.
          */
         Acknowledge: {
             /**
