@@ -189,7 +189,7 @@ def test_an_earlier_record_is_opened_and_laid_beside(screen: Page) -> None:
     beside.select_option(nominal)
     expect(found.get_by_role("columnheader", name="earlier")).to_be_visible()
     assert percent(screen, "F_s", 6) == pytest.approx(-15.3, abs=0.5)
-    expect(found).to_contain_text("less by 12 %: the force map in control is off")
+    expect(found).to_contain_text("less by 15 %: the force map in control is off")
     expect(region(screen, "Measured")).to_contain_text("earlier fit")
     screen.get_by_role("combobox", name="Identification: earlier ones").select_option(nominal)
     expect(found.locator("tbody tr").first.locator("td").nth(4)).to_have_text(

@@ -341,7 +341,7 @@ def test_axe_finds_nothing_serious(page: Page, theme: str) -> None:
 
 def test_a_command_before_there_is_a_session(browser: Browser, server: Server) -> None:
     page = browser.new_page()
-    page.route("**/api/v1/sessions", lambda _: None)  # the server takes its time
+    page.route("**/api/v1/scenarios", lambda _: None)  # the server takes its time
     page.goto(server.url)
     page.get_by_role("heading", name="Motion Lab").wait_for()
     page.keyboard.press("Space")
