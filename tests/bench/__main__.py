@@ -71,6 +71,8 @@ def main() -> int:
 
     wanted = options.names or everything
     arch = "haswell" if avx2 else "native"
+    # Else the first server of a run would compile them while it is measured.
+    subprocess.run([sys.executable, "-m", "motionlab.simulation.precompile"], check=True)
     print(description())
     table = Table()
     for name, kernel in _KERNEL.items():

@@ -45,7 +45,7 @@ def _cost() -> Row:
                 session = client.post("/api/v1/sessions", json={}).json()["id"]
                 client.post(f"/api/v1/sessions/{session}/play")
                 client.get("/api/v1/scenarios/circle")
-                time.sleep(3.0)
+                time.sleep(8.0)  # until what a server loads after its start is there
                 alone = _busy([server.pid])
                 with Viewer(f"ws://127.0.0.1:{port}/scene/{session}/") as viewer:
                     _read_on(viewer.look())
