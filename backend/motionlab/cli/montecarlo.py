@@ -62,7 +62,7 @@ def _montecarlo(options: argparse.Namespace) -> int:
     request: dict[str, Any] = {
         "scenario": options.scenario,
         "set": parse_assignments(options.assignments),
-        "spec": parse_assignments(options.spec),
+        "spec": parse_assignments(options.spec, "--spec"),
     } | given(options, "cases", "seed")
     planned = plan(read_request(request), source(options))
     if options.case is not None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import json
 import math
-from collections.abc import Sequence
 from typing import Any
 
 from motionlab.cli.exit_codes import DONE
@@ -111,8 +110,11 @@ def _tune(options: argparse.Namespace) -> int:
 
 
 def _request(options: argparse.Namespace) -> dict[str, Any]:
-    from motionlab.config.changes import parse_assignments
+    from motionlab.config.changes import parse_assignments, split_pairs
 
+    constraints = split_pairs(options.constraints, "--constraint", "NAME=LIMIT")
+    bounds = split_pairs(options.bounds, "--bounds", "GAIN=LOW:HIGH")
+    also = split_pairs(options.also, "--also", "PATH=LOW:HIGH")
     request: dict[str, Any] = {
         "scenario": options.scenario,
         "set": parse_assignments(options.assignments),
@@ -121,15 +123,10 @@ def _request(options: argparse.Namespace) -> dict[str, Any]:
         "objective": _weights(options.objective),
         "constraints": {
             name: None if text == "off" else _number(text, f"constraints.{name}")
-            for name, text in _pairs("--constraint", options.constraints)
+            for name, text in constraints.items()
         },
-        "bounds": {
-            name: _range(text, f"bounds.{name}")
-            for name, text in _pairs("--bounds", options.bounds)
-        },
-        "also": {
-            path: _range(text, f"also.{path}") for path, text in _pairs("--also", options.also)
-        },
+        "bounds": {name: _range(text, f"bounds.{name}") for name, text in bounds.items()},
+        "also": {path: _range(text, f"also.{path}") for path, text in also.items()},
         "starts": options.starts,
         "evaluations": options.evaluations,
         "plants": options.plants,
@@ -142,19 +139,11 @@ def _request(options: argparse.Namespace) -> dict[str, Any]:
 def _weights(text: str) -> dict[str, float]:
     weights: dict[str, float] = {}
     for part in text.split(","):
-        metric, equals, weight = part.strip().partition("=")
+        metric, equals, weight = (word.strip() for word in part.partition("="))
+        if metric in weights:
+            raise ConfigError(FieldError("--objective", f"names {metric} twice", text))
         weights[metric] = _number(weight, f"objective.{metric}") if equals else 1.0
     return weights
-
-
-def _pairs(option: str, texts: Sequence[str]) -> list[tuple[str, str]]:
-    pairs = []
-    for text in texts:
-        name, equals, value = text.partition("=")
-        if not equals or not name:
-            raise ConfigError(FieldError(loc=option, message="needs NAME=VALUE", value=text))
-        pairs.append((name.strip(), value.strip()))
-    return pairs
 
 
 def _range(text: str, loc: str) -> list[float]:

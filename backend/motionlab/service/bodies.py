@@ -7,7 +7,18 @@ from collections.abc import Callable, Coroutine
 from typing import Any
 
 from fastapi import HTTPException, Request, Response
+from fastapi.concurrency import run_in_threadpool
 from fastapi.routing import APIRoute
+
+from motionlab.config.bounds import check_depth
+from motionlab.errors import ConfigError
+
+MEMBERS_MAX = 100_000
+"""Members of tables and items of lists of a body; a drawn path of 1000 points has 3000."""
+
+_SEPARATORS = (b",", b"[", b"{")
+_IN_THREAD = 32 * 1024
+"""Bytes from which reading a body takes a thread, so that it does not delay streams."""
 
 
 class JsonRoute(APIRoute):
@@ -25,12 +36,25 @@ class JsonRoute(APIRoute):
 
 class _JsonRequest(Request):
     async def json(self) -> Any:
-        try:
-            return json.loads(await self.body(), object_pairs_hook=_table)
-        except json.JSONDecodeError:
-            raise
-        except ValueError as error:  # no Unicode, or a whole number of too many digits
-            raise HTTPException(400, f"the body cannot be read: {error}") from None
+        body = await self.body()
+        return _read(body) if len(body) < _IN_THREAD else await run_in_threadpool(_read, body)
+
+
+def _read(body: bytes) -> Any:
+    if sum(map(body.count, _SEPARATORS)) > MEMBERS_MAX:
+        raise HTTPException(422, f"the body has more than {MEMBERS_MAX} members and items")
+    try:
+        content = json.loads(body, object_pairs_hook=_table)
+        check_depth(content, loc="body")
+    except ConfigError as error:  # which FastAPI takes for broken JSON
+        raise HTTPException(422, str(error)) from None
+    except RecursionError:
+        raise HTTPException(422, "the body is nested too deeply") from None
+    except json.JSONDecodeError:
+        raise
+    except ValueError as error:  # no Unicode, or a whole number of too many digits
+        raise HTTPException(400, f"the body cannot be read: {error}") from None
+    return content
 
 
 def _table(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -40,8 +64,3 @@ def _table(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
             raise HTTPException(400, f"the key {key!r} comes twice in one table")
         table[key] = value
     return table
-
-
-def whole(value: Any) -> Any:
-    """Return a number without fraction, such as 5.0, as the integer that it is to JSON."""
-    return int(value) if isinstance(value, float) and value.is_integer() else value

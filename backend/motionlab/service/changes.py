@@ -35,12 +35,12 @@ class Changes:
 
     Attributes
     ----------
-    latest : list of Change
+    latest : tuple of Change
         Oldest first.
     """
 
     def __init__(self, start: Scenario) -> None:
-        self.latest: list[Change] = []
+        self.latest: tuple[Change, ...] = ()
         self._start = start
 
     def keep(self, change: Change) -> None:
@@ -51,19 +51,24 @@ class Changes:
         change : Change
             From `changed`.
         """
-        self.latest.append(change)
-        if len(self.latest) > CHANGES_MAX:
-            self._start = _with(self._start, self.latest.pop(0)) or self._start
+        oldest, *others = *self.latest, change
+        if len(others) < CHANGES_MAX:
+            self.latest = (oldest, *others)
+        else:
+            self._start = _with(self._start, oldest) or self._start
+            self.latest = tuple(others)
 
-    def replayed(self) -> tuple[Scenario, list[Change]]:
+    def replayed(self) -> tuple[Scenario, tuple[Change, ...]]:
         """Return the start with all changes from tick 0 on, and those of them that fit it."""
-        scenario, kept = self._start, []
-        for change in self.latest:
-            changed = _with(scenario, change)
-            if changed is not None:
-                scenario = changed
-                kept.append(change.model_copy(update={"tick": 0}))
-        return scenario, kept
+        scenario = _with(self._start, *self.latest)
+        kept = self.latest
+        if scenario is None:  # find those that do not fit
+            scenario, kept = self._start, ()
+            for change in self.latest:
+                changed = _with(scenario, change)
+                if changed is not None:
+                    scenario, kept = changed, (*kept, change)
+        return scenario, tuple(change.model_copy(update={"tick": 0}) for change in kept)
 
 
 def changed(scenario: Scenario, wanted: Mapping[str, Any], tick: int) -> tuple[Scenario, Change]:
@@ -87,10 +92,15 @@ def changed(scenario: Scenario, wanted: Mapping[str, Any], tick: int) -> tuple[S
     return after, Change(tick=tick, set=dict(wanted), previous=previous)
 
 
-def _with(scenario: Scenario, change: Change) -> Scenario | None:
-    """Return a scenario with a change from its first tick on, or None where it does not fit."""
+def _with(scenario: Scenario, *changes: Change) -> Scenario | None:
+    """Return a scenario with changes from its first tick on, or None where they do not fit."""
+    if not changes:
+        return scenario
+    document = scenario.model_dump(mode="json")
     try:
-        return validate(apply_changes(scenario.model_dump(mode="json"), change.set))
+        for change in changes:
+            document = apply_changes(document, change.set)
+        return validate(document)
     except ConfigError:
         return None
 

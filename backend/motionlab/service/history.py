@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Mapping
+
 import numpy as np
+from numpy.typing import NDArray
 
 from motionlab.config.planar import AXES
 from motionlab.config.timing import to_ticks
@@ -27,6 +31,10 @@ class History:
     ----------
     columns : list of (str, Channel)
         Name and channel of each column of the ring.
+    rows : dict of str to int
+        Row of each column, by its name.
+    columns_json : str
+        The columns as a stream announces them.
     ring : Ring
         The samples.
     """
@@ -34,7 +42,17 @@ class History:
     def __init__(self, variants: list[str]) -> None:
         self.columns = stream_columns(variants)
         self.ring = Ring(len(self.columns), to_ticks(RING_SECONDS))
+        self.rows = {name: row for row, (name, _) in enumerate(self.columns)}
+        self.columns_json = json.dumps(
+            [
+                {"name": name, "unit": channel.unit, "meaning": channel.meaning}
+                for name, channel in self.columns
+            ],
+            separators=(",", ":"),
+        )
         self._variants = variants
+        self._payload_end = -1
+        self._payloads: dict[tuple[tuple[int, ...], int, int], bytes] = {}
         self._page = sample_page(len(variants))
 
     def record(self, simulation: Simulation, ticks: int) -> None:
@@ -55,31 +73,92 @@ class History:
                     rows[..., max(0, failed - start) :] = np.nan
             self.ring.fill(count)
 
-    def recording(self, simulation: Simulation, start: int, *, braked: bool) -> Recording:
-        """Return what there is from tick `start` on.
+    def payload(self, rows: tuple[int, ...], start: int, stop: int) -> bytes:
+        """Return ticks [start, stop) of some rows as a frame holds them; clients share them.
+
+        Raises
+        ------
+        IndexError
+            If the ring does not hold them.
+        """
+        key = (rows, start, stop)
+        if stop != self._payload_end:
+            self._payloads.clear()
+            self._payload_end = stop
+        if key not in self._payloads:
+            columns = self.ring.read(np.array(rows, np.intp), start, stop)
+            self._payloads[key] = np.ascontiguousarray(columns, dtype="<f4").tobytes()
+        return self._payloads[key]
+
+    def recording(
+        self, simulation: Simulation, length: int | None = None, *, braked: bool
+    ) -> Recording:
+        """Return the latest ticks; safe while another thread records.
 
         Parameters
         ----------
         simulation : Simulation
             What was recorded.
-        start : int
-            A tick that the ring holds.
+        length : int, optional
+            Ticks at most; all that the ring holds when left out.
         braked : bool
-            Whether a stop has left the trajectory, which else tells the reference in float64.
+            Whether a stop has left the trajectory, which otherwise gives the reference in float64.
         """
-        data = self.ring.read(slice(None), start, self.ring.end)
-        shared = data[:_SHARED].reshape(len(AXES), len(REFERENCES), -1).transpose(1, 0, 2)
-        position, velocity, acceleration, _ = simulation.timeline.at(start, self.ring.end)
-        exact = np.stack([position.T, velocity.T, acceleration.T, shared[-1]])
-        own = data[_SHARED:].reshape(len(self._variants), len(AXES), len(CHANNELS), -1)
-        records = {
-            name: VariantRecord(
-                samples.transpose(1, 0, 2),
-                # Of when and how, metrics need to know nothing.
-                None if failed is None else Divergence(failed, "", ()),
+        start, data = self.latest(length)
+        references = None
+        if not braked:
+            position, velocity, acceleration, _ = simulation.timeline.at(
+                start, start + data.shape[1]
             )
-            for name, samples, failed in zip(
-                self._variants, own, simulation.failed_ticks, strict=True
-            )
-        }
-        return Recording(exact if not braked else shared.astype(np.float64), records, start)
+            load = data[:_SHARED].reshape(len(AXES), len(REFERENCES), -1)[:, -1]
+            references = np.stack([position.T, velocity.T, acceleration.T, load.astype(np.float64)])
+        failed = dict(zip(self._variants, simulation.failed_ticks, strict=True))
+        return as_recording(start, data, failed, references)
+
+    def latest(self, length: int | None) -> tuple[int, NDArray[np.float32]]:
+        """Return the first tick and the columns of the latest ticks.
+
+        The oldest ticks may be overwritten while they are copied: then fewer are taken.
+        """
+        length = self.ring.capacity if length is None else length
+        while True:
+            end = self.ring.end
+            start = max(self.ring.first, end - length)
+            try:
+                return start, self.ring.read(slice(None), start, end)
+            except IndexError:
+                length -= -(-length // 16)
+
+
+def as_recording(
+    start: int,
+    data: NDArray[np.float32],
+    failed: Mapping[str, int | None],
+    references: NDArray[np.float64] | None = None,
+) -> Recording:
+    """Return columns of a ring as a recording.
+
+    Parameters
+    ----------
+    start : int
+        Tick of the first sample.
+    data : ndarray of float32, shape (columns, ticks)
+        All columns.
+    failed : mapping of str to int or None
+        Of each variant the tick at which it diverged.
+    references : ndarray, shape (references, 2, ticks), optional
+        The references in full precision; those of the ring when left out.
+    """
+    shared = data[:_SHARED].reshape(len(AXES), len(REFERENCES), -1).transpose(1, 0, 2)
+    own = data[_SHARED:].reshape(len(failed), len(AXES), len(CHANNELS), -1)
+    records = {
+        name: VariantRecord(
+            samples.transpose(1, 0, 2),
+            # When and how matters to reports of whole runs only.
+            None if tick is None else Divergence(tick, "", ()),
+        )
+        for (name, tick), samples in zip(failed.items(), own, strict=True)
+    }
+    return Recording(
+        shared.astype(np.float64) if references is None else references, records, start
+    )

@@ -1,20 +1,26 @@
-"""Work that outlives its request: queued, run, watched, cancelled, and recorded when it is done."""
+"""Work that outlives its request: queued, run by a process, watched, cancelled, and recorded."""
 
 from __future__ import annotations
 
+import asyncio
+import json
 import logging
 import secrets
-import threading
 import time
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
-from typing import Any, Protocol
+from typing import Any, NamedTuple
 
-from pydantic import BaseModel, ValidationError
+from fastapi import HTTPException
 
-from motionlab.errors import MotionLabError
-from motionlab.service.kinds import REPORT, REPORTS, JobReport, JobSummary, Kind, State
+from motionlab.errors import MotionLabError, StoreError
+from motionlab.service.computed import result_of
+from motionlab.service.kernels import Kernels
+from motionlab.service.kinds import Kind, State
+from motionlab.service.memory import Memory
+from motionlab.service.settings import Settings
+from motionlab.service.workers.parent import Forks, Worker, WorkerLost
 from motionlab.store.records import RecordStore
 
 _LOG = logging.getLogger(__name__)
@@ -22,52 +28,66 @@ _LOG = logging.getLogger(__name__)
 _ESTIMATED_FROM = 0.02
 """Share of the work that has to be done before the rest of its time is estimated."""
 
-
-class Progress(Protocol):
-    """How work tells of itself."""
-
-    def __call__(self, share: float, partial: BaseModel | None = None) -> None:
-        """Take the share done, and what is there so far; end the work if it is cancelled."""
+_POLL = 0.1  # s between looks at whether there are memory and kernels
+_CANCEL_SECONDS = 1.0  # for a job that is not wanted any more
 
 
-Work = Callable[[Progress], BaseModel]
+class Work(NamedTuple):
+    """What a job is to do.
+
+    Attributes
+    ----------
+    kind : str
+        Decides the form of its report.
+    function : callable
+        Of a module; takes a `Call`, the request and `Settings`, returns the result document.
+    request : bytes
+        What was asked for, JSON; a part of the report.
+    size : int
+        Memory that it holds while it runs, bytes.
+    batches : bool
+        Whether it needs the kernels of batches.
+    """
+
+    kind: Kind
+    function: Callable[..., Any]
+    request: bytes
+    size: int = 0
+    batches: bool = False
 
 
 class TooManyJobs(Exception):
     """The queue is full."""
 
 
-class _Cancelled(Exception):
-    """Raised inside a job's own thread to end it."""
+def _created() -> str:
+    return datetime.now(UTC).isoformat().replace("+00:00", "Z")
 
 
+@dataclass(eq=False)
 class _Job:
-    """State of one job; only its own thread and `Jobs` touch it, under the lock of `Jobs`."""
+    """State of one job; only the event loop touches it."""
 
-    def __init__(self, kind: Kind, request: dict[str, Any], work: Work) -> None:
-        self.id = secrets.token_urlsafe(9)
-        self.kind: Kind = kind
-        self.request = request
-        self.work = work
-        self.created = datetime.now(UTC)
-        self.state: State = "queued"
-        self.progress = 0.0
-        self.began: float | None = None
-        self.ended: float | None = None
-        self.partial: BaseModel | None = None
-        self.result: BaseModel | None = None
-        self.error: str | None = None
-        self.cancelled = threading.Event()
+    work: Work
+    turn: asyncio.Future[Worker]
+    id: str = field(default_factory=lambda: secrets.token_urlsafe(9))
+    created: str = field(default_factory=_created)
+    state: State = "queued"
+    progress: float = 0.0
+    began: float | None = None
+    ended: float | None = None
+    partial: bytes = b"null"
+    result: bytes = b"null"
+    error: str | None = None
+    unrecorded: str | None = None
+    doing: asyncio.Task[bytes] | None = None
 
     @property
     def active(self) -> bool:
         return self.state in {"queued", "running"}
 
-    def end(self, state: State) -> None:
-        self.state = state
-        self.ended = time.monotonic()
-
-    def summary(self) -> dict[str, Any]:
+    def told(self) -> dict[str, Any]:
+        """Return all that is told of it but request, partial and result."""
         elapsed = 0.0
         if self.began is not None:
             elapsed = (self.ended or time.monotonic()) - self.began
@@ -76,163 +96,222 @@ class _Job:
             remaining = elapsed * (1.0 - self.progress) / self.progress
         return {
             "id": self.id,
-            "kind": self.kind,
+            "kind": self.work.kind,
             "state": self.state,
             "progress": self.progress,
             "created": self.created,
             "elapsed": elapsed,
             "remaining": remaining,
-            "request": self.request,
             "error": self.error,
+            "unrecorded": self.unrecorded,
         }
 
-    def report(self) -> JobReport:
-        # Partial and result are documents already: nothing to check again.
-        made: Any = REPORTS[self.kind].model_construct(
-            None, **self.summary(), partial=self.partial, result=self.result
-        )
-        return made
+    def summary(self) -> bytes:
+        head = json.dumps(self.told()).encode()
+        return b'%s,"request":%s}' % (head[:-1], self.work.request)
+
+    def report(self) -> bytes:
+        parts = self.summary()[:-1], self.partial, self.result
+        return b'%s,"partial":%s,"result":%s}' % parts
 
 
 class Jobs:
-    """A bounded queue of jobs and the results of the latest.
+    """A bounded queue of jobs, each run by a process of its own.
+
+    Every job has a record, from when it is accepted; in memory are only those that wait or run, and
+    those whose end could not be recorded.
 
     Parameters
     ----------
-    at_once : int
-        Jobs that run at once; the others wait.
-    waiting_max : int
-        Jobs that may be queued or running.
-    kept_max : int
-        Finished jobs that are kept in memory; the oldest go first.
+    settings : Settings
+        How many run at once, wait, and are kept in memory.
+    forks : Forks
+        Where processes come from.
+    memory : Memory
+        Where jobs take what they hold.
+    kernels : Kernels
+        What some of them wait for.
     records : RecordStore
-        Where jobs that are done stay beyond that, and beyond this process.
+        Where they stay beyond this process.
     """
 
     def __init__(
-        self, *, at_once: int, waiting_max: int, kept_max: int, records: RecordStore
+        self,
+        settings: Settings,
+        *,
+        forks: Forks,
+        memory: Memory,
+        kernels: Kernels,
+        records: RecordStore,
     ) -> None:
-        self._waiting_max = waiting_max
-        self._kept_max = kept_max
-        self._records = records
+        self.records = records
+        self._settings = settings
+        self._forks = forks
+        self._memory = memory
+        self._kernels = kernels
         self._jobs: dict[str, _Job] = {}
-        self._lock = threading.Lock()
-        self._pool = ThreadPoolExecutor(max_workers=at_once, thread_name_prefix="job")
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._running = 0
+        self._closed = False
+        self._looking = asyncio.create_task(self._look())
 
-    def submit(self, kind: Kind, request: dict[str, Any], work: Work) -> JobReport:
-        """Queue work.
-
-        Parameters
-        ----------
-        kind : str
-            What kind of work it is; decides the form of its report.
-        request : dict
-            What was asked for; a part of the report.
-        work : callable
-            Called with a function that takes the share done and, where there is any, a partial
-            result; returns the result document.
+    async def submit(self, work: Work) -> tuple[str, bytes]:
+        """Queue work, and return its id and report once there is a record of it.
 
         Raises
         ------
         TooManyJobs
             If the queue is full.
         """
-        job = _Job(kind, request, work)
-        with self._lock:
-            active = sum(j.active for j in self._jobs.values())
-            if active >= self._waiting_max:
-                raise TooManyJobs(f"{active} jobs wait or run already")
-            finished = [j.id for j in self._jobs.values() if not j.active]
-            for old in finished[: max(0, len(finished) - self._kept_max)]:
-                del self._jobs[old]
-            self._jobs[job.id] = job
-            report = job.report()
-        self._pool.submit(self._run, job)
-        return report
+        active = sum(job.active for job in self._jobs.values())
+        if active >= self._settings.jobs_max:
+            raise TooManyJobs(f"{active} jobs wait or run already")
+        job = _Job(work, asyncio.get_running_loop().create_future())
+        self._jobs[job.id] = job
+        await self._record(job)
+        report = job.report()
+        task = asyncio.create_task(self._run(job))
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+        return job.id, report
 
-    def report(self, job_id: str) -> JobReport | None:
-        """Return what is known of a job, or None if there is none of that id."""
-        with self._lock:
-            job = self._jobs.get(job_id)
-            if job is not None:
-                return job.report()
-        record = self._records.read(job_id)
-        try:
-            return None if record is None else REPORT.validate_json(record)
-        except ValidationError as error:
-            _LOG.warning("record %s is not of this version: %s", job_id, error.errors()[0]["msg"])
-            return None
+    def report(self, job_id: str) -> bytes | None:
+        """Return what is known of a job that is in memory."""
+        job = self._jobs.get(job_id)
+        return None if job is None else job.report()
 
-    def summaries(self, kind: Kind | None = None) -> list[JobSummary]:
-        """Return all jobs that are known, of one kind where it is given; the newest first."""
-        with self._lock:
-            found = {job.id: JobSummary(**job.summary()) for job in self._jobs.values()}
-        for line in self._records.summaries():
-            try:
-                recorded = JobSummary.model_validate_json(line)
-            except ValidationError:
-                continue
-            found.setdefault(recorded.id, recorded)
-        wanted = [job for job in found.values() if kind in (None, job.kind)]
-        return sorted(wanted, key=lambda job: job.created, reverse=True)
+    def told(self) -> list[tuple[dict[str, Any], bytes]]:
+        """Return what is told of each job in memory, and its request."""
+        return [(job.told(), job.work.request) for job in self._jobs.values()]
 
-    def cancel(self, job_id: str) -> JobReport | None:
-        """Cancel a job that waits or runs; a finished one stays as it is."""
-        with self._lock:
-            job = self._jobs.get(job_id)
-            if job is not None and job.active:
-                job.cancelled.set()
-                job.end("cancelled")
-        return self.report(job_id)
-
-    def close(self) -> None:
-        """Cancel everything and end the threads."""
-        with self._lock:
-            for job in self._jobs.values():
-                job.cancelled.set()
-        self._pool.shutdown(wait=True, cancel_futures=True)
-
-    def _run(self, job: _Job) -> None:
-        with self._lock:
-            if job.cancelled.is_set():
-                return
-            job.state = "running"
-            job.began = time.monotonic()
-
-        def progress(share: float, partial: BaseModel | None = None) -> None:
-            if job.cancelled.is_set():
-                raise _Cancelled
-            with self._lock:
-                job.progress = share
-                job.partial = job.partial if partial is None else partial
-
-        try:
-            result = job.work(progress)
-        except _Cancelled:
+    def cancel(self, job_id: str) -> None:
+        """Cancel a job that waits or runs; one that has ended stays as it is."""
+        job = self._jobs.get(job_id)
+        if job is None or not job.active or (job.doing is not None and job.doing.done()):
             return
-        except MotionLabError as error:
-            self._finish(job, "failed", error=str(error))
-        except Exception as error:
-            _LOG.exception("job %s (%s) failed", job.id, job.kind)
-            self._finish(job, "failed", error=f"{type(error).__name__}: {error}")
-        else:
-            self._finish(job, "done", result=result)
+        job.state, job.ended = "cancelled", time.monotonic()
+        if job.doing is not None:
+            job.doing.cancel()
 
-    def _finish(
-        self,
-        job: _Job,
-        state: State,
-        *,
-        result: BaseModel | None = None,
-        error: str | None = None,
-    ) -> None:
-        with self._lock:
-            if job.state == "cancelled":
-                return
-            job.end(state)
-            job.result, job.error = result, error
-            job.progress = 1.0 if state == "done" else job.progress
-            report = job.report()
-        if state == "done":
-            summary = JobSummary(**job.summary()).model_dump_json().encode()
-            self._records.keep(job.id, summary, report.model_dump_json().encode())
+    async def close(self) -> None:
+        """End all processes of jobs; what had not ended is interrupted."""
+        self._closed = True
+        self._looking.cancel()
+        for job in self._jobs.values():
+            if job.doing is not None:
+                job.doing.cancel()
+        await asyncio.gather(self._looking, *self._tasks, return_exceptions=True)
+
+    async def _run(self, job: _Job) -> None:
+        if job.active:  # else it has been cancelled while it was recorded
+            job.doing = asyncio.create_task(self._result(job))
+            self._dispatch()
+            await asyncio.wait([job.doing])
+            await self._release(job)
+        if self._closed:
+            return
+        ended = replace(job)
+        if job.active and job.doing is not None:
+            ended.ended = time.monotonic()
+            self._judge(ended, job.doing)
+        await self._finish(ended)
+
+    async def _result(self, job: _Job) -> bytes:
+        """Return the JSON of what comes of a job, when it has had its turn."""
+
+        def on_progress(share: float, partial: bytes | None) -> None:
+            if job.state == "running":
+                job.progress, job.partial = share, partial or job.partial
+
+        worker = await job.turn
+        arguments = job.work.function, job.work.request, self._settings.bounds
+        answer = await worker.call(result_of, *arguments, on_progress=on_progress)
+        return await asyncio.to_thread(answer.read)
+
+    async def _release(self, job: _Job) -> None:
+        """End a job's process, if it has had one."""
+        if job.turn.cancelled() or not job.turn.done() or job.turn.exception() is not None:
+            return
+        worker = job.turn.result()
+        await worker.cancel(0.0 if self._closed else _CANCEL_SECONDS)
+        worker.kill()
+        self._running -= 1
+        self._dispatch()
+
+    def _judge(self, job: _Job, doing: asyncio.Task[bytes]) -> None:
+        """Note how a job has ended."""
+        job.state = "failed"
+        match doing.exception():
+            case None:
+                job.state, job.progress, job.result = "done", 1.0, doing.result()
+            case WorkerLost() as error:
+                job.error = f"the job was not finished: {error}"
+            case MotionLabError() as error:
+                job.error = str(error)
+            case HTTPException() as error:
+                job.error = error.detail
+            case MemoryError():
+                job.error = "this takes more memory than one job may have"
+            case error:
+                _LOG.error("job %s (%s) failed", job.id, job.work.kind, exc_info=error)
+                job.error = f"an unexpected error; the server's log has it (job {job.id})"
+                if self._forks.incomplete:
+                    job.error += "; not everything could be loaded when the server started"
+
+    async def _finish(self, job: _Job) -> None:
+        """Record how a job has ended, and forget it; keep it where that cannot be recorded."""
+        await self._record(job)
+        if job.unrecorded is None:
+            del self._jobs[job.id]
+            return
+        self._jobs[job.id] = job
+        kept = [each.id for each in self._jobs.values() if not each.active]
+        for old in kept[: max(0, len(kept) - self._settings.jobs_kept)]:
+            del self._jobs[old]
+
+    async def _record(self, job: _Job) -> None:
+        """Record a job as it is, or note why that cannot be done."""
+        job.unrecorded = None
+        try:
+            await asyncio.to_thread(self._keep, job)
+        except StoreError as error:
+            _LOG.warning("job %s is not recorded: %s", job.id, error)
+            job.unrecorded = str(error)
+            if not job.active:  # what was recorded before is no longer true
+                await asyncio.to_thread(self.records.drop, job.id)
+
+    def _keep(self, job: _Job) -> None:
+        self.records.keep(job.id, job.summary(), job.report())
+
+    async def _look(self) -> None:
+        """Look now and then for memory and kernels."""
+        while True:
+            await asyncio.sleep(_POLL)
+            self._dispatch()
+
+    def _dispatch(self) -> None:
+        """Give jobs their turn, in order; one that waits for memory or kernels is passed over."""
+        for job in self._jobs.values():
+            if job.doing is None or job.turn.done() or not job.active or self._closed:
+                continue
+            if self._forks.failure is not None:
+                job.turn.set_exception(WorkerLost(self._forks.failure))
+            elif self._may_start(job.work):
+                self._start(job)
+
+    def _may_start(self, work: Work) -> bool:
+        return (
+            self._running < self._settings.jobs_at_once
+            and self._forks.settled.is_set()
+            and (self._kernels.settled or not work.batches)
+            and self._memory.try_to_take(work.size)
+        )
+
+    def _start(self, job: _Job) -> None:
+        try:
+            worker = self._forks.fork(job.work.size)
+        except WorkerLost:  # the fork server is being started again
+            return
+        self._running += 1
+        job.state, job.began = "running", time.monotonic()
+        job.turn.set_result(worker)

@@ -8,16 +8,10 @@ from __future__ import annotations
 
 import subprocess
 import sys
-import time
 
-from pydantic import BaseModel
-
-from motionlab.service.jobs import Progress, Work
 from motionlab.simulation.precompile import mark
 
 COMMAND = (sys.executable, "-m", "motionlab.simulation.precompile")
-
-_POLL = 0.1  # s
 
 
 class Kernels:
@@ -31,26 +25,17 @@ class Kernels:
         """Start compiling, unless that was done before."""
         if not self._settled:
             nothing = subprocess.DEVNULL
-            self._process = subprocess.Popen(COMMAND, stdin=nothing, stdout=nothing, stderr=nothing)
+            self._process = subprocess.Popen(COMMAND, stdin=nothing, stdout=nothing)
 
-    def before(self, work: Work) -> Work:
-        """Return work that begins once the kernels of batches are there."""
-
-        def waiting(progress: Progress) -> BaseModel:
-            while self._are_compiled_elsewhere():
-                progress(0.0)
-                time.sleep(_POLL)
-            return work(progress)
-
-        return waiting
+    @property
+    def settled(self) -> bool:
+        """Whether they are there, or compiling them has failed: who needs them will say so."""
+        ended = self._process is not None and self._process.poll() is not None
+        self._settled = self._settled or ended or mark().exists()
+        return self._settled
 
     def close(self) -> None:
         """End the process."""
         if self._process is not None:
             self._process.kill()
             self._process.wait()
-
-    def _are_compiled_elsewhere(self) -> bool:
-        ended = self._process is not None and self._process.poll() is not None
-        self._settled = self._settled or ended or mark().exists()
-        return not self._settled

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Any, Literal
 
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, TypeAdapter
 
@@ -19,7 +19,7 @@ from motionlab.tune.document import (
     TuneDocument,
 )
 
-State = Literal["queued", "running", "done", "failed", "cancelled"]
+State = Literal["queued", "running", "done", "failed", "cancelled", "interrupted"]
 Kind = Literal[
     "simulate", "identify", "map", "reproduce", "tune", "landscape", "sweep", "monte-carlo"
 ]
@@ -34,13 +34,18 @@ class _Job(BaseModel):
     model_config = ConfigDict(allow_inf_nan=False)  # a damaged record is none
 
     id: str = Field(description="Identifier, part of its URL")
-    state: State = Field(description="queued, running, done, failed or cancelled")
+    state: State = Field(
+        description="queued, running, done, failed, cancelled, or interrupted by the server's end"
+    )
     progress: float = Field(description="Share of the work that is done, 0 to 1")
     created: AwareDatetime = Field(description="When it was asked for")
     elapsed: float = Field(description="Time that it has run, s")
     remaining: float | None = Field(description="Estimate of the time that it still needs, s")
     request: dict[str, Any] = Field(description="Body of the request that asked for it")
-    error: str | None = Field(description="Why a job failed")
+    error: str | None = Field(description="Why a job failed or was interrupted")
+    unrecorded: str | None = Field(
+        default=None, description="Why there is no record of it beyond the server's end"
+    )
 
 
 class JobSummary(_Job):
@@ -127,8 +132,3 @@ JobReport = Annotated[
 """What is known of a job, by its kind."""
 
 REPORT: TypeAdapter[JobReport] = TypeAdapter(JobReport)
-
-REPORTS: dict[str, type[_Job]] = {
-    report.model_fields["kind"].default: report for report in get_args(get_args(JobReport)[0])
-}
-"""The class of each kind."""

@@ -1,4 +1,4 @@
-"""What a session has to tell a stream or a stage, which looks when it is woken."""
+"""Change notification from a session to a stream or a 3-D view."""
 
 from __future__ import annotations
 
@@ -6,19 +6,23 @@ import asyncio
 
 
 class Listener:
-    """What is new for one listener; it takes the flags back itself."""
+    """Is woken when a session has something new, and takes its flags back itself."""
 
     def __init__(self) -> None:
         self.wake = asyncio.Event()
         self.was_reset = False
         self.has_changed = False
 
-    def reset(self) -> None:
-        """Tell that the session is back at tick 0."""
-        self.was_reset = True
+    def notify(self) -> None:
+        """Say that there is something new."""
         self.wake.set()
 
+    def reset(self) -> None:
+        """Say that the session is back at tick 0."""
+        self.was_reset = True
+        self.notify()
+
     def state_changed(self) -> None:
-        """Tell that state, speed or parameters have changed."""
+        """Say that state, speed or parameters have changed."""
         self.has_changed = True
-        self.wake.set()
+        self.notify()

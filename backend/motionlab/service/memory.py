@@ -5,21 +5,17 @@ from __future__ import annotations
 import contextlib
 import os
 import threading
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
 from fastapi import HTTPException
-from pydantic import BaseModel
 
 from motionlab.errors import ConfigError, FieldError
-from motionlab.service.jobs import Progress, Work
 
 SHARE = 0.5
 """What of the machine's memory recordings may take."""
 
 _CGROUP = Path("/sys/fs/cgroup/memory.max")
-_POLL = 0.1  # s
 
 
 class Memory:
@@ -66,7 +62,7 @@ class Memory:
 
     def take(self, wanted: int) -> None:
         """Take memory until it is given back, or answer 429 where others have it."""
-        if not self._take(wanted):
+        if not self.try_to_take(wanted):
             raise HTTPException(
                 429,
                 f"runs and sessions hold {self._taken} of {self._most} bytes (memory_max); this "
@@ -78,21 +74,8 @@ class Memory:
         with self._lock:
             self._taken -= taken
 
-    def before(self, wanted: int, work: Work) -> Work:
-        """Return work that waits until there is memory for it."""
-
-        def waiting(progress: Progress) -> BaseModel:
-            while not self._take(wanted):
-                progress(0.0)
-                time.sleep(_POLL)
-            try:
-                return work(progress)
-            finally:
-                self.give_back(wanted)
-
-        return waiting
-
-    def _take(self, wanted: int) -> bool:
+    def try_to_take(self, wanted: int) -> bool:
+        """Take memory until it is given back; return whether there was as much."""
         with self._lock:
             free = self._taken + wanted <= self._most
             self._taken += wanted if free else 0

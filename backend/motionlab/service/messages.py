@@ -19,13 +19,18 @@ class StreamColumn(BaseModel):
     meaning: str
 
 
-class Hello(BaseModel):
-    """Sent once, on connect."""
+class Greeting(BaseModel):
+    """What a client learns of the protocol and of the session's variants."""
 
     type: Literal["hello"] = "hello"
     protocol: int
     rate: int = Field(description="Ticks per second of simulated time")
     variants: list[str]
+
+
+class Hello(Greeting):
+    """Sent once, on connect."""
+
     columns: list[StreamColumn]
     session: SessionInfo
 
@@ -89,15 +94,16 @@ class Acknowledge(BaseModel):
 SERVER_MESSAGES = (Hello, Subscribed, Gap, SessionMessage, Reset, ErrorMessage)
 CLIENT_MESSAGES = (Subscribe, Acknowledge)
 
-ServerMessage = Hello | Subscribed | Gap | SessionMessage | Reset | ErrorMessage
+ServerMessage = Subscribed | Gap | Reset | ErrorMessage
+"""What a stream builds as an object; greetings and sessions are put together as text."""
+
 ClientMessage = Annotated[Subscribe | Acknowledge, Field(discriminator="type")]
 client_message: TypeAdapter[Subscribe | Acknowledge] = TypeAdapter(ClientMessage)
 
 
 def schemas() -> dict[str, Any]:
     """Return the JSON schema of every message, by name, as OpenAPI components."""
-    models = [(model, "serialization") for model in SERVER_MESSAGES]
-    models += [(model, "validation") for model in CLIENT_MESSAGES]
+    models = [(model, "validation") for model in (*SERVER_MESSAGES, *CLIENT_MESSAGES)]
     _, document = models_json_schema(
         models,  # pyright: ignore[reportArgumentType]
         ref_template="#/components/schemas/{model}",

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import functools
+import json
 from typing import Any
 
-from fastapi import FastAPI
+from fastapi import FastAPI, Response
+from fastapi.concurrency import run_in_threadpool
 
 from motionlab.service import messages, problems
-from motionlab.service.security import COOKIE, OPEN_PATHS
+from motionlab.service.security import OPEN_PATHS
 from motionlab.service.settings import Settings
 
 _SCHEMES = {
@@ -19,8 +22,9 @@ _SCHEMES = {
     "cookie": {
         "type": "apiKey",
         "in": "cookie",
-        "name": COOKIE,
-        "description": "What a browser gets for the token at /api/v1/login, for websockets too",
+        "name": "motionlab_8000",
+        "description": "What a browser gets for the token at /api/v1/login, for websockets too; "
+        "the number is the port of the Host header, `motionlab` without one",
     },
 }
 
@@ -38,6 +42,15 @@ def install(app: FastAPI, settings: Settings) -> None:
         return app.openapi_schema or {}
 
     app.openapi = openapi
+
+    @functools.cache
+    def text() -> bytes:
+        return json.dumps(openapi(), ensure_ascii=False, separators=(",", ":")).encode()
+
+    @app.get("/openapi.json", include_in_schema=False)
+    async def get_openapi() -> Response:
+        """Answer with the document, made once: that takes longer than a stream may wait."""
+        return Response(await run_in_threadpool(text), media_type="application/json")
 
 
 def _complete(document: dict[str, Any], settings: Settings) -> None:

@@ -14,7 +14,15 @@ from pydantic import BaseModel, Field
 from starlette.exceptions import HTTPException
 from starlette.routing import compile_path
 
-from motionlab.errors import ConfigError, Infeasible, MotionLabError, StoreError, StoreFull
+from motionlab.errors import (
+    SHOWN_MAX,
+    ConfigError,
+    Infeasible,
+    MotionLabError,
+    StoreError,
+    StoreFull,
+    shown,
+)
 from motionlab.service.session import WrongState
 
 MEDIA_TYPE = "application/problem+json"
@@ -37,7 +45,12 @@ class Problem(BaseModel):
     title: str = Field(description="Phrase of the status")
     status: int = Field(description="HTTP status")
     detail: str = Field(description="What happened, for people")
-    errors: list[ProblemField] = Field(description="Fields that were refused; empty otherwise")
+    errors: list[ProblemField] = Field(
+        description=f"Fields that were refused, the first {SHOWN_MAX}; empty otherwise"
+    )
+
+
+_SIGNS = {"ge": ">=", "gt": ">", "le": "<=", "lt": "<"}
 
 
 def problem(
@@ -60,12 +73,16 @@ def problem(
     headers : dict, optional
         Further headers.
     """
+    errors = errors or []
     content = {
         "type": "about:blank",
         "title": HTTPStatus(status).phrase,
         "status": status,
         "detail": _plain(detail),
-        "errors": _plain(errors or []),
+        "errors": [
+            _plain({**each, "loc": shown(each["loc"]), "value": shown(each["value"])})
+            for each in errors[:SHOWN_MAX]
+        ],
     }
     return JSONResponse(content, status, headers, MEDIA_TYPE)
 
@@ -79,6 +96,12 @@ def responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
         }
         for status in statuses
     }
+
+
+def _allowed(context: dict[str, Any]) -> str:
+    """Return the bound that pydantic found violated."""
+    bounds = (f"{sign} {context[name]}" for name, sign in _SIGNS.items() if name in context)
+    return " and ".join(bounds)
 
 
 def install(app: FastAPI) -> None:
@@ -103,17 +126,18 @@ def install(app: FastAPI) -> None:
 
     @app.exception_handler(RequestValidationError)
     async def refuse_request(request: Request, error: RequestValidationError) -> JSONResponse:
+        found = error.errors()
         fields = [
             {
                 "loc": ".".join(str(step) for step in e["loc"][1:]) or str(e["loc"][0]),
                 "message": e["msg"],
                 "value": e.get("input"),
-                "range": "",
+                "range": _allowed(e.get("ctx", {})),
                 "unit": "",
             }
-            for e in error.errors()
+            for e in found[:SHOWN_MAX]
         ]
-        if any(e["type"] == "json_invalid" for e in error.errors()):
+        if any(e["type"] == "json_invalid" for e in found):
             return problem(HTTPStatus.BAD_REQUEST, "the body is not JSON")
         if isinstance(error.body, bytes):  # FastAPI has parsed it if it was said to be JSON
             return problem(
@@ -121,11 +145,10 @@ def install(app: FastAPI) -> None:
                 f"a body of {request.headers.get('content-type', '')!r} cannot be read; "
                 "send Content-Type: application/json",
             )
-        return problem(
-            HTTPStatus.UNPROCESSABLE_ENTITY,
-            "the request is not of the documented form",
-            errors=fields,
-        )
+        detail = "the request is not of the documented form"
+        if len(found) > SHOWN_MAX:
+            detail += f": {SHOWN_MAX} errors and {len(found) - SHOWN_MAX} more"
+        return problem(HTTPStatus.UNPROCESSABLE_ENTITY, detail, errors=fields)
 
     @app.exception_handler(HTTPException)
     async def answer(request: Request, error: HTTPException) -> JSONResponse:

@@ -23,6 +23,12 @@ QUEUE_MESSAGES = 4
 STALLED_SECONDS = 20.0
 """How long a viewer may take nothing before it is turned away."""
 
+ANSWER_SECONDS = 10.0
+"""How long the process may take to answer a request for its page."""
+
+HANG_SECONDS = 20.0
+"""How long the process may answer nothing at all before it counts as hung."""
+
 FAREWELL_SECONDS = 1.0
 
 MESSAGE_MAX = 1_000_000
@@ -48,29 +54,47 @@ async def fetch_page(scene: Scene, accept_encoding: str) -> Response:
     Raises
     ------
     OSError
-        If the process does not answer.
+        If the process does not answer, or not in time.
     """
+    encoding = "gzip" if "gzip" in accept_encoding else "identity"
+    asked = f"Origin: {scene.origin}\r\nAccept-Encoding: {encoding}\r\n"
+    try:
+        async with asyncio.timeout(ANSWER_SECONDS):
+            status, headers, body = await _get(scene, asked)
+    except TimeoutError:
+        raise OSError(f"its process did not answer within {ANSWER_SECONDS:g} s") from None
+    passed = {name: headers[name] for name in _PASSED_ON if name in headers}
+    more = {"Cache-Control": "no-cache", "Content-Security-Policy": CONTENT_POLICY}
+    return Response(body, status, passed | more)
+
+
+async def answers(scene: Scene) -> bool:
+    """Return whether the process answers at all, be it with a refusal."""
+    try:
+        async with asyncio.timeout(HANG_SECONDS):
+            await _get(scene, "")
+    except OSError:
+        return False
+    return True
+
+
+async def _get(scene: Scene, asked: str) -> tuple[int, Headers, bytes]:
+    """Return status, headers and body of what the process answers at its root."""
     reader, writer = await asyncio.open_connection("127.0.0.1", scene.port, limit=PAGE_MAX)
     try:
-        encoding = "gzip" if "gzip" in accept_encoding else "identity"
-        request = (
-            f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{scene.port}\r\nOrigin: {scene.origin}\r\n"
-            f"Accept-Encoding: {encoding}\r\nConnection: close\r\n\r\n"
-        )
-        writer.write(request.encode())
+        host = f"Host: 127.0.0.1:{scene.port}\r\n"
+        writer.write(f"GET / HTTP/1.1\r\n{host}{asked}Connection: close\r\n\r\n".encode())
         head = (await reader.readuntil(b"\r\n\r\n")).decode("latin-1").split("\r\n")
         raw = [line.partition(":") for line in head[1:] if line]
         headers = Headers(
             raw=[(k.lower().encode(), v.strip().encode()) for k, _, v in raw],
         )
         body = await reader.readexactly(int(headers["content-length"]))
+        return int(head[0].split()[1]), headers, body
     except (asyncio.IncompleteReadError, asyncio.LimitOverrunError, KeyError, ValueError) as error:
-        raise OSError(f"the scene's process gave no whole answer: {error}") from error
+        raise OSError("its process gave no whole answer") from error
     finally:
         writer.close()
-    passed = {name: headers[name] for name in _PASSED_ON if name in headers}
-    more = {"Cache-Control": "no-cache", "Content-Security-Policy": CONTENT_POLICY}
-    return Response(body, int(head[0].split()[1]), passed | more)
 
 
 async def carry(websocket: WebSocket, scene: Scene) -> None:

@@ -52,6 +52,8 @@ class Scene:
         self._command = command
         self._process: asyncio.subprocess.Process | None = None
         self._feeding: asyncio.Task[None] | None = None
+        self._starting: asyncio.Task[None] | None = None
+        self._ended = False
         variants = [] if session is None else session.variants[:VARIANTS_MAX]
         self._rows = np.empty(0, np.intp)
         if session is not None:
@@ -69,13 +71,33 @@ class Scene:
         """Process id, once started."""
         return None if self._process is None else self._process.pid
 
-    async def start(self) -> None:
-        """Start the process, or answer 503 with the reason."""
+    @property
+    def starting(self) -> bool:
+        """Whether the process is not ready yet."""
+        return self._starting is None or not self._starting.done()
+
+    async def started(self) -> None:
+        """Start the process, or wait until it is ready.
+
+        Raises
+        ------
+        HTTPException
+            503 with the reason if it cannot be started.
+        """
+        if self._starting is None:
+            self._starting = asyncio.create_task(self._start())
+            # Whoever asked may have left.
+            self._starting.add_done_callback(lambda task: task.cancelled() or task.exception())
+        await asyncio.shield(self._starting)
+
+    async def _start(self) -> None:
         pipe = asyncio.subprocess.PIPE
         try:
             self._process = await asyncio.create_subprocess_exec(
                 *self._command, stdin=pipe, stdout=pipe
             )
+            if self._ended:
+                self._process.kill()
             self._write(self._start_message())
             assert self._process.stdout is not None
             line = await asyncio.wait_for(self._process.stdout.readline(), _START_SECONDS)
@@ -112,6 +134,7 @@ class Scene:
 
     async def end(self) -> None:
         """End the process; its viewers are disconnected."""
+        self._ended = True
         if self._feeding is not None:
             self._feeding.cancel()
         if self._process is not None:

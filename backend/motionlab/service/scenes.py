@@ -8,18 +8,21 @@ themselves.
 from __future__ import annotations
 
 import asyncio
+import logging
 import sys
 import time
 from collections.abc import Sequence
 
 from fastapi import HTTPException
 
+from motionlab.service import proxy
 from motionlab.service.scene import Scene
 from motionlab.service.session import Session
 
 COMMAND = (sys.executable, "-m", "motionlab.scene")
 UNWATCHED_SECONDS = 30.0
 _SWEEP_SECONDS = 2.0
+_LOG = logging.getLogger(__name__)
 
 
 class Scenes:
@@ -37,14 +40,14 @@ class Scenes:
         self._most = most
         self._command = command
         self._scenes: dict[str, Scene] = {}
-        self._lock = asyncio.Lock()
+        self._ending: set[asyncio.Task[None]] = set()
 
     def all(self) -> list[Scene]:
         """Return the scenes, oldest first."""
         return list(self._scenes.values())
 
     async def of(self, session: Session | None) -> Scene:
-        """Return the scene of a session, started if need be.
+        """Return the scene of a session, started if need be; only those who ask for it wait.
 
         Raises
         ------
@@ -52,46 +55,58 @@ class Scenes:
             429 if too many are watched, 503 if the process cannot be started.
         """
         key = "" if session is None else session.id
-        async with self._lock:
-            scene = self._scenes.get(key)
-            if scene is not None and scene.alive:
-                scene.watched = time.monotonic()
-                return scene
-            self._scenes.pop(key, None)
-            await self._make_room()
-            scene = Scene(session, self._command)
-            await scene.start()
-            self._scenes[key] = scene
-            return scene
+        scene = self._scenes.get(key)
+        if scene is None or not (scene.starting or scene.alive):
+            if scene is not None:
+                self.drop(scene)
+            self._make_room()
+            scene = self._scenes[key] = Scene(session, self._command)
+        scene.watched = time.monotonic()
+        try:
+            await scene.started()
+        except HTTPException:
+            self.drop(scene)
+            raise
+        return scene
+
+    def drop(self, scene: Scene) -> None:
+        """End a scene without waiting for it; the next request starts another one."""
+        self._scenes = {key: kept for key, kept in self._scenes.items() if kept is not scene}
+        ending = asyncio.create_task(scene.end())
+        self._ending.add(ending)
+        ending.add_done_callback(self._ending.discard)
 
     async def sweep(self) -> None:
-        """End scenes that nobody watches or whose session is gone; runs for ever."""
+        """Go on to end scenes that are over or hang; runs for ever."""
         while True:
             await asyncio.sleep(_SWEEP_SECONDS)
             await self.sweep_once()
 
     async def sweep_once(self) -> None:
-        """End scenes that nobody watches or whose session is gone."""
-        async with self._lock:
-            for key, scene in list(self._scenes.items()):
-                unwatched = time.monotonic() - scene.watched > UNWATCHED_SECONDS
-                if not scene.alive or (scene.viewers == 0 and unwatched):
-                    del self._scenes[key]
-                    await scene.end()
+        """End scenes that nobody watches, that hang, or whose session is gone."""
+        ready = [scene for scene in self.all() if not scene.starting]
+        for scene in ready:
+            unwatched = time.monotonic() - scene.watched > UNWATCHED_SECONDS
+            if not scene.alive or (scene.viewers == 0 and unwatched):
+                self.drop(scene)
+        kept = [scene for scene in self.all() if not scene.starting]
+        answers = await asyncio.gather(*(proxy.answers(scene) for scene in kept))
+        for scene, answered in zip(kept, answers, strict=True):
+            if not answered:
+                _LOG.warning("the 3-D process %s does not answer and is ended", scene.pid)
+                self.drop(scene)
 
     async def close(self) -> None:
         """End every scene."""
-        scenes = self.all()
-        self._scenes.clear()
-        await asyncio.gather(*(scene.end() for scene in scenes))
+        for scene in self.all():
+            self.drop(scene)
+        await asyncio.gather(*self._ending)
 
-    async def _make_room(self) -> None:
+    def _make_room(self) -> None:
         """End the scene that has been unwatched longest where there is no room, or answer 429."""
         if len(self._scenes) < self._most:
             return
-        idle = [item for item in self._scenes.items() if item[1].viewers == 0]
+        idle = [scene for scene in self.all() if scene.viewers == 0 and not scene.starting]
         if not idle:
             raise HTTPException(429, f"{self._most} scenes are watched already; close one")
-        key, scene = min(idle, key=lambda item: item[1].watched)
-        del self._scenes[key]
-        await scene.end()
+        self.drop(min(idle, key=lambda scene: scene.watched))

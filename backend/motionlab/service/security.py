@@ -12,24 +12,33 @@ from starlette.exceptions import HTTPException
 from starlette.requests import cookie_parser
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from motionlab.service.logins import Login, Logins, cookie_name, set_cookie
 from motionlab.service.problems import problem
 from motionlab.service.settings import Settings
-
-COOKIE = "motionlab_token"
-"""Cookie that carries the token of a browser; HttpOnly and SameSite=Strict."""
 
 OPEN_PATHS = frozenset({"/api/v1/health", "/api/v1/login"})
 """What of the API may be asked without a token; the page, which asks for it, may be loaded too."""
 
 _NEEDS_TOKEN = ("/api/", "/docs", "/openapi.json", "/asyncapi.json", "/metrics", "/scene")
 
+_WORKS = ("/api/", "/scene")
+"""What pages of other sites may not even ask for: some of it starts work."""
+
 _LOG = logging.getLogger(__name__)
 _SAFE = frozenset({"GET", "HEAD", "OPTIONS"})
+_OWN_SITES = {"same-origin", "none"}  # of Sec-Fetch-Site; none is a person who types the address
 _POLICY_VIOLATION = 1008
+CONTENT_POLICY = (
+    "default-src 'self'; script-src 'self'; style-src 'self' 'unsafe-inline'; "
+    "img-src 'self' data:; object-src 'none'; base-uri 'none'; form-action 'self'; "
+    "frame-ancestors 'self'"
+)
 _HEADERS = {
-    "Content-Security-Policy": "frame-ancestors 'self'",
+    "Content-Security-Policy": CONTENT_POLICY,
+    "Cross-Origin-Resource-Policy": "same-origin",
     "Referrer-Policy": "same-origin",
     "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "SAMEORIGIN",
 }
 
 
@@ -46,11 +55,14 @@ class Guard:
         What is guarded.
     settings : Settings
         Hosts, token and bounds.
+    logins : Logins
+        Log-ins of browsers.
     """
 
-    def __init__(self, app: ASGIApp, settings: Settings) -> None:
+    def __init__(self, app: ASGIApp, settings: Settings, logins: Logins) -> None:
         self.app = app
         self.settings = settings
+        self.logins = logins
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve one connection."""
@@ -79,12 +91,11 @@ class Guard:
         host = hosts[0].lower()
         if _name(host) not in self.settings.hosts:
             return HTTPStatus.FORBIDDEN, f"host {host!r} is not one of this server's names"
-        origin = headers.get("origin")
-        writes = scope["type"] == "websocket" or scope["method"] not in _SAFE
-        if writes and origin is not None and _origin_host(origin) != host:
-            return HTTPStatus.FORBIDDEN, f"origin {origin!r} is not this server"
+        foreign = _foreign(scope, headers, host)
+        if foreign is not None:
+            return HTTPStatus.FORBIDDEN, foreign
         closed = scope["path"].startswith(_NEEDS_TOKEN) and scope["path"] not in OPEN_PATHS
-        if closed and not self._knows_token(headers):
+        if closed and not self._knows_token(headers, (scope.get("client") or ("",))[0]):
             return HTTPStatus.UNAUTHORIZED, "a token is needed: Authorization: Bearer <token>"
         length = headers.get("content-length", "0")
         if not length.isdecimal() or int(length) > self.settings.body_max:
@@ -94,15 +105,26 @@ class Guard:
             )
         return None
 
-    def _knows_token(self, headers: Headers) -> bool:
+    def _knows_token(self, headers: Headers, address: str) -> bool:
         token = self.settings.token
         if token is None:
             return True
         scheme, _, given = headers.get("authorization", "").partition(" ")
-        if scheme.lower() != "bearer":
-            # Lenient: what other servers of this host have set may be no valid cookie.
-            given = cookie_parser(headers.get("cookie", "")).get(COOKIE, "")
-        return hmac.compare_digest(given.strip().encode(), token.encode())
+        if scheme.lower() == "bearer":
+            knows = hmac.compare_digest(given.strip().encode(), token.encode())
+            if not knows and self.logins.wrong_tokens.take(address) == 0.0:
+                _LOG.warning("request of %.60r refused: wrong token", address)
+            return knows
+        return find_login(headers, self.logins) is not None
+
+    def _renewed(self, scope: Scope) -> str | None:
+        """Return the fresh cookie for a browser whose log-in is in use and ageing."""
+        headers = Headers(scope=scope)
+        login = find_login(headers, self.logins)
+        if login is None or not login.is_ageing:
+            return None
+        name = cookie_name(headers.get("host", ""))
+        return set_cookie(name, self.logins.issue(login), secure=scope["scheme"] == "https")
 
     async def _serve(self, scope: Scope, receive: Receive, send: Send) -> None:
         received = 0
@@ -119,10 +141,13 @@ class Guard:
             return message
 
         answered = False
+        fresh = self._renewed(scope)
 
         async def sent(message: Message) -> None:
             nonlocal answered
             answered = True
+            if fresh is not None and message["type"] == "http.response.start":
+                MutableHeaders(scope=message).setdefault("set-cookie", fresh)
             await send(message)
 
         try:
@@ -133,6 +158,13 @@ class Guard:
             _LOG.exception("%s %s failed", scope["method"], scope["path"])
             failed = problem(HTTPStatus.INTERNAL_SERVER_ERROR, "unexpected; the server's log tells")
             await failed(scope, receive, _protected(send))
+
+
+def find_login(headers: Headers, logins: Logins) -> Login | None:
+    """Return the log-in of a request's cookie, None where it has no valid one."""
+    # Lenient: what other servers of this host have set may be no valid cookie.
+    cookies = cookie_parser(headers.get("cookie", ""))
+    return logins.verify(cookies.get(cookie_name(headers.get("host", "")), ""))
 
 
 def _protected(send: Send) -> Send:
@@ -146,6 +178,18 @@ def _protected(send: Send) -> Send:
         await send(message)
 
     return protected
+
+
+def _foreign(scope: Scope, headers: Headers, host: str) -> str | None:
+    """Return why a request is a foreign page's that it may not make, or None."""
+    origin, site = headers.get("origin"), headers.get("sec-fetch-site", "none")
+    works = scope["path"].startswith(_WORKS)
+    writes = scope["type"] == "websocket" or scope["method"] not in _SAFE
+    if (writes or works) and origin is not None and _origin_host(origin) != host:
+        return f"origin {origin!r} is not this server"
+    if works and site not in _OWN_SITES:
+        return f"a {site} request: open the lab's own page first"
+    return None
 
 
 def _origin_host(origin: str) -> str:

@@ -6,19 +6,25 @@ import contextlib
 import ctypes
 import errno
 import ipaddress
+import logging
 import os
 import re
+import resource
 import socket
 import sys
+import threading
+from types import FrameType
 
 import uvicorn
 from fastapi import FastAPI
 
 from motionlab.errors import ConfigError, FieldError
-from motionlab.service.app import create_app, page_root
-from motionlab.service.connection import Connection
+from motionlab.service.app import create_app
+from motionlab.service.connection import Socket, bounded
 from motionlab.service.memory import recordable
+from motionlab.service.page import page_root
 from motionlab.service.settings import LOOPBACK, Settings
+from motionlab.store.files import data_root, remove_leftovers
 
 _TOKEN_MIN = 16
 _VISIBLE = re.compile("[!-~]+")
@@ -31,6 +37,12 @@ _FREED_KEPT = 64 * 1024 * 1024  # bytes of freed memory that the process keeps f
 _MMAP_THRESHOLD = 16 * 1024 * 1024  # bytes from which an array is mapped on its own
 _M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD = -1, -3  # names of both for glibc's mallopt
 _KEEP_ALIVE = 75  # s that an idle connection stays open; clients and proxies drop theirs sooner
+_BACKLOG = 64  # connections that are accepted at once
+_GRACE_SECONDS = 5  # from a signal to end until connections are closed
+_CLOSING_SECONDS = 4.0  # from then until the process ends, whatever its threads do
+_OTHER_FILES = 224  # files that are open beside the connections: pipes, maps, downloads
+_SWITCH_SECONDS = 0.0005  # after which a thread gives way to the event loop, s
+_PONG_SECONDS = 60.0  # after which a websocket that answers no ping is closed
 _UNREAD_MAX = 60_000  # ms after which a client that reads nothing at all is given up
 
 
@@ -87,8 +99,14 @@ def serve(host: str, port: int, names: frozenset[str]) -> None:
     page = "" if page_root() is not None else "docs"  # without the page built there is the API
     print(f"Serving http://{shown}:{taken}/{page} (Ctrl-C ends it)", file=sys.stderr, flush=True)
     _keep_freed_memory()
+    _allow_connections(settings.connections_max)
+    sys.setswitchinterval(_SWITCH_SECONDS)
+    os.environ.pop("MOTIONLAB_TOKEN", None)  # child processes have no use for it
+    remove_leftovers(data_root())
+    logging.basicConfig(format="%(asctime)s %(levelname)s %(message)s")
+    logging.getLogger("motionlab").setLevel(logging.INFO)
     with contextlib.suppress(KeyboardInterrupt):  # how it is meant to end
-        uvicorn.Server(configuration(create_app(settings))).run(sockets=[listener])
+        _Server(configuration(create_app(settings))).run(sockets=[listener])
 
 
 def configuration(app: FastAPI, log_level: str = "warning") -> uvicorn.Config:
@@ -96,13 +114,37 @@ def configuration(app: FastAPI, log_level: str = "warning") -> uvicorn.Config:
     return uvicorn.Config(
         app,
         log_level=log_level,
-        http=Connection,
-        ws="websockets-sansio",
+        http=bounded(app.state.settings),
+        ws=Socket,
+        ws_ping_timeout=_PONG_SECONDS,
+        backlog=_BACKLOG,
+        server_header=False,
         ws_per_message_deflate=False,
         ws_max_size=MESSAGE_MAX,
         timeout_keep_alive=_KEEP_ALIVE,
-        timeout_graceful_shutdown=5,
+        timeout_graceful_shutdown=_GRACE_SECONDS,
     )
+
+
+class _Server(uvicorn.Server):
+    """Ends within its grace, whatever a thread or a client does."""
+
+    def handle_exit(self, sig: int, frame: FrameType | None) -> None:
+        """Begin to end; the first signal starts the last deadline too."""
+        if not self.should_exit:
+            last = threading.Timer(_GRACE_SECONDS + _CLOSING_SECONDS, os._exit, (128 + sig,))
+            last.daemon = True
+            last.start()
+        super().handle_exit(sig, frame)
+
+
+def _allow_connections(count: int) -> None:
+    """Raise the process's limit of open files where connections need it."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    wanted = count + _OTHER_FILES
+    if soft < wanted:
+        with contextlib.suppress(ValueError, OSError):
+            resource.setrlimit(resource.RLIMIT_NOFILE, (min(wanted, hard), hard))
 
 
 def _keep_freed_memory() -> None:

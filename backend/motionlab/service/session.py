@@ -3,34 +3,51 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
+import functools
+import json
 import secrets
+import threading
 import time
-from collections.abc import Mapping
-from typing import Any, Literal
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Executor
+from pathlib import Path
+from typing import Any, Literal, ParamSpec, TypeVar
 
-from pydantic import BaseModel, Field
+import numpy as np
+from pydantic import BaseModel, Field, TypeAdapter
 
 from motionlab.config.load import phases
 from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.service.changes import Change, Changes, changed
+from motionlab.service.clock import Clock
 from motionlab.service.history import History
 from motionlab.service.latest import latest_metrics
 from motionlab.service.listener import Listener
-from motionlab.service.pace import Pace
 from motionlab.simulation.prepare import Prepared
-from motionlab.simulation.simulation import Simulation
+from motionlab.simulation.simulation import Simulation, ready
 from motionlab.telemetry.recording import Recording
 
 METRICS_SECONDS = 10.0
+CATCH_UP_SECONDS = 0.25
+"""Time that may pass between two frames and count; beyond it a session falls behind the clock."""
+
 _RELEASE_TICKS = to_ticks(0.05)
 """Ticks from a stop's rest until the currents, commanded to zero, are taken to be gone."""
 
+_SLICE_LANES = 2048
+"""Ticks times blocks of lanes that advance at a time: some 2 ms, and so long a command waits."""
+
+_YIELD_SECONDS = 0.0005  # between two slices, when a command waits
+
 State = Literal["paused", "playing", "stopping", "stopped", "finished"]
+P = ParamSpec("P")
+T = TypeVar("T")
 
 
-class SessionInfo(BaseModel):
-    """What is known of a session."""
+class SessionStatus(BaseModel):
+    """Where a session stands."""
 
     id: str
     revision: int = Field(description="Grows with every change; of two reports the larger is newer")
@@ -42,10 +59,19 @@ class SessionInfo(BaseModel):
     stream: str = Field(description="Path of its websocket")
     watchers: int = Field(description="Streams and stages that are open")
     ends: int | None = Field(description="Tick at which it ends; null if it goes on")
-    changes: list[Change] = Field(description="The latest, oldest first; undo takes back the last")
     diverged: dict[str, float | None] = Field(description="Time at which a variant diverged, s")
+
+
+class SessionInfo(SessionStatus):
+    """What is known of a session."""
+
+    changes: list[Change] = Field(description="The latest, oldest first; undo takes back the last")
     base: Scenario = Field(description="What it was created from")
     scenario: Scenario = Field(description="What is in effect")
+
+
+_CHANGES: TypeAdapter[tuple[Change, ...]] = TypeAdapter(tuple[Change, ...])
+_SCENARIO: TypeAdapter[Scenario] = TypeAdapter(Scenario)
 
 
 class WrongState(Exception):
@@ -55,16 +81,23 @@ class WrongState(Exception):
 class Session:
     """One live scenario.
 
-    All its methods run on the event loop: 16 ms of a simulation take some 30 us, less than handing
-    them to a thread would.
+    The clock's thread advances it, a slice at a time, under its lock. Commands run on the event
+    loop and take the lock for the moment in which they act; so a stop waits for one slice at most.
+    What takes longer (checking changes, building lanes, measuring) runs in `threads` beside the
+    simulation, and its result is put in place by the event loop. Commands that prepare something
+    follow one another in the order in which they came.
 
     Parameters
     ----------
     prepared : Prepared
         The scenario, checked.
+    clock : Clock
+        Advances it while it plays.
+    threads : Executor
+        Where its slow work is done.
     """
 
-    def __init__(self, prepared: Prepared) -> None:
+    def __init__(self, prepared: Prepared, clock: Clock, threads: Executor) -> None:
         self.id = secrets.token_urlsafe(9)
         self.prepared = prepared
         self.variants = list(prepared.scenario.variants)
@@ -76,11 +109,19 @@ class Session:
         self.touched = time.monotonic()
         self.closed = False
         self.history = History(self.variants)
+        self._clock = clock
+        self._threads = threads
         self._changes = Changes(prepared.scenario)
-        self._pace = Pace(self._keep_up)
+        self._lock = threading.Lock()
+        self._waiting = 0  # commands that want the lock
+        self._order = asyncio.Lock()
+        self._last = 0.0  # until when the clock has been followed
         self._owed = 0.0  # ticks that the clock is ahead, less than one
         self._rest_tick = 0
-        self._begin()
+        self._announced = (-1, "")
+        self._texts: dict[str, tuple[Any, str]] = {}
+        self._untold = False  # whether the state has changed since listeners were told
+        self._adopt(Simulation(prepared, endless=True))
 
     @property
     def size(self) -> int:
@@ -92,9 +133,10 @@ class Session:
         """The next tick to come."""
         return self.simulation.tick
 
-    def info(self) -> SessionInfo:
-        """Return what is known of the session."""
-        return SessionInfo(
+    @property
+    def status(self) -> SessionStatus:
+        """Where the session stands."""
+        return SessionStatus(
             id=self.id,
             revision=self.revision,
             timeline=self.timeline,
@@ -105,40 +147,62 @@ class Session:
             stream=f"/api/v1/sessions/{self.id}/stream",
             watchers=len(self.listeners),
             ends=self.simulation.timeline.end,
-            changes=self._changes.latest,
             diverged={
                 name: None if tick is None else tick * CONTROL_PERIOD
-                for name, tick in zip(self.variants, self.simulation.failed_ticks, strict=True)
+                for name, tick in zip(self.variants, self._failed, strict=True)
             },
-            base=self.prepared.scenario,
-            scenario=self.simulation.scenario,
         )
+
+    def info(self) -> str:
+        """Return what is known of the session, `SessionInfo` as JSON.
+
+        Scenarios are long and seldom change, so their text is kept.
+        """
+        texts = [
+            self._text(name, value, adapter)
+            for name, value, adapter in (
+                ("changes", self._changes.latest, _CHANGES),
+                ("base", self.prepared.scenario, _SCENARIO),
+                ("scenario", self.simulation.scenario, _SCENARIO),
+            )
+        ]
+        return f"{self.status.model_dump_json()[:-1]},{','.join(texts)}}}"
+
+    def announcement(self) -> str:
+        """Return the message by which streams tell of the present revision, the same for all."""
+        if self._announced[0] != self.revision:
+            self._announced = (self.revision, f'{{"type":"session","session":{self.info()}}}')
+        return self._announced[1]
 
     def play(self, speed: float | None = None) -> None:
         """Run against the clock, at `speed` times real time."""
-        self._refuse_when("stopping", "stopped", "finished")
-        if speed is not None:
-            self.speed = speed
-        if self.state == "paused":
-            self.state = "playing"
-            self._pace.start()
+        with self._claimed():
+            self._refuse_when("stopping", "stopped", "finished")
+            if speed is not None:
+                self.speed = speed
+            if self.state == "paused":
+                self.state = "playing"
+                self._follow_clock()
         self._tell_state()
 
     def pause(self) -> None:
         """Halt the clock."""
-        self._refuse_when("stopped", "stopping")
-        if self.state == "playing":
-            self.state = "paused"
-            self._pace.stop()
+        with self._claimed():
+            self._refuse_when("stopped", "stopping")
+            if self.state == "playing":
+                self.state = "paused"
+                self._clock.stop(self)
         self._tell_state()
 
-    def step(self, ticks: int) -> None:
-        """Advance a paused session by some ticks."""
-        self._refuse_when("playing", "stopping", "stopped", "finished")
-        self._advance(ticks)
-        self._tell_state()
+    async def step(self, ticks: int) -> None:
+        """Advance a paused session by some ticks; a command that comes meanwhile ends the step."""
+        async with self._order:
+            self._refuse_when("playing", "stopping", "stopped", "finished")
+            await self._in_thread(self._advance, ticks, "paused")
+            self._tell_state()
+            self.publish()
 
-    def reset(self) -> None:
+    async def reset(self) -> None:
         """Go back to tick 0 with all changes, but for those that only fit a later schedule.
 
         Raises
@@ -146,10 +210,15 @@ class Session:
         ConfigError
             If a force map is not there any more; nothing has changed then.
         """
-        self._begin()
-        self.state = "paused"
-        self._pace.stop()
-        self.timeline += 1
+        async with self._order:
+            simulation, kept = await self._in_thread(self._afresh)
+            with self._claimed():
+                self._refuse_when_closed()
+                self._clock.stop(self)
+                self.state = "paused"
+                self.timeline += 1
+                self._changes.latest = kept
+                self._adopt(simulation)
         for listener in self.listeners:
             listener.reset()
         self._tell_state()
@@ -158,17 +227,20 @@ class Session:
         """Brake the reference to rest, then switch the currents off; only a reset leaves that."""
         if self.state in {"stopping", "stopped"}:
             return
-        self._rest_tick = self.simulation.stop()
-        self.state = "stopping"
-        self._pace.start()
+        with self._claimed():
+            self._rest_tick = self.simulation.stop()
+            self.state = "stopping"
+            self._follow_clock()
         self._tell_state()
 
     def push(self, axis: int, force: float, seconds: float) -> int:
         """Push the mover of every variant and return the tick at which it begins."""
-        self.simulation.push(axis, force, max(1, to_ticks(seconds)))
-        return self.tick
+        with self._claimed():
+            self._refuse_when("stopping", "stopped", "finished")
+            self.simulation.push(axis, force, max(1, to_ticks(seconds)))
+            return self.tick
 
-    def change(self, changes: Mapping[str, Any]) -> int:
+    async def change(self, changes: Mapping[str, Any]) -> int:
         """Change parameters at the next tick, all or none.
 
         Parameters
@@ -186,96 +258,186 @@ class Session:
         ConfigError
             If a value is refused or the field cannot change during a run.
         """
-        scenario, change = changed(self.simulation.scenario, changes, self.tick)
-        self.simulation.change(tuple(phases(scenario, self.tick)))
-        self._changes.keep(change)
+        async with self._order:
+            tick = await self._change(changes)
         self._tell_state()
-        return self.tick
+        return tick
 
-    def undo(self) -> None:
+    async def undo(self) -> None:
         """Take back the latest change, as a change of its own at the next tick."""
-        if not self._changes.latest:
-            raise WrongState("nothing has been changed")
-        self.change(self._changes.latest[-1].previous)
-        del self._changes.latest[-2:]
+        async with self._order:
+            if not self._changes.latest:
+                raise WrongState("nothing has been changed")
+            await self._change(self._changes.latest[-1].previous)
+            self._changes.latest = self._changes.latest[:-2]
         self._tell_state()
 
-    async def metrics(self) -> dict[str, Any]:
-        """Return metrics of the last two periods, or ten seconds; before the first tick of none.
-
-        Samples are taken now and measured in a thread, so that streams need not wait.
-        """
+    async def metrics(self) -> bytes:
+        """Return metrics of the last two periods, or ten seconds, as JSON; none before a tick."""
         period = self.prepared.reference.period
         length = 2 * period if period else to_ticks(METRICS_SECONDS)
-        ring = self.history.ring
-        recording = self.recording(max(ring.first, ring.end - length))
-        band = self.simulation.scenario.settling_band
-        return await asyncio.to_thread(
-            latest_metrics, recording, self.prepared.reference, settling_band=band
-        )
+        return await self._in_thread(self._measure, length)
 
-    def recording(self, start: int | None = None) -> Recording:
-        """Return what the history holds from tick `start` on, or all of it."""
-        start = self.history.ring.first if start is None else start
+    def recording(self, length: int | None = None) -> Recording:
+        """Return the latest `length` ticks that the history holds, or all of them.
+
+        Takes its time; other threads may call it while the session advances.
+        """
         braked = self.state in {"stopping", "stopped"}
-        return self.history.recording(self.simulation, start, braked=braked)
+        return self.history.recording(self.simulation, length, braked=braked)
+
+    async def save(self, path: Path) -> tuple[int, dict[str, int | None]]:
+        """Write what the history holds to a file, as numpy does; made a recording elsewhere.
+
+        Returns
+        -------
+        int, dict of str to int or None
+            First tick, and of each variant the tick at which it diverged, for `as_recording`.
+        """
+
+        def saved() -> tuple[int, dict[str, int | None]]:
+            start, data = self.history.latest(None)
+            np.save(path, data)
+            return start, dict(zip(self.variants, self._failed, strict=True))
+
+        return await self._in_thread(saved)
 
     def close(self) -> None:
         """End pacing and every stream."""
-        self.closed = True
-        self.state = "finished"
-        self._pace.stop()
-        for listener in self.listeners:
-            listener.wake.set()
+        with self._claimed():
+            self.closed = True
+            self.state = "finished"
+            self._clock.stop(self)
+        self.publish()
 
-    def _begin(self) -> None:
+    @property
+    def runs(self) -> bool:
+        """Whether the clock advances it."""
+        return self.state in {"playing", "stopping"}
+
+    def keep_up(self, now: float) -> None:
+        """Advance by the time that has passed, times the speed; the clock's thread does that."""
+        state = self.state
+        seconds = min(now - self._last, CATCH_UP_SECONDS)
+        self._last = now
+        self._owed += seconds * (self.speed if state == "playing" else 1.0) / CONTROL_PERIOD
+        ticks = int(self._owed)
+        self._owed -= ticks
+        if self.runs:
+            self._advance(ticks, state)
+
+    def publish(self) -> None:
+        """Wake everybody who listens; runs on the event loop."""
+        if self._untold:
+            self._untold = False
+            self._tell_state()
+        for listener in self.listeners:
+            listener.notify()
+
+    async def _in_thread(self, work: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
+        loop = asyncio.get_running_loop()
+        return await loop.run_in_executor(self._threads, functools.partial(work, *args, **kwargs))
+
+    @contextlib.contextmanager
+    def _claimed(self) -> Iterator[None]:
+        """Hold the session between two slices."""
+        self._waiting += 1
+        self._lock.acquire()
+        self._waiting -= 1
+        try:
+            yield
+        finally:
+            self._lock.release()
+
+    def _text(self, name: str, value: Any, adapter: TypeAdapter[Any]) -> str:
+        """Return a member of `info`, written anew only when its value is another object."""
+        kept = self._texts.get(name)
+        if kept is None or kept[0] is not value:
+            kept = (value, f'"{name}":{adapter.dump_json(value).decode()}')
+            self._texts[name] = kept
+        return kept[1]
+
+    def _follow_clock(self) -> None:
+        self._last = time.monotonic()
+        self._clock.start(self)
+
+    def _afresh(self) -> tuple[Simulation, tuple[Change, ...]]:
+        """Return a simulation at tick 0 with all changes that fit it, and these."""
         scenario, kept = self._changes.replayed()
         simulation = Simulation(self.prepared, endless=True)
         if scenario is not self.prepared.scenario:
-            simulation.change(tuple(phases(scenario)))
-        self.simulation, self._changes.latest = simulation, kept
+            simulation.adopt(ready(tuple(phases(scenario))))
+        return simulation, kept
+
+    def _adopt(self, simulation: Simulation) -> None:
+        self.simulation = simulation
+        self._scenario = simulation.scenario
         self._failed = simulation.failed_ticks
         self.history.ring.clear()
 
-    def _keep_up(self, seconds: float) -> bool:
-        """Advance by the time that has passed, times the speed; return whether it goes on."""
-        speed = self.speed if self.state == "playing" else 1.0
-        self._owed += seconds * speed / CONTROL_PERIOD
-        ticks = int(self._owed)
-        self._owed -= ticks
+    async def _change(self, changes: Mapping[str, Any]) -> int:
+        def prepared(scenario: Scenario, tick: int) -> tuple[Change, list[Any]]:
+            after, change = changed(scenario, changes, tick)
+            return change, ready(tuple(phases(after, tick)))
+
+        change, made_ready = await self._in_thread(prepared, self.simulation.scenario, self.tick)
+        with self._claimed():
+            self._refuse_when_closed()
+            self.simulation.adopt(made_ready)
+            self._scenario = self.simulation.scenario
+            tick = self.tick
+        await self._in_thread(self._changes.keep, change.model_copy(update={"tick": tick}))
+        return tick
+
+    def _measure(self, length: int) -> bytes:
+        recording = self.recording(length)
+        band = self.simulation.scenario.settling_band
+        measured = latest_metrics(recording, self.prepared.reference, settling_band=band)
+        return json.dumps(measured, allow_nan=False, separators=(",", ":")).encode()
+
+    def _advance(self, ticks: int, state: State) -> None:
+        """Advance by some ticks in slices, or to the end, or until the state is another."""
+        most = max(1, _SLICE_LANES // self.simulation.blocks)
+        until = self.tick + ticks
+        while True:
+            with self._lock:
+                left = until - self.tick
+                if self.state != state or left <= 0:
+                    return
+                self._advance_slice(min(left, most))
+            if self._waiting:  # a lock is not fair: who releases it and asks again has it again
+                time.sleep(_YIELD_SECONDS)
+
+    def _advance_slice(self, ticks: int) -> None:
         if self.state == "stopping":
             self._come_to_rest(ticks)
         else:
-            self._advance(ticks)
-        return self.state in {"playing", "stopping"}
+            self.history.record(self.simulation, ticks)
+        failed, scenario = self.simulation.failed_ticks, self.simulation.scenario
+        if self.tick == self.simulation.timeline.end:
+            self.state = "finished"
+        elif failed == self._failed and scenario is self._scenario and self.state != "stopped":
+            return
+        self._failed, self._scenario = failed, scenario
+        self._untold = True
 
     def _come_to_rest(self, ticks: int) -> None:
         """Advance a stop: brake until the reference rests, then let the currents die away."""
         until = min(self.tick + ticks, self._rest_tick + _RELEASE_TICKS)
-        self._advance(min(until, self._rest_tick) - self.tick)
+        self.history.record(self.simulation, min(until, self._rest_tick) - self.tick)
         if self.tick >= self._rest_tick:
             self.simulation.release()
-            self._advance(until - self.tick)
+            self.history.record(self.simulation, until - self.tick)
         if self.tick == self._rest_tick + _RELEASE_TICKS:
             self.state = "stopped"
-            self._tell_state()
-
-    def _advance(self, ticks: int) -> None:
-        """Advance by some ticks, or to the end, and tell who listens."""
-        self.history.record(self.simulation, ticks)
-        failed = self.simulation.failed_ticks
-        ended = self.tick == self.simulation.timeline.end
-        if ended:
-            self.state = "finished"
-        if ended or failed != self._failed:
-            self._failed = failed
-            self._tell_state()
-        for listener in self.listeners:
-            listener.wake.set()
 
     def _refuse_when(self, *states: State) -> None:
         if self.state in states:
             raise WrongState(f"the session is {self.state}")
+
+    def _refuse_when_closed(self) -> None:
+        if self.closed:
+            raise WrongState("the session has ended")
 
     def _tell_state(self) -> None:
         self.revision += 1

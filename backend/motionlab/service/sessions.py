@@ -1,12 +1,15 @@
-"""The sessions of a server: found by id, bounded in number, ended when nobody cares any more."""
+"""The sessions of a server: found by id, bounded in number, evicted when idle."""
 
 from __future__ import annotations
 
 import asyncio
 import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 
 from fastapi import HTTPException
 
+from motionlab.service.clock import Clock
 from motionlab.service.memory import Memory
 from motionlab.service.session import Session
 from motionlab.simulation.prepare import Prepared
@@ -16,6 +19,8 @@ IDLE_SECONDS = 1800.0
 SPARE_SECONDS = 60.0
 """The same, when its place is wanted."""
 _SWEEP_SECONDS = 30.0
+_THREADS = 2
+"""Threads for the slow work of sessions; more would only compete for the interpreter's lock."""
 
 
 class Sessions:
@@ -27,32 +32,61 @@ class Sessions:
         Sessions that may live at once.
     memory : Memory
         Where they take what they hold.
+
+    Attributes
+    ----------
+    threads : Executor
+        Where the slow work of sessions is done.
     """
 
     def __init__(self, *, most: int, memory: Memory) -> None:
         self._most = most
         self._memory = memory
         self._sessions: dict[str, Session] = {}
+        self._clock = Clock()
+        self.threads = ThreadPoolExecutor(_THREADS, thread_name_prefix="session")
 
-    def create(self, prepared: Prepared) -> Session:
+    async def create(self, prepare: Callable[[], Prepared]) -> Session:
         """Create a session, in the place of one long idle if need be, or answer 429.
+
+        Parameters
+        ----------
+        prepare : callable
+            Returns the scenario, checked; called in a thread.
 
         Raises
         ------
         ConfigError
             If it holds more than there is memory for at all.
         """
-        if len(self._sessions) >= self._most:
-            now = time.monotonic()
-            idlest = max(self.all(), key=lambda session: _idle(session, now))
-            if _idle(idlest, now) <= SPARE_SECONDS:
-                raise HTTPException(429, f"{self._most} sessions live already; delete one")
-            self.remove(idlest)
-        session = Session(prepared)
+
+        def made() -> Session:
+            return Session(prepare(), self._clock, self.threads)
+
+        session = await asyncio.get_running_loop().run_in_executor(self.threads, made)
+        idlest = self._replaceable()
         self._memory.check(session.size)
-        self._memory.take(session.size)
+        # Nobody is evicted unless the new session has its place and its memory.
+        self._memory.take(session.size - (0 if idlest is None else idlest.size))
+        if idlest is not None:
+            del self._sessions[idlest.id]
+            idlest.close()
         self._sessions[session.id] = session
         return session
+
+    def _replaceable(self) -> Session | None:
+        """Return the session whose place a new one takes, None if there is a free place, or 429."""
+        if len(self._sessions) < self._most:
+            return None
+        now = time.monotonic()
+        idlest = max(self.all(), key=lambda session: _idle(session, now))
+        if _idle(idlest, now) <= SPARE_SECONDS:
+            raise HTTPException(
+                429,
+                f"{self._most} sessions live already; delete one",
+                {"Retry-After": f"{SPARE_SECONDS:.0f}"},
+            )
+        return idlest
 
     def find(self, session_id: str) -> Session:
         """Return a session, or answer 404."""
@@ -94,6 +128,8 @@ class Sessions:
         """End every session."""
         for session in self.all():
             self.remove(session)
+        self._clock.close()
+        self.threads.shutdown(wait=False, cancel_futures=True)
 
 
 def _idle(session: Session, now: float) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 LOOPBACK = frozenset({"127.0.0.1", "localhost", "[::1]"})
 
@@ -31,18 +31,30 @@ class Settings:
         3.8e9. `serve` lowers it to half of what the machine or container has.
     trials_max : float
         Largest simulated time of one search for gains, summed over trials and axes, s.
-    running_max : int
-        Simulations that run at once; one more is refused.
+    answer_max : int
+        Largest answer of curves, bytes.
+    workers : int
+        Calls that are computed at once, each by a process; the others wait.
+    waiting_max : int
+        Calls that may wait; one more is refused.
     jobs_at_once : int
-        Jobs that run at once; the others wait.
+        Jobs that run at once, each in a process; the others wait.
     jobs_max : int
         Jobs that may wait or run; one more is refused.
     jobs_kept : int
-        Finished jobs that are kept in memory; those that are done are recorded too.
+        Ended jobs that are kept in memory, of those that could not be recorded.
     map_vertices_max : int
         Nodes of the mesh of a force map; the reference preset of the paper's motor has 12161.
     sessions_max : int
         Live sessions.
+    downloads_max : int
+        Files of telemetry that are written or sent at once; others wait.
+    downloads_waiting_max : int
+        How many wait; one more is refused.
+    connections_max : int
+        Connections; a further one takes the place of the oldest that waits for its client.
+    websockets_max : int
+        Websockets among them; one more is refused.
     scenes_max : int
         Sessions that are shown in 3-D at once, each by a process.
     """
@@ -55,10 +67,21 @@ class Settings:
     work_max: float = 7200.0
     memory_max: int = 4_000_000_000
     trials_max: float = 1e6
-    running_max: int = 8
+    answer_max: int = 64_000_000
+    workers: int = 2
+    waiting_max: int = 32
     jobs_at_once: int = 2
     jobs_max: int = 16
     jobs_kept: int = 64
     map_vertices_max: int = 60_000
     sessions_max: int = 32
+    downloads_max: int = 8
+    downloads_waiting_max: int = 64
+    connections_max: int = 800
+    websockets_max: int = 512
     scenes_max: int = 4
+
+    @property
+    def bounds(self) -> Settings:
+        """The same without the token, for processes that need not know it."""
+        return replace(self, token=None)

@@ -3,33 +3,33 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import time
 from collections import deque
 
-from fastapi import WebSocket, WebSocketDisconnect
+from fastapi import WebSocket
 from pydantic import ValidationError
+from websockets.frames import Opcode
 
 from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.service.broadcast import Broadcast
+from motionlab.service.clock import FRAME_SECONDS
+from motionlab.service.connection import Socket
 from motionlab.service.listener import Listener
 from motionlab.service.messages import (
     Acknowledge,
     ErrorMessage,
     Gap,
-    Hello,
+    Greeting,
     Reset,
     ServerMessage,
-    SessionMessage,
-    StreamColumn,
     Subscribe,
     Subscribed,
     client_message,
 )
 from motionlab.service.monitor import Monitor
-from motionlab.service.pace import FRAME_SECONDS
 from motionlab.service.problems import Problem
 from motionlab.service.session import Session
-from motionlab.telemetry.frames import PROTOCOL, Frame, encode
+from motionlab.telemetry.frames import PROTOCOL, header
 
 LAG_SECONDS = 0.25
 """Age of the oldest unacknowledged frame at which no more are sent."""
@@ -46,11 +46,12 @@ DETAIL_MAX = 200
 _GOING_AWAY, _POLICY_VIOLATION = 1001, 1008
 
 
-class Stream:
+class Stream(Listener):
     """One client of a session's stream.
 
-    The reader takes messages in as they come; the sender sends what is new, at most one frame at a
-    time, and stops while the client lags. Nothing is queued beyond the ring, which is shared.
+    Messages are taken in as they come. What is new is sent in the broadcast's rounds, one frame
+    at a time and none while the client lags or does not read. Nothing is queued beyond the ring,
+    which is shared.
 
     Parameters
     ----------
@@ -61,83 +62,94 @@ class Stream:
     """
 
     def __init__(self, websocket: WebSocket, session: Session) -> None:
+        super().__init__()
         self._websocket = websocket
+        self._socket: Socket = websocket.scope["extensions"]["motionlab.socket"]
+        self._broadcast: Broadcast = websocket.app.state.broadcast
         self._monitor: Monitor = websocket.app.state.monitor
         self._session = session
-        self._listener = Listener()
-        self._rows = {name: i for i, (name, _) in enumerate(session.history.columns)}
-        self._columns: list[int] = []
+        self._rows: tuple[int, ...] = ()
         self._next = 0
         self._sequence = 0
         self._unacknowledged: deque[tuple[int, float]] = deque()
         self._lagging = False
         self._skips = False
         self._answers: deque[ServerMessage] = deque(maxlen=ANSWERS_MAX)
-        self._retry: asyncio.TimerHandle | None = None
 
     async def serve(self) -> None:
         """Serve until either side leaves."""
         await self._websocket.accept()
-        self._session.listeners.add(self._listener)
+        self._session.listeners.add(self)
         self._monitor.clients.inc()
+        self._write(self._hello())
+        self._socket.take(self._take, self.notify)
+        leaving = asyncio.create_task(self._websocket.receive())  # messages go to `_take`
+        ending = asyncio.create_task(self.wake.wait())
         try:
-            await self._tell(self._hello())
-            sender = asyncio.create_task(self._send())
-            try:
-                await self._receive()
-            finally:
-                sender.cancel()
-                with contextlib.suppress(asyncio.CancelledError, WebSocketDisconnect, RuntimeError):
-                    await sender
-                if self._retry is not None:
-                    self._retry.cancel()
-        except WebSocketDisconnect:
-            pass
+            await asyncio.wait((leaving, ending), return_when=asyncio.FIRST_COMPLETED)
+            if not leaving.done():
+                await self._websocket.close(_GOING_AWAY, "the session has ended")
         finally:
-            self._session.listeners.discard(self._listener)
+            leaving.cancel()
+            ending.cancel()
+            self._broadcast.forget(self)
+            self._session.listeners.discard(self)
             self._monitor.clients.dec()
             self._session.touched = time.monotonic()
 
-    def _hello(self) -> Hello:
-        return Hello(
-            protocol=PROTOCOL,
-            rate=round(1.0 / CONTROL_PERIOD),
-            variants=self._session.variants,
-            columns=[
-                StreamColumn(name=name, unit=channel.unit, meaning=channel.meaning)
-                for name, channel in self._session.history.columns
-            ],
-            session=self._session.info(),
+    def notify(self) -> None:
+        """Send in the next round."""
+        self._broadcast.wake(self)
+
+    def send(self) -> None:
+        """Send what is new, as far as the client has room for it."""
+        if self._session.closed:
+            self.wake.set()  # and so `serve` ends
+            return
+        self._take_reset()
+        while self._answers and self._socket.has_room:
+            self._write(self._answers.popleft().model_dump_json())
+        if self.has_changed and self._socket.has_room:
+            self.has_changed = False
+            self._write(self._session.announcement())
+        if self._pending() and not self._lags() and self._socket.has_room:
+            self._send_frame()
+            if self._pending():  # a client that resumes gets several
+                self.notify()
+
+    def _hello(self) -> str:
+        head = Greeting(
+            protocol=PROTOCOL, rate=round(1.0 / CONTROL_PERIOD), variants=self._session.variants
         )
+        columns, session = self._session.history.columns_json, self._session.info()
+        return f'{head.model_dump_json()[:-1]},"columns":{columns},"session":{session}}}'
+
+    def _write(self, text: str) -> None:
+        self._socket.write(Opcode.TEXT, text.encode())
 
     def _answer(self, message: ServerMessage) -> None:
         self._answers.append(message)
-        self._listener.wake.set()
+        self.notify()
 
-    async def _tell(self, message: ServerMessage) -> None:
-        await self._websocket.send_text(message.model_dump_json())
-
-    async def _receive(self) -> None:
-        while True:
-            received = await self._websocket.receive()
-            if received["type"] == "websocket.disconnect":
-                break
-            try:
-                message = client_message.validate_json(received.get("text") or "")
-            except ValidationError as error:
-                self._refuse(f"not a message of this protocol: {error.errors()[0]['msg']}")
-                continue
-            match message:
-                case Subscribe():
-                    self._subscribe(message)
-                case Acknowledge():
-                    while self._unacknowledged and self._unacknowledged[0][0] <= message.sequence:
-                        self._unacknowledged.popleft()
-                    if self._pending():
-                        self._listener.wake.set()
+    def _take(self, text: bytes | None) -> None:
+        try:
+            message = client_message.validate_json(text or b"")
+        except ValidationError as error:
+            first = error.errors(include_url=False, include_context=False, include_input=False)[0]
+            self._refuse(f"not a message of this protocol: {first['msg']}")
+            return
+        match message:
+            case Subscribe():
+                self._subscribe(message)
+            case Acknowledge():
+                while self._unacknowledged and self._unacknowledged[0][0] <= message.sequence:
+                    self._unacknowledged.popleft()
+                if self._lagging and self._pending():
+                    self.notify()
 
     def _subscribe(self, message: Subscribe) -> None:
-        unknown = [name for name in message.columns if name not in self._rows]
+        rows = self._session.history.rows
+        unknown = [name for name in message.columns if name not in rows]
         if unknown:
             self._refuse(f"no column {unknown[0]!r}")
             return
@@ -146,7 +158,7 @@ class Stream:
             return
         self._take_reset()
         ring = self._session.history.ring
-        self._columns = [self._rows[name] for name in message.columns]
+        self._rows = tuple(rows[name] for name in message.columns)
         wanted = ring.end if message.from_tick is None else message.from_tick
         self._next = min(max(wanted, ring.first), ring.end)
         self._skips = False  # where to go on has just been said
@@ -162,36 +174,16 @@ class Stream:
         )
         self._answer(ErrorMessage(problem=problem))
 
-    async def _send(self) -> None:
-        while not self._session.closed:
-            await self._listener.wake.wait()
-            self._listener.wake.clear()
-            self._take_reset()
-            while self._answers:
-                await self._tell(self._answers.popleft())
-            if self._listener.has_changed:
-                self._listener.has_changed = False
-                await self._tell(SessionMessage(session=self._session.info()))
-            while self._pending() and not self._lags():
-                await self._send_frame()
-            if self._pending() and self._retry is None:
-                self._retry = asyncio.get_running_loop().call_later(FRAME_SECONDS, self._try_again)
-        await self._websocket.close(_GOING_AWAY, "the session has ended")
-
-    def _try_again(self) -> None:
-        self._retry = None
-        self._listener.wake.set()
-
     def _take_reset(self) -> None:
         """Turn to the new timeline and say so before anything of it is sent."""
-        if self._listener.was_reset:
-            self._listener.was_reset = False
+        if self.was_reset:
+            self.was_reset = False
             self._next = 0
             self._answers.append(Reset())
 
     def _pending(self) -> bool:
-        fresh = not self._listener.was_reset  # a frame of the new timeline must follow the reset
-        return fresh and bool(self._columns) and self._next < self._session.history.ring.end
+        fresh = not self.was_reset  # a frame of the new timeline must follow the reset
+        return fresh and bool(self._rows) and self._next < self._session.history.ring.end
 
     def _lags(self) -> bool:
         """Return whether the client is behind; once behind it must catch up wholly."""
@@ -201,25 +193,31 @@ class Stream:
             self._lagging = self._skips = True
         return self._lagging
 
-    async def _send_frame(self) -> None:
-        ring = self._session.history.ring
+    def _send_frame(self) -> None:
+        history = self._session.history
+        ring = history.ring
         start = max(self._next, ring.first)
         if self._skips:
             start = max(start, ring.end - round(FRAME_SECONDS / CONTROL_PERIOD))
-            self._skips = False
         stop = min(ring.end, start + FRAME_TICKS_MAX)
-        frame = Frame(self._sequence, start, ring.read(self._columns, start, stop))
+        try:
+            payload = history.payload(self._rows, start, stop)
+        except IndexError:  # overwritten while it was read: the next round begins later
+            self.notify()
+            return
+        self._skips = False
         skipped, self._next = self._next, stop
         if start > skipped:
             frames = max(1, round((start - skipped) * CONTROL_PERIOD / FRAME_SECONDS))
             self._monitor.dropped.inc(frames)
-            await self._tell(Gap(from_tick=skipped, to_tick=start, frames=frames))
+            self._write(Gap(from_tick=skipped, to_tick=start, frames=frames).model_dump_json())
         self._unacknowledged.append((self._sequence, time.monotonic()))
+        head = header(len(self._rows), self._sequence, stop - start, start)
         self._sequence += 1
         self._monitor.frames.inc()
-        await self._websocket.send_bytes(encode(frame))
+        self._socket.write(Opcode.BINARY, head, payload)
 
 
 async def refuse(websocket: WebSocket, reason: str) -> None:
-    """Turn a client away before the hand-shake is over."""
+    """Refuse a client before the hand-shake is over."""
     await websocket.close(_POLICY_VIOLATION, reason)

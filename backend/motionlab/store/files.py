@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
+import fcntl
 import os
+import stat
 import tempfile
+import time
 from pathlib import Path
+from typing import BinaryIO
 
 from motionlab.errors import StoreError, StoreFull
 
+_PART = ".part"
+_LOCKED_AFTER = 10.0  # s: a file is made an instant before its lock
 _FULL = {errno.ENOSPC, errno.EDQUOT}
 
 
@@ -17,8 +24,32 @@ def data_root() -> Path:
     return Path(os.environ.get("MOTIONLAB_DATA") or "data")
 
 
-def replace(path: Path, content: bytes) -> None:
+def opened(path: Path) -> BinaryIO:
+    """Open a file to be read.
+
+    Raises
+    ------
+    OSError
+        If that cannot be done, or it is none: a pipe would wait for who writes it.
+    """
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        os.close(descriptor)
+        raise OSError(errno.EINVAL, "not a file", str(path))
+    return os.fdopen(descriptor, "rb")
+
+
+def replace(path: Path, content: bytes, *, mode: int = 0o600) -> None:
     """Write a file beside its place and move it there; makes its folder when it is missing.
+
+    Parameters
+    ----------
+    path : Path
+        The file's place.
+    content : bytes
+        All of it.
+    mode : int
+        Its permissions.
 
     Raises
     ------
@@ -26,16 +57,30 @@ def replace(path: Path, content: bytes) -> None:
         If that cannot be done; what was there is untouched.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    descriptor, made = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".part")
+    descriptor, made = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=_PART)
     try:
         with os.fdopen(descriptor, "wb") as file:
+            fcntl.flock(file, fcntl.LOCK_EX)  # until it is in its place: see remove_leftovers
             file.write(content)
             file.flush()
+            os.fchmod(file.fileno(), mode)
             os.fsync(file.fileno())
-        Path(made).replace(path)
+            Path(made).replace(path)
     except BaseException:
         Path(made).unlink(missing_ok=True)
         raise
+
+
+def remove_leftovers(root: Path) -> None:
+    """Remove files that a killed process did not finish, in a folder and those inside it.
+
+    A live process, also one of another container, holds a lock on what it writes.
+    """
+    for path in [*root.glob(f".*{_PART}"), *root.glob(f"*/.*{_PART}")]:
+        with contextlib.suppress(OSError), path.open("rb") as file:  # locked, or gone by now
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if abs(time.time() - path.stat().st_mtime) > _LOCKED_AFTER:
+                path.unlink()
 
 
 def failure(what: str, error: OSError) -> StoreError:

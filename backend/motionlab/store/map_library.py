@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-import functools
+import contextlib
 from pathlib import Path
 from typing import NamedTuple
 
 from motionlab.config.shipped import is_name
 from motionlab.design.fem.document import MapEntry, entry
 from motionlab.design.fem.force_map import ForceMap
-from motionlab.errors import ConfigError, StoreError
-from motionlab.store.maps import Stamp, folders, map_file, read_map, stamp
+from motionlab.errors import ConfigError
+from motionlab.store.files import failure
+from motionlab.store.index import Index
+from motionlab.store.maps import folders, map_file, read_map
 
 
 class Found(NamedTuple):
@@ -27,10 +29,10 @@ def map_entries() -> list[MapEntry]:
         for path in sorted(folder.glob("*.json")):
             if not is_name(path.stem) or path.stem in found:
                 continue
-            try:
-                found[path.stem] = _entry(path, stamp(path), shipped=shipped)
-            except (ConfigError, FileNotFoundError):  # damaged, or deleted since this instant
-                continue
+            with contextlib.suppress(FileNotFoundError):  # deleted since this instant
+                known = _ENTRIES.of(path)
+                if known is not None:
+                    found[path.stem] = known.model_copy(update={"shipped": shipped})
     return list(found.values())
 
 
@@ -62,10 +64,15 @@ def delete_computed(name: str) -> bool:
     except FileNotFoundError:
         return False
     except OSError as error:
-        raise StoreError(f"{name} cannot be deleted: {error.strerror or error}") from error
+        raise failure(f"{name} cannot be deleted", error) from error
     return True
 
 
-@functools.lru_cache(maxsize=2000)
-def _entry(path: Path, _stamp: Stamp, *, shipped: bool) -> MapEntry:
-    return entry(ForceMap.read(path), name=path.stem, shipped=shipped)
+def _entry(path: Path) -> MapEntry | None:
+    try:
+        return entry(ForceMap.read(path), name=path.stem, shipped=False)
+    except ConfigError:  # damaged
+        return None
+
+
+_ENTRIES = Index(_entry, most=4000)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import os
-import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,14 +11,12 @@ from motionlab.config.shipped import config_root, did_you_mean, is_name
 from motionlab.design.fem.compute import Progress, compute
 from motionlab.design.fem.force_map import ForceMap, PresetName, content_hash
 from motionlab.design.fem.geometry import Geometry
-from motionlab.errors import ConfigError, FieldError, StoreError, StoreFull
-from motionlab.store.files import data_root
+from motionlab.errors import ConfigError, FieldError, StoreFull
+from motionlab.store.files import data_root, failure, replace
+from motionlab.store.index import Stamp, stamp
 
 FOLDER_MOST = 50_000_000
 """Most that kept maps take, bytes; one of the presets takes 25 kB."""
-
-
-Stamp = tuple[int, int, int, int]
 
 
 class MapStore:
@@ -45,7 +42,7 @@ class MapStore:
         taken = sum(_size(path) for path in self._folder.glob("*.json"))
         if taken >= FOLDER_MOST:
             raise StoreFull(
-                f"{self._folder} holds {taken} bytes of force maps, {FOLDER_MOST} are the most; "
+                f"computed force maps take {taken} bytes, {FOLDER_MOST} are the most; "
                 "delete some of them"
             )
 
@@ -76,11 +73,7 @@ class MapStore:
         """
         self.check_room()
         path = self._folder / f"{force_map.document.content_hash}.json"
-        try:
-            self._folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise StoreError(f"{self._folder} cannot be made: {error.strerror}") from error
-        save(force_map, path)
+        save(force_map, path, loc=f"map {path.stem}")
         return path
 
 
@@ -143,12 +136,6 @@ def map_file(name: str) -> MapFile | None:
     return next((file for file in files if file.path.is_file()), None)
 
 
-def stamp(path: Path) -> Stamp:
-    """Return what changes when a file does, also where a copy keeps the time of its original."""
-    found = path.stat()
-    return found.st_ino, found.st_mtime_ns, found.st_ctime_ns, found.st_size
-
-
 def read_map(path: Path) -> ForceMap:
     """Return the map in a file, which is read again only after it has changed.
 
@@ -162,7 +149,7 @@ def read_map(path: Path) -> ForceMap:
 
 @functools.lru_cache(maxsize=32)
 def _read(path: Path, _stamp: Stamp) -> ForceMap:
-    return ForceMap.read(path)
+    return ForceMap.read(path, where=f"map {path.stem}")
 
 
 def computed_or_kept(
@@ -220,23 +207,24 @@ def check_target(path: str) -> None:
         raise ConfigError(FieldError("--out", "cannot be written", path))
 
 
-def save(force_map: ForceMap, path: Path) -> None:
+def save(force_map: ForceMap, path: Path, *, loc: str = "") -> None:
     """Write a map to a file, whole or not at all.
+
+    Parameters
+    ----------
+    force_map : ForceMap
+        What is written.
+    path : Path
+        The file; its folder is made when it is missing.
+    loc : str
+        What an error calls it; its path when left out.
 
     Raises
     ------
     StoreError
-        If it cannot be written.
+        If it cannot be written; `StoreFull` if the disk is full.
     """
-    made = None
     try:
-        descriptor, made = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".part")
-        with os.fdopen(descriptor, "w", encoding="utf-8") as file:
-            file.write(force_map.text())
-        Path(made).chmod(0o644)
-        Path(made).replace(path)
+        replace(path, force_map.text().encode(), mode=0o644)
     except OSError as error:
-        raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error
-    finally:
-        if made is not None:
-            Path(made).unlink(missing_ok=True)
+        raise failure(f"{loc or path} cannot be written", error) from error

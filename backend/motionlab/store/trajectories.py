@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -9,11 +10,35 @@ import tomli_w
 
 from motionlab.config.shipped import is_name, parse
 from motionlab.errors import ConfigError, StoreError, StoreFull
-from motionlab.store.files import failure, replace
+from motionlab.store.files import failure, opened, replace
+from motionlab.store.index import Index
 
 FILES_MAX = 1000
 SIZE_MAX = 200_000
 """Largest file, bytes; a thousand points take about 50 kB."""
+
+
+_HEAD = 4096  # bytes: what is saved begins with its kind
+_KIND = re.compile(r"kind *= *[\"']([a-z-]*)[\"']")
+
+
+def kind_in(path: Path) -> str:
+    """Return the kind of motion of a trajectory's file; empty where the file does not say."""
+    if path.stat().st_size > SIZE_MAX:
+        return ""
+    with opened(path) as file:
+        head = file.read(_HEAD)
+    found = _KIND.match(head.decode("utf-8", "replace"))
+    if found:
+        return found[1]
+    try:
+        return str(parse(path, size_max=SIZE_MAX).get("kind", ""))
+    except ConfigError:
+        return ""
+
+
+KINDS = Index(kind_in, most=2 * FILES_MAX)
+"""Kinds of motion, by file."""
 
 
 class TrajectoryStore:
@@ -35,6 +60,16 @@ class TrajectoryStore:
         """Return the names of what is saved, sorted."""
         return sorted(path.stem for path in self._folder.glob("*.toml") if is_name(path.stem))
 
+    def kind(self, name: str) -> str:
+        """Return the kind of motion saved under a name; empty where the file does not say.
+
+        Raises
+        ------
+        FileNotFoundError
+            If nothing is saved under the name, perhaps since this instant.
+        """
+        return KINDS.of(self._path(name))
+
     def has(self, name: str) -> bool:
         """Return whether something is saved under a name."""
         return is_name(name) and self._path(name).is_file()
@@ -51,7 +86,7 @@ class TrajectoryStore:
         """
         path = self._path(name)
         try:
-            return parse(path)
+            return parse(path, loc=name, size_max=SIZE_MAX)
         except ConfigError:
             if path.is_file():
                 raise

@@ -35,11 +35,16 @@ class Frame:
     columns: NDArray[np.float32]
 
 
+def header(columns: int, sequence: int, ticks: int, first_tick: int) -> bytes:
+    """Return what comes before a frame's columns."""
+    return _HEADER.pack(MAGIC, PROTOCOL, columns, sequence, ticks, first_tick)
+
+
 def encode(frame: Frame) -> bytes:
     """Return a frame as bytes."""
     count, ticks = frame.columns.shape
-    header = _HEADER.pack(MAGIC, PROTOCOL, count, frame.sequence, ticks, frame.first_tick)
-    return header + np.ascontiguousarray(frame.columns, dtype="<f4").tobytes()
+    head = header(count, frame.sequence, ticks, frame.first_tick)
+    return head + np.ascontiguousarray(frame.columns, dtype="<f4").tobytes()
 
 
 def decode(data: bytes) -> Frame:

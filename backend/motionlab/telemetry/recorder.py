@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, FieldError, StoreError
+from motionlab.store.files import failure
 from motionlab.telemetry.channels import CHANNELS, REFERENCES, Channel
 from motionlab.telemetry.recording import Recording
 
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
 SUFFIXES = (".parquet", ".csv")
 _ROWS = 65_536  # ticks in a row group: bounds the memory of long recordings
+_CSV_ROWS = 4096  # ticks that are made text at a time
 
 
 @dataclass(frozen=True)
@@ -121,7 +123,7 @@ def complete_file(path: str) -> Iterator[Path]:
         finally:
             partial.unlink(missing_ok=True)
     except OSError as error:
-        raise StoreError(f"{path}: cannot be written: {error.strerror or error}") from error
+        raise failure(f"{path}: cannot be written", error) from error
 
 
 def read(path: str) -> dict[str, Column]:
@@ -189,6 +191,7 @@ def _write(recording: Recording, path: Path, suffix: str, metadata: dict[str, st
 
     arrays = list(columns(recording))
     schema = _schema(arrays, metadata)
+    rows = _ROWS if suffix == ".parquet" else _CSV_ROWS
     if suffix == ".parquet":
         floats = [field.name for field in schema][1:]
         writer = parquet.ParquetWriter(
@@ -204,8 +207,8 @@ def _write(recording: Recording, path: Path, suffix: str, metadata: dict[str, st
         schema = _renamed(schema, headers)
         writer = csv.CSVWriter(path, schema)
     with writer:
-        for start in range(0, recording.ticks, _ROWS):
-            stop = min(start + _ROWS, recording.ticks)
+        for start in range(0, recording.ticks, rows):
+            stop = min(start + rows, recording.ticks)
             writer.write(_batch(arrays, schema, start, stop, recording.first_tick))
 
 

@@ -1,4 +1,9 @@
-"""The latest samples of a live run, column by column, in a fixed amount of memory."""
+"""The latest samples of a live run, column by column, in a fixed amount of memory.
+
+One thread writes; any number read without a lock. The writer gives up the oldest ticks (`first`)
+before it overwrites them, and counts new ones in (`end`) after they are written, so a reader who
+finds its ticks still held after copying them has copied them whole.
+"""
 
 from __future__ import annotations
 
@@ -19,13 +24,19 @@ class Ring:
         Number of columns.
     capacity : int
         Ticks that are kept.
+
+    Attributes
+    ----------
+    first, end : int
+        The first tick that is held, and the one after the last.
     """
 
     def __init__(self, columns: int, capacity: int) -> None:
         self._data = np.empty((columns, capacity), dtype=np.float32)
-        self._capacity = capacity
+        self.capacity = capacity
         self.first = 0
         self.end = 0
+        self._first_before = 0
 
     @property
     def size(self) -> int:
@@ -34,36 +45,49 @@ class Ring:
 
     def clear(self) -> None:
         """Forget everything and begin at tick 0."""
-        self.first = self.end = 0
+        self.first = self.end = self._first_before = 0
 
     def room(self, ticks: int) -> NDArray[np.float32]:
         """Return where the next ticks go, at most so many, in place of the oldest; a view.
 
-        Shape (columns, at most `ticks`): what is written there counts once `fill` is told of it.
+        Shape (columns, at most `ticks`): what is written there counts once `fill` is called.
         """
-        start = self.end % self._capacity
-        return self._data[:, start : start + ticks]
+        start = self.end % self.capacity
+        room = self._data[:, start : start + ticks]
+        self._first_before = self.first
+        self.first = max(self.first, self.end + room.shape[1] - self.capacity)
+        return room
 
     def fill(self, ticks: int) -> None:
-        """Take so many ticks into account that have been written to the room for them."""
+        """Count in so many ticks that have been written to the room for them."""
         self.end += ticks
-        self.first = max(self.first, self.end - self._capacity)
+        self.first = max(self._first_before, self.end - self.capacity)  # the room may not be full
 
     def read(
         self, columns: Sequence[int] | Rows | slice, start: int, stop: int
     ) -> NDArray[np.float32]:
-        """Return ticks [start, stop) of some columns, shape (columns, stop - start).
+        """Return ticks [start, stop) of some columns, shape (columns, stop - start); a copy.
 
         Raises
         ------
         IndexError
-            If the ring does not hold all of them.
+            If the ring does not hold all of them, or no longer when they have been copied.
         """
+        self._check_held(start, stop)
+        data = self._copy(columns, start, stop)
+        self._check_held(start, stop)
+        return data
+
+    def _check_held(self, start: int, stop: int) -> None:
         if not self.first <= start <= stop <= self.end:
             raise IndexError(f"ticks {start} to {stop} of {self.first} to {self.end}")
-        begin = start % self._capacity
+
+    def _copy(
+        self, columns: Sequence[int] | Rows | slice, start: int, stop: int
+    ) -> NDArray[np.float32]:
+        begin = start % self.capacity
         count = stop - start
-        before_wrap = min(count, self._capacity - begin)
+        before_wrap = min(count, self.capacity - begin)
         data = self._data[:, begin : begin + before_wrap][columns]
         if before_wrap == count:  # nearly always, and a concatenation takes longer than the rest
             return data.copy() if isinstance(columns, slice) else data

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Body, Request
-from fastapi.concurrency import run_in_threadpool
+from fastapi import APIRouter, Body, Request, Response
 from pydantic import GetJsonSchemaHandler
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
@@ -16,9 +15,9 @@ from motionlab.design.inputs import DesignRequest
 from motionlab.design.plate.document import PlatformDocument, platform
 from motionlab.design.plate.inputs import PlatformRequest, read_platform_request
 from motionlab.service.bodies import JsonRoute
+from motionlab.service.computed import computed
 from motionlab.service.described import DescribedTable
 from motionlab.service.problems import responses
-from motionlab.service.slots import free_slot
 from motionlab.store.maps import named_map
 
 router = APIRouter(tags=["design"], route_class=JsonRoute)
@@ -34,23 +33,32 @@ class _AsPlatformRequest:
         return schema | {"title": "PlatformRequest", "required": []}
 
 
-@router.post("/design", operation_id="design", responses=responses(400, 413, 415, 422))
-def size_motor(
+@router.post(
+    "/design",
+    operation_id="design",
+    response_model=DesignDocument,
+    responses=responses(400, 413, 415, 422, 429, 503),
+)
+async def size_motor(
+    request: Request,
     body: Annotated[
         dict[str, Any],
         DescribedTable(DesignRequest),
         Body(examples=[{"requirements": {"f_max": 50.0}}, {"preset": "previous"}]),
     ],
-) -> DesignDocument:
+) -> Response:
     """Size a motor by the paper's equations (1) to (14), as printed beside corrected.
 
     An empty table is the paper's example.
     """
-    return design(body)
+    return await computed(request, design, body, light=True)
 
 
 @router.post(
-    "/design/platform", operation_id="bendPlatform", responses=responses(400, 413, 415, 422, 429)
+    "/design/platform",
+    operation_id="bendPlatform",
+    response_model=PlatformDocument,
+    responses=responses(400, 413, 415, 422, 429, 503),
 )
 async def bend_platform(
     request: Request,
@@ -59,13 +67,12 @@ async def bend_platform(
         _AsPlatformRequest(),
         Body(examples=[{"axis": "x"}, {"axis": "y", "new": {"rib_height": 0.04}}]),
     ],
-) -> PlatformDocument:
+) -> Response:
     """Bend two designs of a moving platform under four movers' normal forces.
 
     An empty table is the y platform with this project's shapes; the paper prints none.
     """
-    async with free_slot(request):
-        return await run_in_threadpool(_bent, body)
+    return await computed(request, _bent, body)
 
 
 def _bent(body: dict[str, Any]) -> PlatformDocument:

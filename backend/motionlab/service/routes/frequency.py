@@ -5,44 +5,52 @@ from __future__ import annotations
 from typing import Annotated, Any, TypeVar
 
 from fastapi import APIRouter, Body, Request, Response
-from fastapi.concurrency import run_in_threadpool
 
 from motionlab.config.load import load_scenario
 from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError
 from motionlab.service.bodies import JsonRoute
+from motionlab.service.computed import computed
 from motionlab.service.described import Described
 from motionlab.service.kinds import SweepJob
 from motionlab.service.problems import responses
-from motionlab.service.routes.jobs import ACCEPTED, as_job
+from motionlab.service.routes.jobs import Asked, accepted, as_job
 from motionlab.service.settings import Settings
-from motionlab.service.slots import free_slot
+from motionlab.service.workers.worker import Call
 from motionlab.simulation.linear import SLIDING, linearise
 from motionlab.simulation.prepare import prepare
 from motionlab.tune.accuracy import AccuracyDocument, accuracy
-from motionlab.tune.bode import ResponseDocument, SweepRequest, response, swept
+from motionlab.tune.bode import ResponseDocument, SweepDocument, SweepRequest, response, swept
 from motionlab.tune.request import AxisRequest, read_request
 
 router = APIRouter(tags=["simulate"], route_class=JsonRoute)
 
-_REFUSED = responses(400, 413, 415, 422, 429)
+_REFUSED = responses(400, 413, 415, 422, 429, 503)
 _OfAxis = Annotated[
     dict[str, Any], Described(AxisRequest), Body(examples=[{"scenario": "circle", "axis": "x"}])
 ]
 
 
-@router.post("/loop/response", operation_id="getResponse", responses=_REFUSED)
-async def get_response(request: Request, body: _OfAxis) -> ResponseDocument:
+@router.post(
+    "/loop/response",
+    operation_id="getResponse",
+    response_model=ResponseDocument,
+    responses=_REFUSED,
+)
+async def get_response(request: Request, body: _OfAxis) -> Response:
     """Return open loop, closed loop and sensitivity of one axis over frequency, linearised."""
-    async with free_slot(request):
-        return await run_in_threadpool(_response, body)
+    return await computed(request, _response, body, light=True)
 
 
-@router.post("/loop/accuracy", operation_id="getAccuracy", responses=_REFUSED)
-async def get_accuracy(request: Request, body: _OfAxis) -> AccuracyDocument:
+@router.post(
+    "/loop/accuracy",
+    operation_id="getAccuracy",
+    response_model=AccuracyDocument,
+    responses=_REFUSED,
+)
+async def get_accuracy(request: Request, body: _OfAxis) -> Response:
     """Return crossover and steady-state errors by eqs (39) to (42), beside simulated ones."""
-    async with free_slot(request):
-        return await run_in_threadpool(_accuracy, body, request.app.state.settings)
+    return await computed(request, _accuracy, body, request.app.state.settings.bounds)
 
 
 @router.post(
@@ -50,7 +58,7 @@ async def get_accuracy(request: Request, body: _OfAxis) -> AccuracyDocument:
     operation_id="sweepLoop",
     status_code=202,
     response_model=SweepJob,
-    responses={**ACCEPTED, **_REFUSED},
+    responses={**accepted(SweepJob), **_REFUSED},
 )
 async def sweep_loop(
     request: Request,
@@ -62,8 +70,7 @@ async def sweep_loop(
 
     A slow motion goes on meanwhile. The job's report carries the points as they arrive.
     """
-    checked, scenario = await run_in_threadpool(_sweep, body)
-    return as_job(request, "sweep", body, lambda progress: swept(checked, scenario, progress))
+    return await as_job(request, "sweep", _swept, _checked, body)
 
 
 def _response(body: dict[str, Any]) -> ResponseDocument:
@@ -88,10 +95,14 @@ def _accuracy(body: dict[str, Any], settings: Settings) -> AccuracyDocument:
     return accuracy(checked, scenario)
 
 
-def _sweep(body: dict[str, Any]) -> tuple[SweepRequest, Scenario]:
+def _checked(_: Call, _bounds: Settings, body: dict[str, Any]) -> Asked:
     checked, scenario = _loaded(SweepRequest, body)
     linearise(scenario, checked.chosen(scenario), checked.axis, v=checked.velocity)
-    return checked, scenario
+    return Asked.of(body)
+
+
+def _swept(call: Call, body: dict[str, Any], _: Settings) -> SweepDocument:
+    return swept(*_loaded(SweepRequest, body), call.progress)
 
 
 _Asked = TypeVar("_Asked", bound=AxisRequest)

@@ -5,17 +5,18 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any
 
 from fastapi import APIRouter, Body, Request, Response
-from fastapi.concurrency import run_in_threadpool
 
 from motionlab.errors import ConfigError, FieldError
-from motionlab.identify.document import PlanDocument
+from motionlab.identify.document import IdentificationDocument, PlanDocument
 from motionlab.identify.request import IdentifyRequest, read_request
 from motionlab.service.bodies import JsonRoute
+from motionlab.service.computed import computed
 from motionlab.service.described import Described
 from motionlab.service.kinds import IdentificationJob
 from motionlab.service.problems import responses
-from motionlab.service.routes.jobs import ACCEPTED, as_job
+from motionlab.service.routes.jobs import Asked, accepted, as_job
 from motionlab.service.settings import Settings
+from motionlab.service.workers.worker import Call
 
 if TYPE_CHECKING:
     from motionlab.identify.plan import Experiment
@@ -28,7 +29,7 @@ router = APIRouter(tags=["identify"], route_class=JsonRoute)
     operation_id="identify",
     status_code=202,
     response_model=IdentificationJob,
-    responses={**ACCEPTED, **responses(400, 413, 415, 422, 429)},
+    responses={**accepted(IdentificationJob), **responses(400, 413, 415, 422, 429, 503)},
 )
 async def identify_friction(
     request: Request,
@@ -42,18 +43,14 @@ async def identify_friction(
 
     The job's report carries the points measured so far, and at the end what is fitted to them.
     """
-    from motionlab.identify.experiment import identify
-
-    settings: Settings = request.app.state.settings
-    experiment = await run_in_threadpool(_planned, body, settings)
-    return as_job(request, "identify", body, lambda progress: identify(experiment, progress))
+    return await as_job(request, "identify", _identified, _checked, body)
 
 
 @router.post(
     "/identify/plan",
     operation_id="planIdentification",
     response_model=PlanDocument,
-    responses=responses(400, 413, 415, 422),
+    responses=responses(400, 413, 415, 422, 429, 503),
 )
 async def plan_identification(
     request: Request,
@@ -62,14 +59,27 @@ async def plan_identification(
         Described(IdentifyRequest),
         Body(examples=[{"scenario": "circle", "axis": "x", "time_max": 5.0}]),
     ],
-) -> PlanDocument:
+) -> Response:
     """Check an identification and say what it would do and how long that takes; nothing moves."""
+    settings: Settings = request.app.state.settings
+    return await computed(request, _plan, body, settings.work_max, light=True)
+
+
+def _plan(body: dict[str, Any], work_max: float) -> PlanDocument:
     from motionlab.identify.plan import plan, plan_document
 
-    settings: Settings = request.app.state.settings
-    return await run_in_threadpool(
-        lambda: plan_document(plan(read_request(body)), settings.work_max)
-    )
+    return plan_document(plan(read_request(body)), work_max)
+
+
+def _checked(_: Call, bounds: Settings, body: dict[str, Any]) -> Asked:
+    _planned(body, bounds)
+    return Asked.of(body)
+
+
+def _identified(call: Call, body: dict[str, Any], bounds: Settings) -> IdentificationDocument:
+    from motionlab.identify.experiment import identify
+
+    return identify(_planned(body, bounds), call.progress)
 
 
 def _planned(body: dict[str, Any], settings: Settings) -> Experiment:

@@ -2,62 +2,122 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+import json
+from collections.abc import Callable
+from typing import Annotated, Any, NamedTuple
 
 from fastapi import APIRouter, HTTPException, Path, Query, Request, Response
-from fastapi.responses import JSONResponse
+from pydantic import BaseModel, ValidationError
 
+from motionlab.service.computed import ComputedResponse, called, computed
 from motionlab.service.described import ID, links
-from motionlab.service.jobs import TooManyJobs, Work
-from motionlab.service.kinds import JobReport, JobSummary, Kind
+from motionlab.service.jobs import Jobs, TooManyJobs, Work
+from motionlab.service.kinds import REPORT, JobReport, JobSummary, Kind
 from motionlab.service.problems import responses
+from motionlab.service.workers.worker import Call
+from motionlab.store.records import RecordStore
 
 router = APIRouter()
 
 JobId = Annotated[str, Path(json_schema_extra={"pattern": ID}, description="Identifier of a job")]
 
-ACCEPTED: dict[int | str, dict[str, Any]] = {
-    202: {
-        "model": JobReport,
-        "description": "Accepted as a job, at its Location",
-        "headers": {"Location": {"schema": {"type": "string"}}},
-        "links": links("job_id", "getJob", "cancelJob"),
-    }
+_JSON = "application/json"
+_GOES_ON = {"queued", "running"}
+_INTERRUPTED = {
+    "state": "interrupted",
+    "error": "the server ended before this job did; ask for it again",
 }
-"""What OpenAPI says of an answer by `as_job`."""
+"""What is told of a job whose record says that it goes on, while no server does it."""
 
 
-@router.get("/jobs", operation_id="listJobs", tags=["jobs"])
-def list_jobs(
+def accepted(report: type[BaseModel]) -> dict[int | str, dict[str, Any]]:
+    """Return what OpenAPI says of an answer by `as_job`, whose report is of one kind."""
+    return {
+        202: {
+            "model": report,
+            "description": "Accepted as a job, at its Location",
+            "headers": {"Location": {"schema": {"type": "string"}}},
+            "links": links("job_id", "getJob", "cancelJob"),
+        }
+    }
+
+
+@router.get(
+    "/jobs",
+    operation_id="listJobs",
+    tags=["jobs"],
+    response_model=list[JobSummary],
+    responses=responses(429, 503),
+)
+async def list_jobs(
     request: Request,
     kind: Annotated[Kind | None, Query(description="Only jobs of this kind")] = None,
-) -> list[JobSummary]:
+) -> Response:
     """Return the jobs that wait, run or have ended, the newest first.
 
-    Those that are done are recorded, and found again when the server is started anew.
+    They are recorded, and found again when the server is started anew.
     """
-    return request.app.state.jobs.summaries(kind)
+    jobs: Jobs = request.app.state.jobs
+    return await computed(request, _listed, jobs.records, kind, jobs.told(), light=True)
 
 
-@router.get("/jobs/{job_id}", operation_id="getJob", tags=["jobs"], responses=responses(404))
-def get_job(request: Request, job_id: JobId) -> JobReport:
+@router.get(
+    "/jobs/{job_id}",
+    operation_id="getJob",
+    tags=["jobs"],
+    response_model=JobReport,
+    responses=responses(404, 429, 503),
+)
+async def get_job(request: Request, job_id: JobId) -> Response:
     """Return the state, progress and, once it is done, the result of a job."""
-    return _found(request.app.state.jobs.report(job_id), job_id)
+    jobs: Jobs = request.app.state.jobs
+    report = jobs.report(job_id)
+    if report is not None:
+        return Response(report, media_type=_JSON)
+    return ComputedResponse(await called(request, _recorded, jobs.records, job_id, light=True))
 
 
-@router.delete("/jobs/{job_id}", operation_id="cancelJob", tags=["jobs"], responses=responses(404))
-def cancel_job(request: Request, job_id: JobId) -> JobReport:
+@router.delete(
+    "/jobs/{job_id}",
+    operation_id="cancelJob",
+    tags=["jobs"],
+    response_model=JobReport,
+    responses=responses(404, 429, 503),
+)
+async def cancel_job(request: Request, job_id: JobId) -> Response:
     """Cancel a job that waits or runs; a finished one stays as it is."""
-    return _found(request.app.state.jobs.cancel(job_id), job_id)
+    request.app.state.jobs.cancel(job_id)
+    return await get_job(request, job_id)
 
 
-def _found(report: JobReport | None, job_id: str) -> JobReport:
-    if report is None:
-        raise HTTPException(404, f"no job {job_id!r}")
-    return report
+class Asked(NamedTuple):
+    """A request that passed every check.
+
+    Attributes
+    ----------
+    request : bytes
+        As its job's report tells it, JSON.
+    size : int
+        Memory that its job holds while it runs, bytes.
+    """
+
+    request: bytes
+    size: int = 0
+
+    @classmethod
+    def of(cls, body: dict[str, Any], size: int = 0) -> Asked:
+        """Return a request by its body."""
+        return cls(json.dumps(body, allow_nan=False).encode(), size)
 
 
-def as_job(request: Request, kind: Kind, body: dict[str, Any], work: Work) -> Response:
+async def as_job(
+    request: Request,
+    kind: Kind,
+    function: Callable[..., Any],
+    check: Callable[..., bytes | Asked],
+    *asked: Any,
+    batches: bool = False,
+) -> Response:
     """Queue work and return the answer that tells where to ask for it.
 
     Parameters
@@ -66,14 +126,59 @@ def as_job(request: Request, kind: Kind, body: dict[str, Any], work: Work) -> Re
         Whose application has the queue.
     kind : str
         What kind of work it is.
-    body : dict
-        What was asked for; the job's report tells it.
-    work : callable
-        See `motionlab.service.jobs.Jobs.submit`.
+    function : callable
+        Of a module, called in the job's process with a `Call`, the request as JSON has it, and
+        `Settings`; returns the result document.
+    check : callable
+        Of a module, called in a worker with a `Call`, `Settings` and `asked`; returns the request
+        as the job's report tells it, or bytes to answer with at once.
+    *asked
+        What was asked for.
+    batches : bool
+        Whether it needs the kernels of batches.
     """
+    state = request.app.state
+    answer = await called(request, check, state.settings.bounds, *asked)
+    if answer.contents is not None:
+        return ComputedResponse(answer)
+    body, size = answer.value
+    answer.close()
+    state.memory.check(size)
     try:
-        report = request.app.state.jobs.submit(kind, body, work)
+        job_id, report = await state.jobs.submit(Work(kind, function, body, size, batches))
     except TooManyJobs as error:
         raise HTTPException(429, str(error)) from None
-    location = f"/api/v1/jobs/{report.id}"
-    return JSONResponse(report.model_dump(mode="json"), 202, {"Location": location})
+    return Response(report, 202, {"Location": f"/api/v1/jobs/{job_id}"}, _JSON)
+
+
+def _listed(
+    records: RecordStore, kind: Kind | None, own: list[tuple[dict[str, Any], bytes]]
+) -> list[JobSummary]:
+    """Return all jobs: as they are told of, or else as they are recorded; runs in a worker."""
+    found: dict[str, JobSummary] = {}
+    for line in records.summaries():
+        try:
+            recorded = JobSummary.model_validate_json(line)
+        except ValidationError:
+            continue
+        if recorded.state in _GOES_ON:
+            recorded = recorded.model_copy(update=_INTERRUPTED)
+        found[recorded.id] = recorded
+    for told, request in own:
+        found[told["id"]] = JobSummary(**told, request=json.loads(request))
+    wanted = [job for job in found.values() if kind in (None, job.kind)]
+    return sorted(wanted, key=lambda job: job.created, reverse=True)
+
+
+def _recorded(_: Call, records: RecordStore, job_id: str) -> bytes:
+    """Return the report of a job that is recorded; runs in a worker."""
+    record = records.read(job_id)
+    try:
+        if record is not None:
+            report = REPORT.validate_json(record)
+            if report.state not in _GOES_ON:
+                return record
+            return report.model_copy(update=_INTERRUPTED).model_dump_json().encode()
+    except ValidationError:  # damaged, or of another version
+        pass
+    raise HTTPException(404, f"no job {job_id!r}")

@@ -1,8 +1,10 @@
-"""Health, and the cookie that spares a browser from sending the token each time."""
+"""Health, log-in and log-out of browsers."""
 
 from __future__ import annotations
 
 import hmac
+import logging
+import math
 from typing import Literal
 
 from fastapi import APIRouter, HTTPException, Request, Response
@@ -10,8 +12,11 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from motionlab import __version__
 from motionlab.service.bodies import JsonRoute
+from motionlab.service.logins import cookie_name, set_cookie
 from motionlab.service.problems import responses
-from motionlab.service.security import COOKIE
+from motionlab.service.security import find_login
+
+_LOG = logging.getLogger(__name__)
 
 router = APIRouter(route_class=JsonRoute)
 
@@ -21,6 +26,7 @@ class Health(BaseModel):
 
     status: Literal["ok"]
     version: str = Field(description="Version of the project")
+    login: bool = Field(description="Whether browsers have to log in")
 
 
 class LoginRequest(BaseModel):
@@ -32,9 +38,10 @@ class LoginRequest(BaseModel):
 
 
 @router.get("/health", operation_id="getHealth", tags=["server"])
-def get_health() -> Health:
+async def get_health(request: Request) -> Health:
     """Answer that the server is up; needs no token."""
-    return Health(status="ok", version=__version__)
+    login = request.app.state.settings.token is not None
+    return Health(status="ok", version=__version__, login=login)
 
 
 @router.post(
@@ -42,13 +49,40 @@ def get_health() -> Health:
     operation_id="login",
     tags=["server"],
     status_code=204,
-    responses=responses(400, 401, 413, 415, 422),
+    responses=responses(400, 401, 413, 415, 422, 429),
 )
-def login(request: Request, body: LoginRequest) -> Response:
+async def log_in(request: Request, body: LoginRequest) -> Response:
     """Exchange the token for a cookie that scripts in the page cannot read."""
+    address = "unknown" if request.client is None else request.client.host
+    wait = request.app.state.logins.attempts.take(address)
+    if wait > 0:
+        seconds = str(math.ceil(wait))
+        raise HTTPException(429, f"too many log-ins; wait {seconds} s", {"Retry-After": seconds})
     token = request.app.state.settings.token
     if token is None or not hmac.compare_digest(body.token.encode(), token.encode()):
+        _LOG.warning("log-in from %.60r failed: wrong token", address)
         raise HTTPException(401, "that is not this server's token")
-    response = Response(status_code=204)
-    response.set_cookie(COOKIE, token, httponly=True, samesite="strict", path="/")
-    return response
+    _LOG.info("log-in from %.60r", address)
+    return _with_cookie(request, request.app.state.logins.issue())
+
+
+@router.post(
+    "/logout",
+    operation_id="logout",
+    tags=["server"],
+    status_code=204,
+    responses=responses(401),
+)
+async def log_out(request: Request) -> Response:
+    """End a browser's log-in: its cookie is no longer accepted."""
+    logins = request.app.state.logins
+    login = find_login(request.headers, logins)
+    if login is not None:
+        logins.end(login)
+    return _with_cookie(request, "")
+
+
+def _with_cookie(request: Request, value: str) -> Response:
+    name = cookie_name(request.headers.get("host", ""))
+    header = set_cookie(name, value, secure=request.url.scheme == "https")
+    return Response(status_code=204, headers={"Set-Cookie": header})

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Body, Request
-from fastapi.concurrency import run_in_threadpool
+from fastapi import APIRouter, Body, Request, Response
 from pydantic import BaseModel, Field
 
 from motionlab.analysis.frequency import margins
@@ -13,9 +12,9 @@ from motionlab.config.load import load_scenario
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
 from motionlab.service.bodies import JsonRoute
+from motionlab.service.computed import computed
 from motionlab.service.problems import responses
 from motionlab.service.routes.simulate import SimulateRequest
-from motionlab.service.slots import free_slot
 from motionlab.simulation.linear import (
     SLIDING,
     NoLinearisation,
@@ -54,11 +53,15 @@ class LoopDocument(BaseModel):
     variants: dict[str, LoopOfVariant]
 
 
-@router.post("/loop", operation_id="getLoop", responses=responses(400, 413, 415, 422, 429))
-async def get_loop(request: Request, body: Annotated[SimulateRequest, Body()]) -> LoopDocument:
+@router.post(
+    "/loop",
+    operation_id="getLoop",
+    response_model=LoopDocument,
+    responses=responses(400, 413, 415, 422, 429, 503),
+)
+async def get_loop(request: Request, body: Annotated[SimulateRequest, Body()]) -> Response:
     """Return margins and limits of stability of every loop; docs/loop.md."""
-    async with free_slot(request):
-        return await run_in_threadpool(_loops, body)
+    return await computed(request, _loops, body)
 
 
 def _loops(body: SimulateRequest) -> LoopDocument:

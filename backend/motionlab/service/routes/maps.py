@@ -5,8 +5,6 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Body, HTTPException, Path, Query, Request, Response
-from fastapi.concurrency import run_in_threadpool
-from fastapi.responses import JSONResponse
 from starlette.convertors import StringConvertor, register_url_convertor
 
 from motionlab.design.fem.compute import PRESETS, compute
@@ -18,7 +16,7 @@ from motionlab.design.fem.document import (
     read_map_request,
     tables,
 )
-from motionlab.design.fem.force_map import ForceMapDocument
+from motionlab.design.fem.force_map import ForceMap, ForceMapDocument
 from motionlab.design.fem.geometry import Geometry
 from motionlab.design.fem.mesh import Resolution, vertices
 from motionlab.design.fem.picture import (
@@ -30,12 +28,13 @@ from motionlab.design.fem.picture import (
 )
 from motionlab.errors import ConfigError, FieldError
 from motionlab.service.bodies import JsonRoute
+from motionlab.service.computed import computed, json_of
 from motionlab.service.described import DescribedTable
-from motionlab.service.jobs import Progress
+from motionlab.service.kinds import MapJob
 from motionlab.service.problems import responses
-from motionlab.service.routes.jobs import ACCEPTED, as_job
+from motionlab.service.routes.jobs import Asked, accepted, as_job
 from motionlab.service.settings import Settings
-from motionlab.service.slots import free_slot
+from motionlab.service.workers.worker import Call
 from motionlab.store.files import data_root
 from motionlab.store.map_library import Found, delete_computed, find_map, map_entries
 from motionlab.store.maps import MapStore, computed_or_kept, map_file
@@ -60,7 +59,7 @@ Currents = Annotated[int, Query(ge=2, le=201, description="Columns of the tables
     "",
     operation_id="computeMap",
     response_model=MapEntry,
-    responses={**ACCEPTED, **responses(400, 413, 415, 422, 429, 503, 507)},
+    responses={**accepted(MapJob), **responses(400, 413, 415, 422, 429, 503, 507)},
 )
 async def compute_map(
     request: Request,
@@ -71,46 +70,32 @@ async def compute_map(
     ],
 ) -> Response:
     """Compute a force map as a job; one that was computed before is answered at once."""
-    wanted = await run_in_threadpool(_wanted, body, request.app.state.settings)
-    store = _store()
-    kept = await run_in_threadpool(store.find, wanted.geometry, wanted.preset)
-    if kept is not None:
-        name = kept.document.content_hash
-        return JSONResponse(entry(kept, name=name, shipped=False).model_dump(mode="json"))
-    await run_in_threadpool(store.check_room)
-
-    def work(progress: Progress) -> MapEntry:
-        made, _ = computed_or_kept(store, wanted.geometry, wanted.preset, progress=progress)
-        return entry(made, name=made.document.content_hash, shipped=False)
-
-    return as_job(request, "map", body, work)
+    return await as_job(request, "map", _made, _kept, body)
 
 
-@router.post("/preview", operation_id="previewMap", responses=responses(400, 413, 415, 422, 429))
+@router.post(
+    "/preview",
+    operation_id="previewMap",
+    response_model=MapTables,
+    responses=responses(400, 413, 415, 422, 429, 503),
+)
 async def preview_map(
     request: Request,
     body: Annotated[dict[str, Any], DescribedTable(Geometry), Body(examples=[{"g": 0.4e-3}])],
     positions: Positions = 49,
     currents: Currents = 11,
-) -> MapTables:
+) -> Response:
     """Return a map by a magnetic circuit, at once and kept nowhere; fields of the geometry."""
-    table = {"preset": "preview", "geometry": body}
-    try:
-        wanted = await run_in_threadpool(_wanted, table, request.app.state.settings)
-    except ConfigError as error:
-        raise ConfigError(*(_of_the_geometry(e) for e in error.errors)) from None
-    async with free_slot(request):
-        found = await run_in_threadpool(compute, wanted.geometry, "preview")
-        return tables(
-            found,
-            name=found.document.content_hash,
-            shipped=False,
-            positions=positions,
-            currents=currents,
-        )
+    bounds = request.app.state.settings.bounds
+    return await computed(request, _previewed, body, positions, currents, bounds)
 
 
-@router.post("/field", operation_id="mapField", responses=responses(400, 413, 415, 422, 429))
+@router.post(
+    "/field",
+    operation_id="mapField",
+    response_model=FieldPicture,
+    responses=responses(400, 413, 415, 422, 429, 503),
+)
 async def map_field(
     request: Request,
     body: Annotated[
@@ -118,37 +103,44 @@ async def map_field(
         DescribedTable(FieldRequest),
         Body(examples=[{"position": -2.1e-3, "current": 10.0, "columns": 96}]),
     ],
-) -> FieldPicture:
+) -> Response:
     """Return flux density on a grid, flux lines, and outlines of iron and coils."""
-    wanted = read_field_request(body)
-    _check_size(wanted.geometry, RESOLUTION, request.app.state.settings)
-    async with free_slot(request):
-        return await run_in_threadpool(picture, wanted)
+    return await computed(request, _pictured, body, request.app.state.settings.bounds)
 
 
-@router.get("", operation_id="listMaps")
-def list_maps() -> list[MapEntry]:
+@router.get(
+    "",
+    operation_id="listMaps",
+    response_model=list[MapEntry],
+    responses=responses(429, 503),
+)
+async def list_maps(request: Request) -> Response:
     """List the maps that ship and those that were computed."""
-    return map_entries()
+    return await computed(request, map_entries, light=True)
 
 
-@router.get("/{name:map}", operation_id="getMap", responses=responses(404, 422))
-def get_map(name: Name, positions: Positions = 49, currents: Currents = 11) -> MapTables:
+@router.get(
+    "/{name:map}",
+    operation_id="getMap",
+    response_model=MapTables,
+    responses=responses(404, 422, 429, 503),
+)
+async def get_map(
+    request: Request, name: Name, positions: Positions = 49, currents: Currents = 11
+) -> Response:
     """Return thrust and normal force over position and current, from the map's splines."""
-    found = _found(name)
-    return tables(
-        found.force_map,
-        name=name,
-        shipped=found.shipped,
-        positions=positions,
-        currents=currents,
-    )
+    return await computed(request, _tabulated, name, positions, currents, light=True)
 
 
-@router.get("/{name:map}/file", operation_id="getMapFile", responses=responses(404, 422))
-def get_map_file(name: Name) -> ForceMapDocument:
+@router.get(
+    "/{name:map}/file",
+    operation_id="getMapFile",
+    response_model=ForceMapDocument,
+    responses=responses(404, 422, 429, 503),
+)
+async def get_map_file(request: Request, name: Name) -> Response:
     """Return a map's file: its nodes, as ``motionlab map --json`` prints them."""
-    return _found(name).force_map.document
+    return await computed(request, _nodes, name, light=True)
 
 
 @router.delete(
@@ -165,6 +157,53 @@ def delete_map(name: Name) -> Response:
     if not delete_computed(name):
         raise HTTPException(404, f"no map {name!r}")
     return Response(status_code=204)
+
+
+def _kept(call: Call, bounds: Settings, body: dict[str, Any]) -> bytes | Asked:
+    """Return a map that was computed before, or the request where it takes a job."""
+    wanted, store = _wanted(body, bounds), _store()
+    kept = store.find(wanted.geometry, wanted.preset)
+    if kept is not None:
+        return json_of(call, _entry, (kept,))
+    store.check_room()
+    return Asked.of(body)
+
+
+def _made(call: Call, body: dict[str, Any], bounds: Settings) -> MapEntry:
+    wanted = _wanted(body, bounds)
+    made, _ = computed_or_kept(_store(), wanted.geometry, wanted.preset, progress=call.progress)
+    return _entry(made)
+
+
+def _entry(force_map: ForceMap) -> MapEntry:
+    return entry(force_map, name=force_map.document.content_hash, shipped=False)
+
+
+def _previewed(
+    geometry: dict[str, Any], positions: int, currents: int, bounds: Settings
+) -> MapTables:
+    try:
+        wanted = _wanted({"preset": "preview", "geometry": geometry}, bounds)
+    except ConfigError as error:
+        raise ConfigError(*(_of_the_geometry(e) for e in error.errors)) from None
+    found = compute(wanted.geometry, "preview")
+    name = found.document.content_hash
+    return tables(found, name=name, shipped=False, positions=positions, currents=currents)
+
+
+def _pictured(body: dict[str, Any], bounds: Settings) -> FieldPicture:
+    wanted = read_field_request(body)
+    _check_size(wanted.geometry, RESOLUTION, bounds)
+    return picture(wanted)
+
+
+def _tabulated(name: str, positions: int, currents: int) -> MapTables:
+    shipped, force_map = _found(name)
+    return tables(force_map, name=name, shipped=shipped, positions=positions, currents=currents)
+
+
+def _nodes(name: str) -> ForceMapDocument:
+    return _found(name).force_map.document
 
 
 def _wanted(body: dict[str, Any], settings: Settings) -> MapRequest:

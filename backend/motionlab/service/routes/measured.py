@@ -2,24 +2,37 @@
 
 from __future__ import annotations
 
-import pathlib
-import tempfile
+import asyncio
+import contextlib
+from pathlib import Path
 from typing import Annotated, Literal
 
+import numpy as np
 import tomli_w
-from fastapi import APIRouter, Query, Request, Response
-from fastapi.concurrency import run_in_threadpool
-from fastapi.responses import JSONResponse
+from fastapi import APIRouter, HTTPException, Query, Request, Response
 
 from motionlab.service.bodies import JsonRoute
+from motionlab.service.computed import called
 from motionlab.service.documents import SessionMetrics
+from motionlab.service.download import Download, temporary_folder
+from motionlab.service.history import as_recording
+from motionlab.service.memory import Memory
 from motionlab.service.problems import responses
 from motionlab.service.routes.sessions import Found
-from motionlab.service.slots import free_slot
+from motionlab.service.workers.worker import Call
 from motionlab.simulation.result import metadata
 from motionlab.telemetry import recorder
 
 router = APIRouter(prefix="/sessions", tags=["sessions"], route_class=JsonRoute)
+_RETRY_SECONDS = 5
+_WAIT_SECONDS = 60.0
+_WRITE_SECONDS = 120.0
+_SAMPLES = "samples.npy"
+_FILE_SHARE = {"csv": 4, "parquet": 3}
+"""What writing a file takes, in sizes of the ring: a copy of it, a row group, and the file. The
+temporary folder may lie in memory.
+"""
+
 _TELEMETRY = {"csv": "text/csv", "parquet": "application/vnd.apache.parquet"}
 
 
@@ -31,7 +44,7 @@ _TELEMETRY = {"csv": "text/csv", "parquet": "application/vnd.apache.parquet"}
 )
 async def get_metrics(session: Found) -> Response:
     """Return metrics over the last two periods, or ten seconds."""
-    return JSONResponse(await session.metrics())
+    return Response(await session.metrics(), media_type="application/json")
 
 
 @router.get(
@@ -48,7 +61,7 @@ async def get_metrics(session: Found) -> Response:
                 },
             },
         },
-        **responses(404, 422, 429),
+        **responses(404, 422, 429, 503, 507),
     },
 )
 async def get_telemetry(
@@ -57,21 +70,50 @@ async def get_telemetry(
     format: Annotated[Literal["csv", "parquet"], Query()] = "parquet",
 ) -> Response:
     """Return what the ring holds, 30 s at most, as a file."""
-    slot = free_slot(request)  # a file takes a few times what the ring holds
-    recording = session.recording()
+    state = request.app.state
+    memory: Memory = state.memory
+    slots: asyncio.Semaphore = state.downloads
+    if slots.locked() and state.downloads_waiting >= state.settings.downloads_waiting_max:
+        raise _too_many(f"{state.downloads_waiting} files are waited for already")
+    state.downloads_waiting += 1
+    try:
+        async with asyncio.timeout(_WAIT_SECONDS):
+            await slots.acquire()
+    except TimeoutError:
+        most = state.settings.downloads_max
+        raise _too_many(f"{most} files are being sent, and none has ended since") from None
+    finally:
+        state.downloads_waiting -= 1
     about = metadata(session.prepared)
-
-    def written() -> bytes:
-        with tempfile.TemporaryDirectory() as folder:
-            path = pathlib.Path(folder) / f"telemetry.{format}"
-            recorder.write(recording, str(path), metadata=about)
-            return path.read_bytes()
-
     name = f"{session.prepared.scenario.name}-{session.tick}.{format}"
-    headers = {"Content-Disposition": f'attachment; filename="{name}"'}
-    async with slot:
-        content = await run_in_threadpool(written)
-    return Response(content, media_type=_TELEMETRY[format], headers=headers)
+    async with contextlib.AsyncExitStack() as held:
+        held.callback(slots.release)
+        held.enter_context(memory.hold(_FILE_SHARE[format] * session.history.ring.size))
+        with temporary_folder() as folder:
+            async with state.writing:
+                start, failed = await session.save(folder / _SAMPLES)
+                written = folder / f"telemetry.{format}"
+                arguments = (str(written), start, failed, about)
+                (await called(request, _write, *arguments, seconds=_WRITE_SECONDS)).close()
+            file = written.open("rb")
+        return Download(
+            file,
+            media_type=_TELEMETRY[format],
+            headers={"Content-Disposition": f'attachment; filename="{name}"'},
+            held=held.pop_all(),
+        )
+
+
+def _too_many(detail: str) -> HTTPException:
+    return HTTPException(429, detail, {"Retry-After": f"{_RETRY_SECONDS}"})
+
+
+def _write(
+    _: Call, path: str, start: int, failed: dict[str, int | None], about: dict[str, str]
+) -> None:
+    """Write a file of the samples that lie beside it; runs in a worker."""
+    data = np.load(Path(path).parent / _SAMPLES, mmap_mode="r")
+    recorder.write(as_recording(start, data, failed), path, metadata=about)
 
 
 @router.get(
@@ -81,7 +123,7 @@ async def get_telemetry(
     responses={
         200: {
             "description": "The scenario; docs/scenarios.md",
-            "content": {"application/toml": {"schema": {"type": "string"}}},
+            "content": {"text/plain": {"schema": {"type": "string"}}},
         },
         **responses(404),
     },
@@ -91,4 +133,4 @@ async def get_scenario_file(session: Found) -> Response:
     scenario = session.simulation.scenario
     text = tomli_w.dumps(scenario.model_dump(mode="json", exclude_none=True))
     headers = {"Content-Disposition": f'attachment; filename="{scenario.name}.toml"'}
-    return Response(text, media_type="application/toml", headers=headers)
+    return Response(text, media_type="text/plain; charset=utf-8", headers=headers)

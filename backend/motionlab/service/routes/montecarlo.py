@@ -5,15 +5,17 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any
 
 from fastapi import APIRouter, Body, Request, Response
-from fastapi.concurrency import run_in_threadpool
 
 from motionlab.errors import ConfigError, FieldError
+from motionlab.montecarlo.document import MonteCarloDocument
 from motionlab.montecarlo.request import MonteCarloRequest, read_request
 from motionlab.service.bodies import JsonRoute
 from motionlab.service.described import Described
 from motionlab.service.kinds import MonteCarloJob
 from motionlab.service.problems import responses
-from motionlab.service.routes.jobs import ACCEPTED, as_job
+from motionlab.service.routes.jobs import Asked, accepted, as_job
+from motionlab.service.settings import Settings
+from motionlab.service.workers.worker import Call
 
 if TYPE_CHECKING:
     from motionlab.montecarlo.study import Study
@@ -29,7 +31,7 @@ WORK_MAX = 100_000.0
     operation_id="monteCarlo",
     status_code=202,
     response_model=MonteCarloJob,
-    responses={**ACCEPTED, **responses(400, 413, 415, 422, 429)},
+    responses={**accepted(MonteCarloJob), **responses(400, 413, 415, 422, 429, 503)},
 )
 async def monte_carlo(
     request: Request,
@@ -44,11 +46,18 @@ async def monte_carlo(
     The job ends with quantiles of every metric, bands of the following error over time, how likely
     the spec is met, and the worst cases with what makes them.
     """
+    return await as_job(request, "monte-carlo", _studied, _checked, body, batches=True)
+
+
+def _checked(_: Call, _bounds: Settings, body: dict[str, Any]) -> Asked:
+    _planned(body)
+    return Asked.of(body)
+
+
+def _studied(call: Call, body: dict[str, Any], _: Settings) -> MonteCarloDocument:
     from motionlab.montecarlo.study import study
 
-    planned = await run_in_threadpool(_planned, body)
-    work = request.app.state.kernels.before(lambda progress: study(planned, progress))
-    return as_job(request, "monte-carlo", body, work)
+    return study(_planned(body), call.progress)
 
 
 def _planned(body: dict[str, Any]) -> Study:

@@ -7,11 +7,14 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Body, Request, Response
 from pydantic import BaseModel, ConfigDict, Field
 
-from motionlab.paper.document import PaperDocument
+from motionlab.paper.document import PaperDocument, ReproduceDocument
 from motionlab.service.bodies import JsonRoute
+from motionlab.service.computed import computed
 from motionlab.service.kinds import ReproduceJob
 from motionlab.service.problems import responses
-from motionlab.service.routes.jobs import ACCEPTED, as_job
+from motionlab.service.routes.jobs import Asked, accepted, as_job
+from motionlab.service.settings import Settings
+from motionlab.service.workers.worker import Call
 
 router = APIRouter(tags=["paper"], route_class=JsonRoute)
 
@@ -46,9 +49,18 @@ class ReproduceRequest(BaseModel):
     )
 
 
-@router.get("/paper", operation_id="getPaper")
-def get_paper() -> PaperDocument:
+@router.get(
+    "/paper",
+    operation_id="getPaper",
+    response_model=PaperDocument,
+    responses=responses(429, 503),
+)
+async def get_paper(request: Request) -> Response:
     """Return every number that the paper prints, how it is judged and why so; nothing computed."""
+    return await computed(request, _paper, light=True)
+
+
+def _paper() -> PaperDocument:
     from motionlab.paper.registry import paper
 
     return paper()
@@ -59,16 +71,24 @@ def get_paper() -> PaperDocument:
     operation_id="reproduce",
     status_code=202,
     response_model=ReproduceJob,
-    responses={**ACCEPTED, **responses(400, 413, 415, 422, 429)},
+    responses={**accepted(ReproduceJob), **responses(400, 413, 415, 422, 429, 503)},
 )
-def reproduce_paper(request: Request, body: Annotated[ReproduceRequest, Body()]) -> Response:
+async def reproduce_paper(request: Request, body: Annotated[ReproduceRequest, Body()]) -> Response:
     """Compute the paper's numbers and compare them.
 
     The job's report carries the rows as they are judged.
     """
+    return await as_job(request, "reproduce", _reproduced, _checked, body, batches=True)
+
+
+def _checked(_: Call, _bounds: Settings, body: ReproduceRequest) -> Asked:
     from motionlab.paper.registry import quantities
-    from motionlab.paper.reproduce import reproduce
 
     quantities(body.only)  # what is unknown is refused now
-    work = request.app.state.kernels.before(lambda progress: reproduce(body.only, progress))
-    return as_job(request, "reproduce", body.model_dump(), work)
+    return Asked.of(body.model_dump())
+
+
+def _reproduced(call: Call, body: dict[str, Any], _: Settings) -> ReproduceDocument:
+    from motionlab.paper.reproduce import reproduce
+
+    return reproduce(body["only"], call.progress)

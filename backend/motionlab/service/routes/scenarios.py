@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from fastapi import APIRouter, HTTPException, Path, Request
-from fastapi.concurrency import run_in_threadpool
+from fastapi import APIRouter, HTTPException, Path, Request, Response
 from pydantic import BaseModel, Field
 
+from motionlab.config.bounds import TEXT_MAX
 from motionlab.config.load import load_scenario
 from motionlab.config.scenario import Scenario
 from motionlab.config.schema import scenario_schema
 from motionlab.config.shipped import Kind, names, parse_text, read
+from motionlab.service.computed import computed
 from motionlab.service.problems import responses
 
 router = APIRouter(tags=["scenarios"])
@@ -87,14 +88,16 @@ def _about(kind: Kind, name: str) -> str:
 @router.post(
     "/scenarios/parse",
     operation_id="parseScenario",
-    responses=responses(413, 422),
+    response_model=Scenario,
+    responses=responses(413, 422, 429, 503),
     openapi_extra={
         "requestBody": {
             "content": {
-                "text/plain": {
+                "application/octet-stream": {
                     "schema": {
                         "type": "string",
-                        "description": "A scenario as in docs/scenarios.md",
+                        "format": "binary",
+                        "description": "TOML, a scenario as in docs/scenarios.md",
                         "examples": ['base = "circle"'],
                     }
                 }
@@ -103,10 +106,13 @@ def _about(kind: Kind, name: str) -> str:
         }
     },
 )
-async def parse_scenario(request: Request) -> Scenario:
+async def parse_scenario(request: Request) -> Response:
     """Return the scenario that a TOML text describes, with every name in it resolved."""
-    text = await request.body()
-    return await run_in_threadpool(lambda: load_scenario(parse_text(text, loc="body")))
+    return await computed(request, _parsed, await request.body(), light=True)
+
+
+def _parsed(text: bytes) -> Scenario:
+    return load_scenario(parse_text(text, loc="body", size_max=TEXT_MAX))
 
 
 @router.get("/schema", operation_id="getSchema")

@@ -44,8 +44,8 @@ async def get_scene(request: Request, session_id: str | None = None) -> Response
     try:
         try:
             page = await proxy.fetch_page(scene, encoding)
-        except OSError:  # killed, and not known to be gone yet
-            await scene.end()
+        except OSError:  # it hangs, or was killed and is not known to be gone yet
+            request.app.state.scenes.drop(scene)
             scene = await _scene(request, session_id)
             page = await proxy.fetch_page(scene, encoding)
     except OSError as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Annotated, Any, Literal
 
 from fastapi import (
@@ -14,18 +15,21 @@ from fastapi import (
     Response,
     WebSocket,
 )
-from fastapi.concurrency import run_in_threadpool
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field
 
 from motionlab.config.changes import SCHEDULABLE
 from motionlab.config.planar import AXES
-from motionlab.service.bodies import JsonRoute, whole
+from motionlab.config.quantity import Whole
+from motionlab.service.bodies import JsonRoute
 from motionlab.service.described import ID, PATHS_MAX, Paths, links
 from motionlab.service.problems import responses
 from motionlab.service.routes.simulate import SimulateRequest, prepare_request
 from motionlab.service.session import Session, SessionInfo
+from motionlab.service.sessions import Sessions
+from motionlab.service.settings import Settings
 from motionlab.service.stream import Stream, refuse
 
+_JSON = "application/json"
 router = APIRouter(prefix="/sessions", tags=["sessions"], route_class=JsonRoute)
 _OF_A_SESSION = (
     "getSession",
@@ -66,9 +70,7 @@ class PlayRequest(_Body):
 class StepRequest(_Body):
     """How far to step."""
 
-    ticks: Annotated[int, BeforeValidator(whole)] = Field(
-        default=1, ge=1, le=20_000, description="Control periods"
-    )
+    ticks: Whole = Field(default=1, ge=1, le=20_000, description="Control periods")
 
 
 class PushRequest(_Body):
@@ -101,10 +103,15 @@ def find_session(request: Request, session_id: SessionId) -> Session:
 Found = Annotated[Session, Depends(find_session)]
 
 
+def _info(session: Session, status: int = 200, headers: dict[str, str] | None = None) -> Response:
+    return Response(session.info(), status, headers, _JSON)
+
+
 @router.post(
     "",
     operation_id="createSession",
     status_code=201,
+    response_model=SessionInfo,
     responses={
         201: {
             "headers": {"Location": {"schema": {"type": "string"}}},
@@ -113,26 +120,27 @@ Found = Annotated[Session, Depends(find_session)]
         **responses(400, 413, 415, 422, 429),
     },
 )
-async def create_session(
-    request: Request, response: Response, body: Annotated[SimulateRequest, Body()]
-) -> SessionInfo:
+async def create_session(request: Request, body: Annotated[SimulateRequest, Body()]) -> Response:
     """Create a live session, paused at tick 0; ``{}`` is the circle."""
-    prepared = await run_in_threadpool(prepare_request, body, request.app.state.settings)
-    session = request.app.state.sessions.create(prepared)
-    response.headers["Location"] = f"/api/v1/sessions/{session.id}"
-    return session.info()
+    sessions: Sessions = request.app.state.sessions
+    settings: Settings = request.app.state.settings
+    session = await sessions.create(functools.partial(prepare_request, body, settings))
+    return _info(session, 201, {"Location": f"/api/v1/sessions/{session.id}"})
 
 
-@router.get("", operation_id="listSessions")
-async def list_sessions(request: Request) -> list[SessionInfo]:
+@router.get("", operation_id="listSessions", response_model=list[SessionInfo])
+async def list_sessions(request: Request) -> Response:
     """List the sessions."""
-    return [session.info() for session in request.app.state.sessions.all()]
+    infos = [session.info() for session in request.app.state.sessions.all()]
+    return Response(f"[{','.join(infos)}]", media_type=_JSON)
 
 
-@router.get("/{session_id}", operation_id="getSession", responses=responses(404))
-async def get_session(session: Found) -> SessionInfo:
+@router.get(
+    "/{session_id}", operation_id="getSession", response_model=SessionInfo, responses=responses(404)
+)
+async def get_session(session: Found) -> Response:
     """Return what is known of a session."""
-    return session.info()
+    return _info(session)
 
 
 @router.delete(
@@ -145,53 +153,76 @@ async def delete_session(request: Request, session: Found) -> Response:
 
 
 @router.post(
-    "/{session_id}/play", operation_id="play", responses=responses(400, 404, 409, 413, 415, 422)
+    "/{session_id}/play",
+    operation_id="play",
+    response_model=SessionInfo,
+    responses=responses(400, 404, 409, 413, 415, 422),
 )
-async def play(session: Found, body: PlayRequest | None = None) -> SessionInfo:
+async def play(session: Found, body: PlayRequest | None = None) -> Response:
     """Run against the clock."""
     session.play(None if body is None else body.speed)
-    return session.info()
+    return _info(session)
 
 
-@router.post("/{session_id}/pause", operation_id="pause", responses=responses(404, 409))
-async def pause(session: Found) -> SessionInfo:
+@router.post(
+    "/{session_id}/pause",
+    operation_id="pause",
+    response_model=SessionInfo,
+    responses=responses(404, 409),
+)
+async def pause(session: Found) -> Response:
     """Halt the clock."""
     session.pause()
-    return session.info()
+    return _info(session)
 
 
 @router.post(
-    "/{session_id}/step", operation_id="step", responses=responses(400, 404, 409, 413, 415, 422)
+    "/{session_id}/step",
+    operation_id="step",
+    response_model=SessionInfo,
+    responses=responses(400, 404, 409, 413, 415, 422),
 )
-async def step(session: Found, body: StepRequest | None = None) -> SessionInfo:
+async def step(session: Found, body: StepRequest | None = None) -> Response:
     """Advance a paused session by some ticks."""
-    session.step(1 if body is None else body.ticks)
-    return session.info()
+    await session.step(1 if body is None else body.ticks)
+    return _info(session)
 
 
-@router.post("/{session_id}/reset", operation_id="reset", responses=responses(404, 422))
-async def reset(session: Found) -> SessionInfo:
+@router.post(
+    "/{session_id}/reset",
+    operation_id="reset",
+    response_model=SessionInfo,
+    responses=responses(404, 409, 422),
+)
+async def reset(session: Found) -> Response:
     """Go back to tick 0; changes stay."""
-    session.reset()
-    return session.info()
+    await session.reset()
+    return _info(session)
 
 
-@router.post("/{session_id}/stop", operation_id="stop", responses=responses(404))
-async def stop(session: Found) -> SessionInfo:
+@router.post(
+    "/{session_id}/stop", operation_id="stop", response_model=SessionInfo, responses=responses(404)
+)
+async def stop(session: Found) -> Response:
     """Brake to rest, then switch the currents off; only a reset leaves that."""
     session.stop()
-    return session.info()
-
-
-@router.post("/{session_id}/undo", operation_id="undo", responses=responses(404, 409, 422))
-async def undo(session: Found) -> SessionInfo:
-    """Take back the latest change of parameters."""
-    session.undo()
-    return session.info()
+    return _info(session)
 
 
 @router.post(
-    "/{session_id}/push", operation_id="push", responses=responses(400, 404, 413, 415, 422)
+    "/{session_id}/undo",
+    operation_id="undo",
+    response_model=SessionInfo,
+    responses=responses(404, 409, 422),
+)
+async def undo(session: Found) -> Response:
+    """Take back the latest change of parameters."""
+    await session.undo()
+    return _info(session)
+
+
+@router.post(
+    "/{session_id}/push", operation_id="push", responses=responses(400, 404, 409, 413, 415, 422)
 )
 async def push(session: Found, body: PushRequest) -> TickAnswer:
     """Push the mover of every variant."""
@@ -202,11 +233,11 @@ async def push(session: Found, body: PushRequest) -> TickAnswer:
 @router.patch(
     "/{session_id}/parameters",
     operation_id="changeParameters",
-    responses=responses(400, 404, 413, 415, 422),
+    responses=responses(400, 404, 409, 413, 415, 422),
 )
 async def change_parameters(session: Found, body: ChangeRequest) -> TickAnswer:
     """Change parameters at the next tick, all or none."""
-    return TickAnswer(tick=session.change(body.set))
+    return TickAnswer(tick=await session.change(body.set))
 
 
 @router.websocket("/{session_id}/stream")

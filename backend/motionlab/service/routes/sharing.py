@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Body, HTTPException, Path, Request
-from fastapi.concurrency import run_in_threadpool
+from fastapi import APIRouter, Body, HTTPException, Path, Request, Response
 
 from motionlab.service.bodies import JsonRoute
+from motionlab.service.computed import computed
 from motionlab.service.described import DescribedTable
 from motionlab.service.problems import responses
-from motionlab.service.slots import free_slot
 from motionlab.simulation.sharing import (
     FitDocument,
     SharingDocument,
@@ -25,7 +24,10 @@ router = APIRouter(tags=["design"], route_class=JsonRoute)
 
 
 @router.post(
-    "/design/sharing", operation_id="shareForce", responses=responses(400, 413, 415, 422, 429)
+    "/design/sharing",
+    operation_id="shareForce",
+    response_model=SharingDocument,
+    responses=responses(400, 413, 415, 422, 429, 503),
 )
 async def share_force(
     request: Request,
@@ -39,23 +41,33 @@ async def share_force(
             ]
         ),
     ],
-) -> SharingDocument:
+) -> Response:
     """Share a force among the phases over one pole pitch: currents, forces, ripple, copper loss.
 
     An empty table is 20 N on the nominal motor.
     """
-    wanted = read_sharing_request(body)
-    async with free_slot(request):
-        return await run_in_threadpool(sharing, wanted)
+    return await computed(request, _shared, body, light=True)
 
 
-@router.get("/maps/{name}/fit", operation_id="fitMap", responses=responses(404, 422, 429))
+@router.get(
+    "/maps/{name}/fit",
+    operation_id="fitMap",
+    response_model=FitDocument,
+    responses=responses(404, 422, 429, 503),
+)
 async def fit_map(
     request: Request,
     name: Annotated[str, Path(pattern="^[a-z0-9-]{1,64}$", description="Name or content hash")],
-) -> FitDocument:
+) -> Response:
     """Fit the analytic map's F_pk, I_knee, h_2 and h_3 to a table."""
+    return await computed(request, _fitted, name)
+
+
+def _shared(body: dict[str, Any]) -> SharingDocument:
+    return sharing(read_sharing_request(body))
+
+
+def _fitted(name: str) -> FitDocument:
     if name not in map_names():
         raise HTTPException(404, f"no force map is called {name!r}")
-    async with free_slot(request):
-        return await run_in_threadpool(fit, name)
+    return fit(name)

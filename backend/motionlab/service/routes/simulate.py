@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Body, Header, Request, Response
-from fastapi.concurrency import run_in_threadpool
-from fastapi.responses import JSONResponse
 from pydantic import BaseModel, ConfigDict, Field
 
 from motionlab.config.load import load_scenario
 from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError
 from motionlab.service.bodies import JsonRoute
+from motionlab.service.computed import ComputedResponse, json_of
 from motionlab.service.described import PATHS_MAX, Paths, ScenarioSource
-from motionlab.service.jobs import Progress
-from motionlab.service.memory import Memory
+from motionlab.service.kinds import SimulationJob
 from motionlab.service.monitor import Monitor
 from motionlab.service.problems import responses
-from motionlab.service.routes.jobs import ACCEPTED, as_job
+from motionlab.service.routes.jobs import Asked, accepted, as_job
 from motionlab.service.settings import Settings
-from motionlab.service.slots import free_slot
+from motionlab.service.workers.worker import Call
 from motionlab.simulation.document import ResultDocument
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.result import document
@@ -55,7 +54,7 @@ class SimulateRequest(BaseModel):
     operation_id="simulate",
     tags=["simulate"],
     response_model=ResultDocument,
-    responses={**ACCEPTED, **responses(400, 413, 415, 422, 429)},
+    responses={**accepted(SimulationJob), **responses(400, 413, 415, 422, 429, 503)},
 )
 async def simulate(
     request: Request,
@@ -67,22 +66,13 @@ async def simulate(
     More than 300 s of simulated time, or 600 s summed over variants, or ``Prefer: respond-async``
     make it a job.
     """
-    settings: Settings = request.app.state.settings
-    prepared = await run_in_threadpool(prepare_request, body, settings)
-    memory: Memory = request.app.state.memory
-    size = prepared.recording_size()
-    memory.check(size)
-    too_long = prepared.duration > settings.direct_max or prepared.work > settings.direct_work_max
-    if too_long or "respond-async" in prefer.lower():
-        asked = body.model_dump()
-        work = memory.before(size, lambda progress: _simulated(prepared, progress))
-        return as_job(request, "simulate", asked, work)
-    slot = free_slot(request)
     monitor: Monitor = request.app.state.monitor
-    monitor.simulations.inc()
-    async with slot:
-        with memory.hold(size), monitor.simulation_seconds.time():
-            return JSONResponse(await run_in_threadpool(_run, prepared, None))
+    asynchronous = "respond-async" in prefer.lower()
+    with monitor.simulation_seconds.time():
+        answer = await as_job(request, "simulate", _simulated, _answer, body, asynchronous)
+    if isinstance(answer, ComputedResponse):
+        monitor.simulations.inc()
+    return answer
 
 
 def prepare_request(body: SimulateRequest, settings: Settings) -> Prepared:
@@ -101,17 +91,29 @@ def prepare_request(body: SimulateRequest, settings: Settings) -> Prepared:
     return prepared
 
 
-def _run(prepared: Prepared, progress: Progress | None) -> dict[str, Any]:
+def _answer(
+    call: Call, bounds: Settings, body: SimulateRequest, asynchronous: bool
+) -> bytes | Asked:
+    """Return the result document, or the request where it takes a job."""
+    prepared = prepare_request(body, bounds)
+    size = prepared.recording_size()
+    too_long = prepared.duration > bounds.direct_max or prepared.work > bounds.direct_work_max
+    if too_long or asynchronous:
+        return Asked.of(body.model_dump(), size)
+    call.hold(size)
+    return json_of(call, _run, (prepared, call.progress))
+
+
+def _run(prepared: Prepared, progress: Callable[[float], None]) -> dict[str, Any]:
     done = 0
 
     def advanced(ticks: int) -> None:
         nonlocal done
         done += ticks
-        if progress is not None:
-            progress(done / prepared.reference.ticks)
+        progress(done / prepared.reference.ticks)
 
     return document(prepared, run(prepared, advanced))
 
 
-def _simulated(prepared: Prepared, progress: Progress) -> ResultDocument:
-    return ResultDocument.model_validate(_run(prepared, progress))
+def _simulated(call: Call, body: dict[str, Any], bounds: Settings) -> dict[str, Any]:
+    return _run(prepare_request(SimulateRequest(**body), bounds), call.progress)

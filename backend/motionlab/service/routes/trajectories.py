@@ -7,24 +7,23 @@ import json
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Body, HTTPException, Path, Request, Response
-from fastapi.concurrency import run_in_threadpool
 from pydantic import BaseModel, Field
 from starlette.convertors import StringConvertor, register_url_convertor
 
 from motionlab.config.load import load_scenario, phases, validate_trajectory
-from motionlab.config.shipped import names, read
+from motionlab.config.shipped import config_root, names, read
 from motionlab.config.trajectory import TrajectoryConfig
-from motionlab.errors import ConfigError
 from motionlab.service.binary import MEDIA_TYPE, packed
 from motionlab.service.bodies import JsonRoute
+from motionlab.service.computed import ComputedResponse, called, computed
 from motionlab.service.described import TrajectoryTable
 from motionlab.service.problems import responses
 from motionlab.service.routes.simulate import SimulateRequest
-from motionlab.service.slots import free_slot
+from motionlab.service.workers.worker import Call
 from motionlab.simulation.maps import map_digests
 from motionlab.simulation.prepare import Phases, limit_sets
 from motionlab.store.files import data_root
-from motionlab.store.trajectories import TrajectoryStore
+from motionlab.store.trajectories import KINDS, TrajectoryStore
 from motionlab.trajectory.examination import Examination, LimitSets, examine
 from motionlab.trajectory.slowing import slow_down
 
@@ -81,20 +80,24 @@ class Slowed(BaseModel):
             "description": "Profiles, peaks and everything infeasible; docs/trajectories.md",
             "content": {MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}},
         },
-        **responses(400, 413, 415, 422, 429),
+        **responses(400, 413, 415, 422, 429, 503),
     },
 )
 async def check_trajectory(request: Request, body: Annotated[CheckRequest, Body()]) -> Response:
     """Hold a trajectory against a scenario's limits, for drawing; infeasible ones get 200 too."""
-    async with free_slot(request):
-        return Response(await run_in_threadpool(_checked, body), media_type=MEDIA_TYPE)
+    answer = await called(request, _examined, body, light=True)
+    return ComputedResponse(answer, media_type=MEDIA_TYPE)
 
 
-@router.post("/slow", operation_id="slowTrajectory", responses=responses(400, 413, 415, 422, 429))
-async def slow_trajectory(request: Request, body: Annotated[CheckRequest, Body()]) -> Slowed:
+@router.post(
+    "/slow",
+    operation_id="slowTrajectory",
+    response_model=Slowed,
+    responses=responses(400, 413, 415, 422, 429, 503),
+)
+async def slow_trajectory(request: Request, body: Annotated[CheckRequest, Body()]) -> Response:
     """Stretch a trajectory in time, no more than needed, until the motor can follow it."""
-    async with free_slot(request):
-        return await run_in_threadpool(_slowed, body)
+    return await computed(request, _slowed, body)
 
 
 @router.get("", operation_id="listTrajectories", responses=responses(422))
@@ -102,7 +105,8 @@ def list_trajectories() -> list[Entry]:
     """List the trajectories that ship and those that were saved."""
     shipped = [_entry(name) for name in names("trajectories")]
     known = {entry.name for entry in shipped}
-    saved = [_saved_entry(name) for name in _store().names() if name not in known]
+    store = _store()
+    saved = [_saved_entry(store, name) for name in store.names() if name not in known]
     return shipped + [entry for entry in saved if entry is not None]
 
 
@@ -151,6 +155,10 @@ def warm_up() -> None:
         table = {"kind": "path", "points": points, "closed": True, "geometry": geometry}
         body = CheckRequest(trajectory=table | {"lap_time": 2.0}, points=10)
         _checked(body)
+
+
+def _examined(_: Call, body: CheckRequest) -> bytes:
+    return _checked(body)
 
 
 def _checked(body: CheckRequest) -> bytes:
@@ -217,19 +225,16 @@ def _refuse_shipped(name: str) -> None:
 
 
 def _entry(name: str) -> Entry:
-    tables = read("trajectories", name, loc="name")
-    return Entry(name=name, shipped=True, kind=str(tables.get("kind", "")))
+    kind = KINDS.of(config_root() / "trajectories" / f"{name}.toml")
+    return Entry(name=name, shipped=True, kind=kind)
 
 
-def _saved_entry(name: str) -> Entry | None:
+def _saved_entry(store: TrajectoryStore, name: str) -> Entry | None:
     """Return what is saved under a name, also where only opening it can tell what is wrong."""
     try:
-        kind = str(_store().read(name).get("kind", ""))
-    except FileNotFoundError:  # deleted since it was listed
+        return Entry(name=name, shipped=False, kind=store.kind(name))
+    except OSError:  # deleted since it was listed, or unreadable
         return None
-    except ConfigError:
-        kind = ""
-    return Entry(name=name, shipped=False, kind=kind)
 
 
 def _kept(name: str, trajectory: TrajectoryConfig, *, shipped: bool) -> Kept:

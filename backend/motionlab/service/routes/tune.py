@@ -5,15 +5,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any
 
 from fastapi import APIRouter, Body, Request, Response
-from fastapi.concurrency import run_in_threadpool
 
 from motionlab.errors import ConfigError, FieldError
 from motionlab.service.bodies import JsonRoute
 from motionlab.service.described import Described
 from motionlab.service.kinds import LandscapeJob, TuningJob
 from motionlab.service.problems import responses
-from motionlab.service.routes.jobs import ACCEPTED, as_job
+from motionlab.service.routes.jobs import Asked, accepted, as_job
 from motionlab.service.settings import Settings
+from motionlab.service.workers.worker import Call
+from motionlab.tune.document import LandscapeDocument, TuneDocument
 from motionlab.tune.request import LandscapeRequest, TuneRequest, read_request
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
 router = APIRouter(tags=["tune"], route_class=JsonRoute)
 
-_REFUSED = responses(400, 413, 415, 422, 429)
+_REFUSED = responses(400, 413, 415, 422, 429, 503)
 
 
 @router.post(
@@ -29,7 +30,7 @@ _REFUSED = responses(400, 413, 415, 422, 429)
     operation_id="tune",
     status_code=202,
     response_model=TuningJob,
-    responses={**ACCEPTED, **_REFUSED},
+    responses={**accepted(TuningJob), **_REFUSED},
 )
 async def tune_gains(
     request: Request,
@@ -43,11 +44,7 @@ async def tune_gains(
 
     The job's report carries what each start has evaluated, and at the end the candidates.
     """
-    from motionlab.tune.search import tune
-
-    problem = await run_in_threadpool(_planned, TuneRequest, body, request.app.state.settings)
-    work = request.app.state.kernels.before(lambda progress: tune(problem, progress))
-    return as_job(request, "tune", body, work)
+    return await as_job(request, "tune", _tuned, _checked, TuneRequest, body, batches=True)
 
 
 @router.post(
@@ -55,7 +52,7 @@ async def tune_gains(
     operation_id="landscape",
     status_code=202,
     response_model=LandscapeJob,
-    responses={**ACCEPTED, **_REFUSED},
+    responses={**accepted(LandscapeJob), **_REFUSED},
 )
 async def gain_landscape(
     request: Request,
@@ -69,11 +66,31 @@ async def gain_landscape(
 
     The job's report carries a coarse map first, then finer ones.
     """
+    return await as_job(
+        request, "landscape", _mapped, _checked, LandscapeRequest, body, batches=True
+    )
+
+
+def _checked(
+    _: Call,
+    bounds: Settings,
+    model: type[TuneRequest | LandscapeRequest],
+    body: dict[str, Any],
+) -> Asked:
+    _planned(model, body, bounds)
+    return Asked.of(body)
+
+
+def _tuned(call: Call, body: dict[str, Any], bounds: Settings) -> TuneDocument:
+    from motionlab.tune.search import tune
+
+    return tune(_planned(TuneRequest, body, bounds), call.progress)
+
+
+def _mapped(call: Call, body: dict[str, Any], bounds: Settings) -> LandscapeDocument:
     from motionlab.tune.landscape import landscape
 
-    problem = await run_in_threadpool(_planned, LandscapeRequest, body, request.app.state.settings)
-    work = request.app.state.kernels.before(lambda progress: landscape(problem, progress))
-    return as_job(request, "landscape", body, work)
+    return landscape(_planned(LandscapeRequest, body, bounds), call.progress)
 
 
 def _planned(

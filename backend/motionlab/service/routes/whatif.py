@@ -6,20 +6,20 @@ from typing import Annotated
 
 import numpy as np
 from fastapi import APIRouter, Body, Request, Response
-from fastapi.concurrency import run_in_threadpool
-from pydantic import BeforeValidator, Field
+from pydantic import Field
 
 from motionlab.config.planar import AXES
+from motionlab.config.quantity import Whole
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, FieldError
 from motionlab.service.binary import MEDIA_TYPE, packed
-from motionlab.service.bodies import JsonRoute, whole
-from motionlab.service.memory import Memory
+from motionlab.service.bodies import JsonRoute
+from motionlab.service.computed import ComputedResponse, called
 from motionlab.service.monitor import Monitor
 from motionlab.service.problems import responses
 from motionlab.service.routes.simulate import SimulateRequest, prepare_request
 from motionlab.service.settings import Settings
-from motionlab.service.slots import free_slot
+from motionlab.service.workers.worker import Call
 from motionlab.simulation.prepare import Prepared
 from motionlab.simulation.result import document, main_window
 from motionlab.simulation.whatif import run_changed, ticks_at_most
@@ -28,6 +28,11 @@ from motionlab.telemetry.decimate import min_max
 from motionlab.telemetry.recording import Recording
 
 router = APIRouter(tags=["simulate"], route_class=JsonRoute)
+
+_VALUE_BYTES = 2 * np.float32().itemsize
+"""Minimum and maximum of a bin."""
+_COPIES = 3
+"""Times that an answer is in memory: as arrays, as bytes, as the file that is sent."""
 
 # Which of them there are depends on the variants.
 ColumnName = Annotated[
@@ -41,7 +46,7 @@ class WhatIfRequest(SimulateRequest):
     columns: list[ColumnName] = Field(
         default_factory=list, max_length=512, description="Names as in the stream's hello"
     )
-    points: Annotated[int, BeforeValidator(whole)] = Field(
+    points: Whole = Field(
         default=1500, ge=10, le=20_000, strict=True, description="Bins over the window at most"
     )
     exact: bool = Field(
@@ -61,45 +66,69 @@ class WhatIfRequest(SimulateRequest):
             "description": "Result document and curves; docs/rest.md",
             "content": {MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}},
         },
-        **responses(400, 413, 415, 422, 429),
+        **responses(400, 413, 415, 422, 429, 503),
     },
 )
 async def what_if(request: Request, body: Annotated[WhatIfRequest, Body()]) -> Response:
     """Run a scenario and return its result with curves over the metrics window."""
-    slot = free_slot(request)
     monitor: Monitor = request.app.state.monitor
     monitor.simulations.inc()
-    async with slot:
-        with monitor.simulation_seconds.time():
-            state = request.app.state
-            answer = await run_in_threadpool(_answer, body, state.settings, state.memory)
-    return Response(answer, media_type=MEDIA_TYPE)
+    with monitor.simulation_seconds.time():
+        answer = await called(request, _answer, body, request.app.state.settings.bounds)
+    return ComputedResponse(answer, media_type=MEDIA_TYPE)
 
 
-def _answer(body: WhatIfRequest, settings: Settings, memory: Memory) -> bytes:
-    prepared = prepare_request(body, settings)
+def _answer(call: Call, body: WhatIfRequest, bounds: Settings) -> bytes:
+    prepared = prepare_request(body, bounds)
+    _check_columns(body, prepared)
+    start, stop = main_window(prepared)
+    curves = len(body.columns) * _bins(stop - start, body.points)[1] * _VALUE_BYTES
+    if curves > bounds.answer_max:
+        raise ConfigError(
+            FieldError(
+                loc="columns",
+                message="so many columns of so many points are too large for one answer "
+                "(answer_max)",
+                value=curves,
+                range=f"<= {bounds.answer_max}",
+                unit="bytes",
+            )
+        )
+    run_bounds = {"exact": body.exact, "work_max": bounds.direct_work_max}
+    ticks = ticks_at_most(prepared, **run_bounds)
+    call.hold(prepared.recording_size(ticks) + _COPIES * curves)
+    recording = run_changed(prepared, body.scenario, body.set, **run_bounds)
+    return _encoded(body, prepared, recording)
+
+
+def _check_columns(body: WhatIfRequest, prepared: Prepared) -> None:
     known = dict(stream_columns(list(prepared.scenario.variants)))
+    wrong = []
     for index, name in enumerate(body.columns):
         if name not in known:
-            raise ConfigError(FieldError(f"columns.{index}", "no column of that name", name))
-    bounds = {"exact": body.exact, "work_max": settings.direct_work_max}
-    size = prepared.recording_size(ticks_at_most(prepared, **bounds))
-    memory.check(size)
-    with memory.hold(size):
-        return _encoded(body, prepared, run_changed(prepared, body.scenario, body.set, **bounds))
+            wrong.append(FieldError(f"columns.{index}", "no column of that name", name))
+        elif name in body.columns[:index]:
+            wrong.append(FieldError(f"columns.{index}", "comes twice", name))
+    if wrong:
+        raise ConfigError(*wrong)
+
+
+def _bins(ticks: int, points: int) -> tuple[int, int]:
+    """Return how many ticks a bin has, and how many bins there are."""
+    size = max(1, -(-ticks // points))
+    return size, -(-ticks // size)
 
 
 def _encoded(body: WhatIfRequest, prepared: Prepared, recording: Recording) -> bytes:
     known = dict(stream_columns(list(prepared.scenario.variants)))
     begin = recording.first_tick
     start, stop = main_window(prepared)
-    columns = np.array(
-        [_column(recording, name)[start - begin : stop - begin] for name in body.columns],
-        dtype=np.float32,
-    ).reshape(len(body.columns), stop - start)
-    low, high = min_max(columns, body.points)
-    count = low.shape[1]
-    size = max(1, -(-(stop - start) // body.points))
+    size, count = _bins(stop - start, body.points)
+    curves = np.empty((len(body.columns), 2, count), dtype=np.float32)
+    for curve, name in zip(curves, body.columns, strict=True):
+        column = _column(recording, name)[start - begin : stop - begin]
+        low, high = min_max(np.asarray(column, dtype=np.float32)[np.newaxis], body.points)
+        curve[0], curve[1] = low[0], high[0]
     head = {
         "result": document(prepared, recording),
         "how": "window" if begin else "whole",
@@ -115,7 +144,7 @@ def _encoded(body: WhatIfRequest, prepared: Prepared, recording: Recording) -> b
             for index, name in enumerate(body.columns)
         ],
     }
-    return packed(head, [np.stack((low, high), axis=1)])
+    return packed(head, [curves])
 
 
 def _column(recording: Recording, name: str) -> np.ndarray:

@@ -1,0 +1,91 @@
+"""JSON compressed for clients that accept gzip."""
+
+from __future__ import annotations
+
+import re
+import zlib
+
+from fastapi.concurrency import run_in_threadpool
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+SMALLEST = 1024
+"""Bytes from which JSON is compressed."""
+
+_LEVEL = 4
+_REFUSED = re.compile(r"\s*q=0(\.0*)?\s*")
+_GZIP = 16 + zlib.MAX_WBITS
+_IN_THREAD = 32 * 1024
+"""Bytes from which compression takes a thread, so that it does not delay streams."""
+
+
+def accepts_gzip(headers: Headers) -> bool:
+    """Return whether a request accepts gzip (RFC 9110, 12.5.3)."""
+    for part in ",".join(headers.getlist("accept-encoding")).lower().split(","):
+        coding, _, weight = part.partition(";")
+        if coding.strip() == "gzip":
+            return not _REFUSED.fullmatch(weight)
+    return False
+
+
+class CompressedJson:
+    """ASGI middleware that compresses JSON answers, and nothing else.
+
+    Streams, files and binary answers pass as they are: they are compact, come in pieces, or are
+    compressed already.
+
+    Parameters
+    ----------
+    app : ASGI application
+        What answers.
+    """
+
+    def __init__(self, app: ASGIApp) -> None:
+        self.app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one connection."""
+        if scope["type"] != "http":
+            await self.app(scope, receive, send)
+            return
+        accepted = accepts_gzip(Headers(scope=scope))
+        start: Message | None = None
+
+        async def compressed(message: Message) -> None:
+            nonlocal start
+            if message["type"] == "http.response.start" and _is_json(message):
+                start = message  # until its body tells whether it is large enough
+                return
+            if start is not None:
+                body = message.get("body", b"")
+                if len(body) >= SMALLEST and not message.get("more_body", False):
+                    message = await _pack(start, message, accepted)
+                await send(start)
+                start = None
+            await send(message)
+
+        await self.app(scope, receive, compressed)
+
+
+async def _pack(start: Message, message: Message, accepted: bool) -> Message:
+    """Return a body compressed, if the client accepts it, and say so in the head."""
+    headers = MutableHeaders(scope=start)
+    headers.add_vary_header("Accept-Encoding")
+    if not accepted:
+        return message
+    body = message["body"]
+    packed = await run_in_threadpool(_gzip, body) if len(body) >= _IN_THREAD else _gzip(body)
+    headers["Content-Encoding"] = "gzip"
+    headers["Content-Length"] = str(len(packed))
+    return {**message, "body": packed}
+
+
+def _gzip(body: bytes) -> bytes:
+    return zlib.compress(body, _LEVEL, _GZIP)
+
+
+def _is_json(start: Message) -> bool:
+    headers = Headers(raw=start["headers"])
+    media = headers.get("content-type", "").partition(";")[0]
+    json = media == "application/json" or media.endswith("+json")
+    return json and "content-encoding" not in headers

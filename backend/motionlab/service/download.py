@@ -1,0 +1,96 @@
+"""Answers that are too long for memory: written to disk, then sent as fast as they are read."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import os
+import tempfile
+import time
+from collections.abc import AsyncIterator, Iterator
+from pathlib import Path
+from typing import BinaryIO
+
+from starlette.responses import Response
+from starlette.types import Receive, Scope, Send
+
+from motionlab.errors import StoreError, StoreFull
+from motionlab.service.connection import READ_GRACE, READ_RATE
+from motionlab.store.files import failure
+
+_CHUNK = 256 * 1024  # bytes
+
+
+@contextlib.contextmanager
+def temporary_folder() -> Iterator[Path]:
+    """Give a folder to write an answer in, gone with the block; what is open stays readable.
+
+    Raises
+    ------
+    StoreError
+        If it cannot be written; `StoreFull` where there is no room.
+    """
+    where = "the server's temporary folder"
+    try:
+        with tempfile.TemporaryDirectory(prefix="motionlab-") as folder:
+            yield Path(folder)
+    except OSError as error:
+        raise failure(where, error) from error
+    except StoreError as error:  # which names the path
+        full = isinstance(error, StoreFull)
+        raise (StoreFull if full else StoreError)(f"{where} cannot be written") from error
+
+
+class Download(Response):
+    """Sends a file; a client that reads it too slowly is cut off.
+
+    Parameters
+    ----------
+    file : file object
+        What is sent; closed when the answer is over.
+    media_type : str
+        Its content type.
+    headers : dict
+        Further headers.
+    held : AsyncExitStack
+        What is held until the answer has been sent: a place, memory.
+    """
+
+    def __init__(
+        self,
+        file: BinaryIO,
+        *,
+        media_type: str,
+        headers: dict[str, str],
+        held: contextlib.AsyncExitStack,
+    ) -> None:
+        self._file = file
+        self._held = held
+        size = os.fstat(file.fileno()).st_size
+        super().__init__(None, 200, headers | {"Content-Length": str(size)}, media_type)
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Send it."""
+        begun, sent = time.monotonic(), 0
+        start = {"type": "http.response.start", "status": 200, "headers": self.raw_headers}
+        async with self._held:
+            with self._file:
+                await send(start)
+                async for chunk in self._chunks():
+                    allowed = READ_GRACE + sent / READ_RATE - (time.monotonic() - begun)
+                    try:
+                        async with asyncio.timeout(max(allowed, 0.0)):
+                            message = {"type": "http.response.body", "body": chunk}
+                            await send({**message, "more_body": bool(chunk)})
+                    except TimeoutError:
+                        scope["extensions"]["motionlab.abort"]()
+                        return
+                    sent += len(chunk)
+
+    async def _chunks(self) -> AsyncIterator[bytes]:
+        """Yield the file piece by piece, and then nothing."""
+        while True:
+            chunk = await asyncio.to_thread(self._file.read, _CHUNK)
+            yield chunk
+            if not chunk:
+                return

@@ -1,0 +1,118 @@
+"""Log-ins of browsers: signed cookies that expire, and a bound on attempts."""
+
+from __future__ import annotations
+
+import hmac
+import secrets
+from collections import deque
+from time import monotonic
+from typing import NamedTuple
+
+LIFETIME = 12 * 3600
+"""Seconds after which an unused log-in expires."""
+
+ATTEMPTS_MAX = 10
+"""Log-in attempts of one client address within `ATTEMPTS_SECONDS`."""
+
+ATTEMPTS_MAX_IN_ALL = 60
+"""Log-in attempts of all clients within `ATTEMPTS_SECONDS`."""
+
+ATTEMPTS_SECONDS = 60.0
+
+
+class Login(NamedTuple):
+    """What a valid cookie says."""
+
+    id: str
+    expires: float
+
+    @property
+    def is_ageing(self) -> bool:
+        """Whether half of its life is over: time for a fresh cookie."""
+        return self.expires - monotonic() < LIFETIME / 2
+
+
+class Attempts:
+    """The log-in attempts of the last minute."""
+
+    def __init__(self) -> None:
+        self._latest: deque[tuple[float, str]] = deque()
+
+    def take(self, address: str) -> float:
+        """Count an attempt of a client; return 0, or the seconds to wait where it is refused."""
+        now = monotonic()
+        while self._latest and self._latest[0][0] <= now - ATTEMPTS_SECONDS:
+            self._latest.popleft()
+        own = [at for at, who in self._latest if who == address]
+        oldest = None
+        if len(self._latest) >= ATTEMPTS_MAX_IN_ALL:
+            oldest = self._latest[0][0]
+        elif len(own) >= ATTEMPTS_MAX:
+            oldest = own[0]
+        if oldest is not None:
+            return oldest + ATTEMPTS_SECONDS - now
+        self._latest.append((now, address))
+        return 0.0
+
+
+class Logins:
+    """Cookies in place of the token: ``id.expiry.signature``, signed by HMAC-SHA256.
+
+    The key comes from the token and a secret of this process: another token, another server and a
+    restart end every log-in. Expiries count on the monotonic clock.
+
+    Parameters
+    ----------
+    token : str or None
+        What browsers present to log in.
+
+    Attributes
+    ----------
+    attempts : Attempts
+        The latest attempts to log in.
+    wrong_tokens : Attempts
+        The latest requests with a wrong bearer token: each is refused, and so many are logged.
+    """
+
+    def __init__(self, token: str | None) -> None:
+        self._key = hmac.digest(secrets.token_bytes(32), (token or "").encode(), "sha256")
+        self._ended: dict[str, float] = {}
+        self.attempts = Attempts()
+        self.wrong_tokens = Attempts()
+
+    def issue(self, login: Login | None = None) -> str:
+        """Return the value of a cookie for a new log-in, or a fresh one for a log-in."""
+        name = secrets.token_urlsafe(16) if login is None else login.id
+        return self._signed(f"{name}.{int(monotonic()) + LIFETIME}")
+
+    def verify(self, value: str) -> Login | None:
+        """Return the log-in that a cookie stands for, None if it does not or no longer."""
+        content = value.rpartition(".")[0]
+        if not hmac.compare_digest(value.encode(), self._signed(content).encode()):
+            return None
+        name, _, expires = content.partition(".")
+        login = Login(name, float(expires))
+        valid = name not in self._ended and login.expires > monotonic()
+        return login if valid else None
+
+    def end(self, login: Login) -> None:
+        """Refuse every cookie of a log-in from now on."""
+        now = monotonic()
+        self._ended = {name: until for name, until in self._ended.items() if until > now}
+        self._ended[login.id] = now + LIFETIME
+
+    def _signed(self, content: str) -> str:
+        return f"{content}.{hmac.digest(self._key, content.encode(), 'sha256').hex()}"
+
+
+def cookie_name(host: str) -> str:
+    """Return the cookie's name for a Host header; a browser sends cookies to every port."""
+    port = host.rpartition(":")[2]
+    return f"motionlab_{port}" if port.isdigit() else "motionlab"
+
+
+def set_cookie(name: str, value: str, *, secure: bool) -> str:
+    """Return the Set-Cookie header of a log-in; without a value, of a log-out."""
+    age = LIFETIME if value else 0
+    header = f"{name}={value}; HttpOnly; Max-Age={age}; Path=/; SameSite=Strict"
+    return f"{header}; Secure" if secure else header

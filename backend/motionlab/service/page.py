@@ -1,0 +1,82 @@
+"""The built page: where it is, and its files, compressed beforehand and cached by browsers."""
+
+from __future__ import annotations
+
+import os
+from http import HTTPStatus
+from mimetypes import guess_type
+from pathlib import Path
+
+from fastapi import FastAPI, Request
+from fastapi.staticfiles import StaticFiles
+from starlette.datastructures import Headers
+from starlette.exceptions import HTTPException
+from starlette.responses import FileResponse, Response
+from starlette.staticfiles import NotModifiedResponse
+from starlette.types import Scope
+
+from motionlab.service.compression import accepts_gzip
+
+_HASHED = "assets"
+"""Folder whose file names hold a hash of the content: such a file never changes."""
+
+_FOR_EVER = "public, max-age=31536000, immutable"
+_NOT_BUILT = "The page is not built: `make run` in a checkout builds and serves it."
+
+
+def page_root() -> Path | None:
+    """Return the folder of the built page, in the package or the checkout, if it is there."""
+    package = Path(__file__).resolve().parent.parent
+    for folder in (package / "page", package.parent.parent / "frontend" / "dist"):
+        if (folder / "index.html").is_file():
+            return folder
+    return None
+
+
+class PageFiles(StaticFiles):
+    """The files of the built page.
+
+    FILE.gz in place of FILE goes to clients that accept it. Hashed files are kept by browsers for
+    good; the others are asked for again by their ETag.
+    """
+
+    def file_response(
+        self,
+        full_path: str | os.PathLike[str],
+        stat_result: os.stat_result,
+        scope: Scope,
+        status_code: int = 200,
+    ) -> Response:
+        """Return the answer with a file, or that the client has it already."""
+        path, asked = Path(full_path), Headers(scope=scope)
+        hashed = path.parent.name == _HASHED
+        headers = {"Cache-Control": _FOR_EVER if hashed else "no-cache"}
+        packed = path.with_name(f"{path.name}.gz")
+        sent = path
+        if packed.is_file():
+            headers["Vary"] = "Accept-Encoding"
+            if accepts_gzip(asked):
+                sent, stat_result = packed, packed.stat()
+                headers["Content-Encoding"] = "gzip"
+        media = guess_type(path.name)[0]
+        response = FileResponse(
+            sent, status_code, headers, media_type=media, stat_result=stat_result
+        )
+        if self.is_not_modified(response.headers, asked):
+            return NotModifiedResponse(response.headers)
+        return response
+
+
+def install(app: FastAPI) -> None:
+    """Serve the page where it is built, and its documentation of the API at /docs."""
+    root = page_root()
+    files = None if root is None else PageFiles(directory=root, html=True)
+
+    @app.get("/docs", include_in_schema=False)
+    async def docs(request: Request) -> Response:
+        if files is None:
+            raise HTTPException(HTTPStatus.NOT_FOUND, _NOT_BUILT)
+        return await files.get_response("docs.html", request.scope)
+
+    if files is not None:
+        app.mount("/", files)
