@@ -31,12 +31,14 @@ from motionlab.control.compensation import (
     OFF,
     PUBLISHED,
     RESIDUAL,
+    REVERSED,
     Compensation,
 )
 from motionlab.control.notch import sampled_notch
 from motionlab.control.over_pitch import share_over
 from motionlab.control.position import PositionController
 from motionlab.lanes import WIDTH
+from motionlab.lanes.bank import TABLES
 from motionlab.plant.current import Amplifiers
 from motionlab.plant.encoder import Encoder
 from motionlab.plant.friction import LuGre
@@ -54,7 +56,7 @@ _FRICTIONLESS = LuGre(sigma_0=1.0, sigma_1=0.0, sigma_2=0.0, F_c=1e-60, F_s=1e-6
 
 _RESIDUAL_GAIN = 100.0  # 1/s
 _CANUDAS_DE_WIT_GAIN = 300.0  # 1/s
-_RESIDUAL_BRISTLE_LIMIT = 1.2  # of F_s/sigma_0
+_BRISTLE_LIMIT = 1.2  # of F_s/sigma_0
 _POSITIONS_PER_PITCH = 361
 _SURE = 0.99
 """What the thrust may be less between these positions than at them, as a share."""
@@ -71,18 +73,22 @@ def lane_parameters(scenario: Scenario) -> NDArray[np.float64]:
     Returns
     -------
     ndarray, shape (blocks, PARAMETER_ROWS, WIDTH)
-        Lane ``2 i + a`` holds axis a of variant i; lanes left over repeat the first variant.
+        Lane ``2 i + a`` holds axis a of variant i; lanes left over repeat the first variant. The
+        tables that it refers to stay in place as long as this array.
     """
-    columns = [
-        column
-        for variant in scenario.variants.values()
-        for column in mover_parameters(scenario, variant.controller)
-    ]
+    with TABLES.lease() as lease:
+        columns = [
+            column
+            for variant in scenario.variants.values()
+            for column in mover_parameters(scenario, variant.controller)
+        ]
     blocks = -(-len(columns) // WIDTH)
     while len(columns) < blocks * WIDTH:
         columns.append(columns[len(columns) % LANES_PER_VARIANT])
     lanes = np.array(columns, dtype=np.float64).reshape(blocks, WIDTH, PARAMETER_ROWS)
-    return np.ascontiguousarray(lanes.transpose(0, 2, 1))
+    parameters = np.array(lanes.transpose(0, 2, 1), order="C")  # no view: it keeps the lease
+    lease.keep_with(parameters)
+    return parameters
 
 
 def mover_parameters(scenario: Scenario, controller: ControllerConfig) -> list[list[float]]:
@@ -116,8 +122,9 @@ def motion_limits(
     limit, which depends on the position in the pole pitch.
     """
     axes = (plant.x, plant.y)
-    maps = [map_lanes(axis.force_map) for axis in (model.x, model.y)]
-    laws = [sharing_lanes(sharing, axis.force_map) for axis in (model.x, model.y)]
+    with TABLES.lease() as lease:
+        maps = [map_lanes(axis.force_map) for axis in (model.x, model.y)]
+        laws = [sharing_lanes(sharing, axis.force_map) for axis in (model.x, model.y)]
 
     def friction(axis: int, v: NDArray[np.float64]) -> NDArray[np.float64]:
         return _steady_friction(axes[axis].friction, v)
@@ -137,6 +144,8 @@ def motion_limits(
             force=sign * force_limit,
         )
         return np.abs(shared.force)
+
+    lease.keep_with(available)
 
     def sure(axis: int) -> float:
         pitch = np.linspace(0.0, maps[axis].force_map.tau, _POSITIONS_PER_PITCH)
@@ -211,7 +220,7 @@ def _compensation(config: CompensationConfig, model: FrictionConfig) -> Compensa
         gain = _CANUDAS_DE_WIT_GAIN if config.law == "canudas-de-wit" else _RESIDUAL_GAIN
     limit = config.bristle_limit
     if limit is None:
-        limit = _RESIDUAL_BRISTLE_LIMIT if config.law == "residual-k" else math.inf
+        limit = _BRISTLE_LIMIT if config.law in {"residual-k", "reversed-k"} else math.inf
     return Compensation(
         law=_law(config.law),
         enabled=float(config.enabled and config.law != "off" and model.enabled),
@@ -220,6 +229,7 @@ def _compensation(config: CompensationConfig, model: FrictionConfig) -> Compensa
         residual_alpha=_alpha(config.residual_bandwidth),
         regularisation=config.regularisation,
         z_limit=limit * model.F_s / model.sigma_0,
+        k_d_share=config.k_d_share,
     )
 
 
@@ -235,6 +245,8 @@ def _law(law: Law) -> float:
             return RESIDUAL
         case "canudas-de-wit":
             return CANUDAS_DE_WIT
+        case "reversed-k":
+            return REVERSED
 
 
 def _friction(config: FrictionConfig) -> LuGre:

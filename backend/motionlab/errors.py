@@ -2,7 +2,41 @@
 
 from __future__ import annotations
 
+import reprlib
 from dataclasses import dataclass
+
+SHOWN_MAX = 20
+"""Errors that are told of; the others are counted."""
+
+LENGTH_MAX = 200
+"""Characters of a value or a path that are shown."""
+
+_INTEGER_MAX = 128  # bits; Python refuses to print one of thousands of digits
+_REPR = reprlib.Repr()  # bounded in depth and breadth, whatever is given
+_REPR.maxlevel = 3
+_REPR.maxdict = _REPR.maxlist = _REPR.maxtuple = 8
+_REPR.maxstring = _REPR.maxother = LENGTH_MAX
+
+
+def shown(value: object, length_max: int = LENGTH_MAX) -> object:
+    """Return a value short enough to print: scalars as they are, text cut, anything else as text.
+
+    Parameters
+    ----------
+    value : object
+        Anything, of any size and depth.
+    length_max : int
+        Most characters of a text.
+    """
+    if isinstance(value, int) and value.bit_length() > _INTEGER_MAX:
+        return f"a whole number of {value.bit_length()} bits"
+    if value is None or isinstance(value, int | float):
+        return value
+    try:
+        text = value if isinstance(value, str) else _REPR.repr(value)
+    except ValueError:  # somewhere inside is a whole number of thousands of digits
+        text = f"a {type(value).__name__}"
+    return text if len(text) <= length_max else text[: length_max - 3] + "..."
 
 
 class MotionLabError(Exception):
@@ -35,9 +69,9 @@ class FieldError:
 
     def __str__(self) -> str:
         """Return one line that names field, value, range and unit."""
-        text = f"{self.loc}: {self.message}"
+        text = f"{shown(self.loc)}: {self.message}"
         if self.value is not None:
-            text += f"; got {self.value!r}"
+            text += f"; got {shown(self.value)!r}"
         if self.range:
             text += f"; allowed {self.range}"
         if self.unit not in {"", "1"}:
@@ -56,7 +90,10 @@ class ConfigError(MotionLabError):
 
     def __init__(self, *errors: FieldError) -> None:
         self.errors = errors
-        super().__init__("\n".join(str(error) for error in errors))
+        lines = [str(error) for error in errors[:SHOWN_MAX]]
+        if len(errors) > SHOWN_MAX:
+            lines.append(f"and {len(errors) - SHOWN_MAX} more")
+        super().__init__("\n".join(lines))
 
 
 class Infeasible(MotionLabError):

@@ -89,7 +89,7 @@ def sampled(response: Response, grid: Array = GRID, change: float = _NEXT) -> tu
     Parameters
     ----------
     response : callable
-        As `margins` takes it.
+        As `margins` takes it, or frequencies (n,) to several loops, (..., n).
     grid : ndarray, shape (n,)
         Frequencies to begin with, Hz.
     change : float
@@ -97,12 +97,13 @@ def sampled(response: Response, grid: Array = GRID, change: float = _NEXT) -> tu
     """
     L = response(grid)
     for _ in range(_HALVINGS):
-        least = np.minimum(np.abs(L[1:]), np.abs(L[:-1]))
-        wide = np.flatnonzero(np.abs(np.diff(L)) > change * least)
+        least = np.minimum(np.abs(L[..., 1:]), np.abs(L[..., :-1]))
+        coarse = np.abs(np.diff(L)) > change * least
+        wide = np.flatnonzero(coarse.reshape(-1, len(grid) - 1).any(axis=0))
         if len(wide) == 0:
             break
         between = np.sqrt(grid[wide] * grid[wide + 1])
-        L = np.insert(L, wide + 1, response(between))
+        L = np.insert(L, wide + 1, response(between), axis=-1)
         grid = np.insert(grid, wide + 1, between)
     return grid, L
 

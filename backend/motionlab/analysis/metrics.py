@@ -27,8 +27,8 @@ Array = NDArray[np.float64]
 STEADY_TAIL = 0.2
 """Share of a hold, at its end, over which the steady-state error is taken."""
 
-_NO_MOVE = 1e-12
-"""Below a picometre a move is rounding, m."""
+_ROUNDING = 1e-12
+"""Below a picometre a move or an error at rest is rounding, m."""
 
 
 @dataclass(frozen=True)
@@ -182,6 +182,7 @@ def hold_metrics(
         Following error below which a move counts as settled, m.
     """
     holds = _holds_within(reference, AXES.index(axis), window)
+    error = np.where(np.abs(error) < _ROUNDING, 0.0, error)
     overshoot, relative_overshoot = _overshoot(error, holds)
     return {
         "steady_state_error": _steady_state_error(error, holds),
@@ -251,7 +252,7 @@ def _overshoot(error: Array, holds: list[Hold]) -> tuple[float | None, float | N
     past = [
         (max(0.0, float((-np.sign(move) * error[a:b]).max())), abs(move))
         for a, b, move in holds
-        if abs(move) > _NO_MOVE
+        if abs(move) > _ROUNDING
     ]
     if not past:
         return None, None

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import copy
 import re
 import tomllib
 from collections.abc import Iterable, Mapping
+from itertools import groupby
 from typing import Any
 
+from motionlab.config.bounds import DEPTH_MAX
 from motionlab.config.parts import controller_name, resolve
 from motionlab.errors import ConfigError, FieldError
 
@@ -15,40 +16,90 @@ SCHEDULABLE = ("plant", "variants", "load")
 """Tables that can change during a run."""
 
 _CONTROLLER = re.compile(r"(variants\.[A-Z])\.controller(?:\.base)?")
+_PART_PARTS = 8  # parts of the path of what may be a name: variants.A.controller.model.x.force_map
 _ITEM = re.compile("0|[1-9][0-9]{0,8}")
 
 
-def parse_assignments(assignments: Iterable[str]) -> dict[str, Any]:
-    """Return ``key=value`` texts as a mapping; a value is TOML, or else plain text.
+def split_pairs(texts: Iterable[str], option: str, form: str = "KEY=VALUE") -> dict[str, str]:
+    """Return ``key=value`` texts as a mapping of texts.
+
+    Parameters
+    ----------
+    texts : iterable of str
+        Values of a repeatable option of the command line.
+    option : str
+        The option that errors name.
+    form : str
+        What the option's help calls such a text.
 
     Raises
     ------
     ConfigError
         If there is no key or no equals sign, or a key comes twice.
     """
-    changes: dict[str, Any] = {}
-    for text in assignments:
-        key, separator, value = text.partition("=")
-        key = key.strip()
+    pairs: dict[str, str] = {}
+    for text in texts:
+        key, separator, value = (part.strip() for part in text.partition("="))
         if not separator or not key:
-            raise ConfigError(FieldError(loc="--set", message="needs key=value", value=text))
-        if key in changes:
-            raise ConfigError(FieldError(loc=key, message="is set twice", value=value))
-        changes[key] = _parse_value(value.strip())
-    return changes
+            raise ConfigError(FieldError(loc=option, message=f"needs {form}", value=text))
+        if key in pairs:
+            raise ConfigError(FieldError(loc=option, message=f"sets {key} twice", value=value))
+        pairs[key] = value
+    return pairs
+
+
+def parse_assignments(assignments: Iterable[str], option: str = "--set") -> dict[str, Any]:
+    """Return ``key=value`` texts as a mapping; a value is TOML, or else plain text.
+
+    Parameters
+    ----------
+    assignments : iterable of str
+        Values of a repeatable option of the command line.
+    option : str
+        The option that errors name.
+
+    Raises
+    ------
+    ConfigError
+        If there is no key or no equals sign, or a key comes twice.
+    """
+    pairs = split_pairs(assignments, option)
+    return {key: _parse_value(value) for key, value in pairs.items()}
 
 
 def apply_changes(document: dict[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a copy of resolved tables with dotted paths set, shallow paths first."""
-    tables = copy.deepcopy(document)
-    changes = labelled(changes)
-    for path, value in sorted(changes.items(), key=lambda item: item[0].count(".")):
-        if path == "base":
-            raise ConfigError(FieldError(loc="base", message="is not a field: name the scenario"))
-        set_path(tables, path.removesuffix(".base"), value)
-        if isinstance(value, str | dict):  # it may name a part, or hold one with a base
+    """Return a copy of resolved tables with dotted paths set, shallow paths first.
+
+    Names of parts are resolved once for all paths of the same depth.
+
+    Raises
+    ------
+    ConfigError
+        If a path has too many parts or leads nowhere, or a part is not there.
+    """
+    too_long = [path for path in changes if path.count(".") >= DEPTH_MAX]
+    if too_long:
+        rule = f"<= {DEPTH_MAX}"
+        raise ConfigError(*(FieldError(p, "has too many parts", range=rule) for p in too_long))
+    tables = _copied(document)
+    for dots, group in groupby(sorted(labelled(changes).items(), key=_dots), key=_dots):
+        names_parts = False
+        for path, value in group:
+            if path == "base":
+                raise ConfigError(FieldError("base", "is not a field: name the scenario"))
+            set_path(tables, path.removesuffix(".base"), value)
+            # It may name a part, or hold one with a base.
+            names_parts |= isinstance(value, str | dict) and dots < _PART_PARTS
+        if names_parts:
             tables = resolve(tables)
     return tables
+
+
+def _copied(value: Any) -> Any:
+    """Return a copy of tables and lists; quicker than `copy.deepcopy`, which looks for cycles."""
+    if isinstance(value, dict):
+        return {key: _copied(item) for key, item in value.items()}
+    return [_copied(item) for item in value] if isinstance(value, list) else value
 
 
 def labelled(changes: Mapping[str, Any]) -> dict[str, Any]:
@@ -119,6 +170,10 @@ def set_path(tables: dict[str, Any], path: str, value: Any) -> None:
             raise ConfigError(
                 FieldError(".".join(keys[: depth + 1]), message, value, allowed if here else "none")
             )
+
+
+def _dots(change: tuple[str, Any]) -> int:
+    return change[0].count(".")
 
 
 def _parse_value(text: str) -> Any:

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
 from motionlab.config.shipped import did_you_mean
-from motionlab.errors import FieldError
+from motionlab.errors import SHOWN_MAX, FieldError, shown
 
 _MESSAGES = {
     "missing": "is missing",
@@ -38,7 +38,6 @@ _MESSAGES = {
 _SIGNS = {"ge": ">=", "gt": ">", "le": "<=", "lt": "<"}
 _CHOICE = re.compile(r"'([^']*)'")
 _LONGEST_VALUE = 80
-_LONGEST_INTEGER = 128  # bits; Python refuses to print one of thousands of digits
 
 
 def field_errors(error: ValidationError, model: type[BaseModel]) -> list[FieldError]:
@@ -54,20 +53,18 @@ def field_errors(error: ValidationError, model: type[BaseModel]) -> list[FieldEr
     Returns
     -------
     list of FieldError
-        In pydantic's order.
+        In pydantic's order; only the first `SHOWN_MAX` in full.
     """
     items = error.errors(include_url=False)
-    places = [item["loc"] for item in items]
+    containing = {item["loc"][:end] for item in items for end in range(len(item["loc"]))}
     return [
         _field_error(dict(item), model)
-        for item in items
+        if index < SHOWN_MAX
+        else FieldError(".".join(map(str, item["loc"])), str(item["msg"]))  # counted, not shown
+        for index, item in enumerate(items)
         # A list with a bad item is also "too short": its good items alone were counted.
-        if not (item["type"] == "too_short" and _inside(item["loc"], places))
+        if not (item["type"] == "too_short" and item["loc"] in containing)
     ]
-
-
-def _inside(loc: tuple[int | str, ...], places: list[tuple[int | str, ...]]) -> bool:
-    return any(place[: len(loc)] == loc and len(place) > len(loc) for place in places)
 
 
 def _field_error(item: dict[str, Any], model: type[BaseModel]) -> FieldError:
@@ -112,13 +109,8 @@ def _field_error(item: dict[str, Any], model: type[BaseModel]) -> FieldError:
 
 
 def _shown(value: Any) -> Any:
-    """Return a value short enough to print."""
-    if isinstance(value, int) and value.bit_length() > _LONGEST_INTEGER:
-        return f"a whole number of {value.bit_length()} bits"
-    if isinstance(value, int | float | bool):
-        return value
-    text = value if isinstance(value, str) else repr(value)
-    return text if len(text) <= _LONGEST_VALUE else text[: _LONGEST_VALUE - 3] + "..."
+    """Return a value as it is told; None, which stands for no value, as text."""
+    return "None" if value is None else shown(value, _LONGEST_VALUE)
 
 
 def _walk(

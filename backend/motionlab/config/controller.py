@@ -10,7 +10,7 @@ from motionlab.config.force_map import AnyForceMapConfig
 from motionlab.config.plant import FrictionConfig
 from motionlab.config.quantity import OURS, PAPER, Config, quantity
 
-Law = Literal["off", "lugre-observer", "published-k", "residual-k", "canudas-de-wit"]
+Law = Literal["off", "lugre-observer", "published-k", "residual-k", "canudas-de-wit", "reversed-k"]
 SharingLaw = Literal["least-norm", "force-per-ampere", "sine", "cubic"]
 
 
@@ -78,7 +78,7 @@ class CompensationConfig(Config):
         le=1e5,
     )
     residual_bandwidth: float = quantity(
-        "Bandwidth of the residual's filter (residual-k)",
+        "Bandwidth of the filter of the force balance (residual-k, reversed-k)",
         unit="Hz",
         source=OURS,
         default=30.0,
@@ -94,12 +94,22 @@ class CompensationConfig(Config):
         le=10,
     )
     bristle_limit: float | None = quantity(
-        "Largest bristle estimate, in units of F_s/sigma_0; left out: 1.2 for residual-k or none",
+        "Largest bristle estimate, in units of F_s/sigma_0; left out: 1.2 for residual-k and "
+        "reversed-k, none otherwise",
         unit="1",
         source=OURS,
         default=None,
         gt=0,
         le=1000,
+    )
+    k_d_share: float = quantity(
+        "Share of k_d in the denominator of (25) (reversed-k): 0 leaves K = -(M a - u)/sigma_1; "
+        "0.001 takes the number of Table 1, in N s/mm, as N s/m",
+        unit="1",
+        source=OURS,
+        default=0.0,
+        ge=0,
+        le=1,
     )
 
 

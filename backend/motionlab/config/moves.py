@@ -89,7 +89,7 @@ class Step(Config):
     dwell: float = dwell_field("Time after the step", gt=0.0)
 
 
-class Ramp(Config):
+class RampMove(Config):
     """Move at constant velocity, eq (40)."""
 
     kind: Literal["ramp"] = "ramp"

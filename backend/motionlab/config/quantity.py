@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 PAPER = "Huang et al., IEEE Access 2019"
 OURS = "this project's choice"
+
+
+def whole(value: Any) -> Any:
+    """Return a number without fraction, such as 5.0, as the integer that it is to JSON."""
+    return int(value) if isinstance(value, float) and value.is_integer() else value
+
+
+Whole = Annotated[int, BeforeValidator(whole)]
+"""A whole number, be it written 145 or 145.0: JSON has one type of number."""
 
 
 class Config(BaseModel):

@@ -1,4 +1,7 @@
-"""Write the JSON schema of scenarios: ``python -m motionlab.config.schema``."""
+"""JSON schemas of scenarios, as files give them and with all names resolved.
+
+``python -m motionlab.config.schema`` writes that of files, for editors.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,10 @@ import sys
 from typing import Any
 
 from motionlab.config.scenario import Scenario
-from motionlab.config.shipped import config_root
+from motionlab.config.shipped import Kind, config_root, names
+
+_WHOLE = ["plant", "variants", "trajectory"]
+"""What a scenario needs that builds on no other one."""
 
 
 def scenario_schema() -> dict[str, Any]:
@@ -17,9 +23,82 @@ def scenario_schema() -> dict[str, Any]:
     }
 
 
+def source_schema() -> dict[str, Any]:
+    """Return the JSON schema of a scenario as a file gives it.
+
+    A part is a table, the name of a shipped one, or a table whose keys replace those of its
+    ``base``, or of the scenario's base: so no key but a motion's ``kind`` is required.
+    """
+    schema = _either(scenario_schema())
+    tables = schema["$defs"]
+    for table in (schema, *tables.values()):
+        table.pop("required", None)
+    bases: list[tuple[dict[str, Any], Kind]] = [
+        (schema, "scenarios"),
+        (tables["PlantConfig"], "motors"),
+        (tables["ModelConfig"], "motors"),
+        (tables["ControllerConfig"], "controllers"),
+    ]
+    for table, kind in bases:
+        table["properties"]["base"] = _name(kind)
+    parts: list[tuple[dict[str, Any], str, Kind]] = [
+        (schema, "plant", "motors"),
+        (tables["VariantConfig"], "controller", "controllers"),
+        (tables["ControllerConfig"], "model", "motors"),
+    ]
+    for table, field, kind in parts:
+        table["properties"][field] = {"anyOf": [_name(kind), table["properties"][field]]}
+    schema["properties"]["variants"]["additionalProperties"] = False
+    force_map = tables["AxisConfig"]["properties"]["force_map"]
+    force_map["anyOf"].append({"type": "string", "description": "Name of a force map"})
+    for table in ("AxisModelConfig", "PlantConfig", "ModelConfig"):
+        tables[table]["properties"]["force_map"] = force_map
+    trajectory = schema["properties"]["trajectory"]
+    motions = [tables[choice["$ref"].rsplit("/", 1)[1]] for choice in trajectory["anyOf"]]
+    trajectory["anyOf"] += [_name("trajectories"), _changed(motions)]
+    for motion in motions:
+        motion["required"] = ["kind"]
+    return schema | {"anyOf": [{"required": ["base"]}, {"required": _WHOLE}]}
+
+
 def schema_text() -> str:
-    """Return that schema as the text of its file."""
-    return json.dumps(scenario_schema(), indent=2, ensure_ascii=False) + "\n"
+    """Return the schema of files as the text of its own."""
+    return json.dumps(source_schema(), indent=2, ensure_ascii=False) + "\n"
+
+
+def _either(node: Any) -> Any:
+    """Return a copy in which alternatives may overlap, as tables without a kind do."""
+    if isinstance(node, list):
+        return [_either(item) for item in node]
+    if not isinstance(node, dict):
+        return node
+    kept = {key: _either(value) for key, value in node.items() if key != "discriminator"}
+    return {"anyOf" if key == "oneOf" else key: value for key, value in kept.items()}
+
+
+def _name(kind: Kind) -> dict[str, Any]:
+    """Return the schema of the name of a shipped part."""
+    return {"type": "string", "enum": names(kind), "description": f"One of the shipped {kind}"}
+
+
+def _changed(motions: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return the schema of a table that changes a trajectory whose kind it does not repeat."""
+    fields: dict[str, list[Any]] = {"base": [_name("trajectories")]}
+    for motion in motions:
+        for field, schema in motion["properties"].items():
+            choices = fields.setdefault(field, [])
+            if field != "kind" and schema not in choices:
+                choices.append(schema)
+    del fields["kind"]
+    return {
+        "type": "object",
+        "description": "Changes of a shipped trajectory, or of the base's",
+        "properties": {
+            field: choices[0] if len(choices) == 1 else {"anyOf": choices}
+            for field, choices in fields.items()
+        },
+        "additionalProperties": False,
+    }
 
 
 if __name__ == "__main__":

@@ -9,11 +9,13 @@ import tomllib
 from pathlib import Path
 from typing import Any, Literal
 
+from motionlab.config.bounds import FILE_MAX, check_depth, check_toml
 from motionlab.errors import ConfigError, FieldError
 
 Kind = Literal["motors", "controllers", "trajectories", "scenarios"]
 
 _NAME = re.compile("[a-z0-9-]{1,64}")
+_WORD_MAX = 100  # characters of a word that is compared with others
 
 
 def config_root() -> Path:
@@ -69,44 +71,63 @@ def read(kind: Kind, name: str, *, loc: str) -> dict[str, Any]:
                 range="one of " + ", ".join(known),
             )
         )
-    return parse(config_root() / kind / f"{name}.toml")
+    return parse(config_root() / kind / f"{name}.toml", loc=f"{kind}/{name}.toml")
 
 
-def parse(path: Path) -> dict[str, Any]:
+def parse(path: Path, *, loc: str = "", size_max: int = FILE_MAX) -> dict[str, Any]:
     """Return the tables of a TOML file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    loc : str
+        What errors call it; its path when left out.
+    size_max : int
+        Largest size, bytes.
 
     Raises
     ------
     ConfigError
-        If the file cannot be read or is not TOML.
+        If the file cannot be read, is too large or is not TOML.
     """
+    loc = loc or str(path)
     try:
-        return parse_text(path.read_bytes(), loc=str(path))
+        with path.open("rb") as file:
+            text = file.read(size_max + 1)
     except OSError as error:
         message = f"cannot be read: {error.strerror or error}"
-        raise ConfigError(FieldError(loc=str(path), message=message)) from None
+        raise ConfigError(FieldError(loc=loc, message=message)) from None
+    return parse_text(text, loc=loc, size_max=size_max)
 
 
-def parse_text(text: bytes, *, loc: str) -> dict[str, Any]:
+def parse_text(text: bytes, *, loc: str, size_max: int) -> dict[str, Any]:
     """Return the tables of a TOML text in UTF-8.
 
     Raises
     ------
     ConfigError
-        If it is not TOML, naming `loc`.
+        If it is too large or is not TOML, naming `loc`.
     """
+    if len(text) > size_max:
+        raise ConfigError(FieldError(loc, "is too large", range=f"<= {size_max}", unit="bytes"))
     try:
-        return tomllib.loads(text.decode("utf-8-sig"))
+        content = text.decode("utf-8-sig")
+        check_toml(content, loc=loc)
+        tables = tomllib.loads(content)
     except UnicodeDecodeError as error:
         message = f"is not UTF-8 text: {error.reason} at byte {error.start}"
     except ValueError as error:  # also what Python says of a number of thousands of digits
         message = f"is not TOML: {error}"
     except RecursionError:
         message = "is nested too deeply"
+    else:
+        check_depth(tables, loc=loc)
+        return tables
     raise ConfigError(FieldError(loc=loc, message=message))
 
 
 def did_you_mean(word: str, known: list[str]) -> str:
     """Return a hint at the closest known word, or nothing."""
-    close = difflib.get_close_matches(word, known, n=1)
+    close = difflib.get_close_matches(word, known, n=1) if len(word) <= _WORD_MAX else []
     return f", did you mean {close[0]!r}?" if close else ""

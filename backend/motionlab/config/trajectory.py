@@ -14,7 +14,7 @@ from motionlab.config.moves import (
     Line,
     Parabola,
     PointTarget,
-    Ramp,
+    RampMove,
     Staircase,
     Step,
     Trapezoid,
@@ -26,7 +26,7 @@ Part = Annotated[
     PointTarget
     | Dwell
     | Step
-    | Ramp
+    | RampMove
     | Parabola
     | Sine
     | Circle

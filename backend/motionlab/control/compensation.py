@@ -1,6 +1,6 @@
 """Friction estimation: the LuGre observer of eqs (23) and (24), and the laws for its term K.
 
-Five laws share one observer, ``dz*/dt = v - abs(v)/g(v) z* + K``, stepped by its exact exponential
+Six laws share one observer, ``dz*/dt = v - abs(v)/g(v) z* + K``, stepped by its exact exponential
 (an explicit step at 0.5 ms diverges above 46 mm/s):
 
 * ``OFF`` and ``OBSERVER``: K = 0; with OFF the estimate runs but is never added.
@@ -9,6 +9,9 @@ Five laws share one observer, ``dz*/dt = v - abs(v)/g(v) z* + K``, stepped by it
 * ``RESIDUAL``: the same idea in explicit-residual form. The filtered force balance gives the
   estimate's error, e_z = D r/(D^2 + (c sigma_0)^2), D = sigma_1 abs(v)/g - sigma_0; K = gain e_z
   while D < 0.
+* ``REVERSED``: eq. (25) with the opposite sign and its force balance filtered,
+  K = -r/(sigma_1 + c k_d D e/u), r = M a - u; c is a share of k_d, and c = 0 leaves
+  K = -r/sigma_1, which has no pole.
 * ``CANUDAS_DE_WIT``: K = gain e, after Canudas de Wit et al., IEEE Trans. Autom. Control 40(3),
   1995.
 """
@@ -17,12 +20,14 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from motionlab.control.position import Motion
 from motionlab.lanes import Lanes, compiled, select
 from motionlab.lanes.functions import clip, decay
 from motionlab.plant.friction import LuGre, bristle_decay
 
-OFF, OBSERVER, PUBLISHED, RESIDUAL, CANUDAS_DE_WIT = 0.0, 1.0, 2.0, 3.0, 4.0
+OFF, OBSERVER, PUBLISHED, RESIDUAL, CANUDAS_DE_WIT, REVERSED = 0.0, 1.0, 2.0, 3.0, 4.0, 5.0
 """Values of Compensation.law."""
 
 _SMALLEST_DENOMINATOR = 1e-12  # the paper's rho: (25) is 0/0 at rest on the reference
@@ -31,13 +36,14 @@ _SMALLEST_DENOMINATOR = 1e-12  # the paper's rho: (25) is 0/0 at rest on the ref
 class Compensation(NamedTuple):
     """Parameters of each lane."""
 
-    law: Lanes  # OFF, OBSERVER, PUBLISHED, RESIDUAL or CANUDAS_DE_WIT
+    law: Lanes  # OFF, OBSERVER, PUBLISHED, RESIDUAL, CANUDAS_DE_WIT or REVERSED
     enabled: Lanes  # 1: add the estimate to the command; 0: only run it
     from_reference: Lanes  # 1: the observer uses the reference's velocity; 0: the measured one
     gain: Lanes  # of K, 1/s
     residual_alpha: Lanes  # 1 - exp(-2 pi f T_s) of the residual's filter
     regularisation: Lanes  # c in e_z, 1
     z_limit: Lanes  # largest bristle estimate, m; inf for none
+    k_d_share: Lanes  # c in the denominator of the reversed K, 1
 
 
 class Estimate(NamedTuple):
@@ -58,13 +64,17 @@ def residual_force(  # noqa: PLR0913, PLR0917 - the terms of the balance
     known_force: Lanes,
     K_last: Lanes,
 ) -> Lanes:
-    """Return the filtered balance ``r += alpha (M a - (f - f_f*) - sigma_1 K - r)``, N."""
-    balance = inertia - known_force - model.sigma_1 * K_last
+    """Return the filtered balance ``r += alpha (M a - (f - f_f*) - sigma_1 K - r)``, N.
+
+    The reversed K keeps its own part in it, as eq. (25) does: without ``sigma_1 K``.
+    """
+    balance = inertia - known_force
+    balance = select(law.law == REVERSED, balance, balance - model.sigma_1 * K_last)
     return residual + law.residual_alpha * (balance - residual)
 
 
 @compiled
-def adaptation(  # noqa: PLR0913, PLR0917 - everything the four laws use
+def adaptation(  # noqa: PLR0913, PLR0917 - everything that the laws use
     law: Compensation,
     model: LuGre,
     motion: Motion,
@@ -81,12 +91,18 @@ def adaptation(  # noqa: PLR0913, PLR0917 - everything the four laws use
     tiny = abs(denominator) < _SMALLEST_DENOMINATOR
     published = u * (inertia - u) / select(tiny, _SMALLEST_DENOMINATOR, denominator)
 
+    tiny = abs(u) < _SMALLEST_DENOMINATOR
+    per_u = law.k_d_share * k_d * motion.error / select(tiny, _SMALLEST_DENOMINATOR, u)
+    slope = model.sigma_1 + per_u * D
+    reversed_K = -residual / select(abs(slope) < _SMALLEST_DENOMINATOR, np.inf, slope)
+
     floor = law.regularisation * model.sigma_0
     e_z = D * residual / (D * D + floor * floor)
     explicit = select(D < 0.0, law.gain * e_z, 0.0)
 
     K = select(law.law == PUBLISHED, published, 0.0)
     K = select(law.law == RESIDUAL, explicit, K)
+    K = select(law.law == REVERSED, reversed_K, K)
     return select(law.law == CANUDAS_DE_WIT, law.gain * motion.error, K)
 
 

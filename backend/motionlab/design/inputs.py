@@ -7,7 +7,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
-from motionlab.config.quantity import Config, quantity
+from motionlab.config.quantity import Config, Whole, quantity
 from motionlab.design.presets import PresetName
 
 PAPER = "Huang et al., IEEE Access 2019"
@@ -15,6 +15,7 @@ SECTION = f"{PAPER}, section II-A"
 OURS = "this project's choice"
 
 _NARROWEST = 1e-6
+_SIGMA = (0.05, 20.0)
 
 
 class Choices(Config):
@@ -58,10 +59,10 @@ class Choices(Config):
         unit="1",
         source=f"{SECTION}: 1",
         default=None,
-        ge=0.05,
-        le=20,
+        ge=_SIGMA[0],
+        le=_SIGMA[1],
     )
-    n: int = quantity(
+    n: Whole = quantity(
         "Tooth pairs of a mover: teeth on each limb",
         unit="1",
         source=SECTION,
@@ -69,7 +70,7 @@ class Choices(Config):
         ge=1,
         le=100,
     )
-    limbs: int = quantity(
+    limbs: Whole = quantity(
         "Limbs of the mover's core; the paper's (3) has one, its 39.6 mm two",
         unit="1",
         source=f"{SECTION}, from w = 39.6 mm",
@@ -125,6 +126,10 @@ class Choices(Config):
             )
         if not math.isclose(p + s, self.tau, rel_tol=1e-9):
             raise ValueError(f"p + s = {p + s:g} m must equal tau = {self.tau:g} m")
+        if self.sigma is None and not _SIGMA[0] <= p / s <= _SIGMA[1]:
+            raise ValueError(
+                f"p/s = {p / s:g} must be >= {_SIGMA[0]:g} and <= {_SIGMA[1]:g}, as sigma"
+            )
         if self.sigma is not None and not math.isclose(p / s, self.sigma, rel_tol=1e-9):
             raise ValueError(f"p/s = {p / s:g} must equal sigma = {self.sigma:g}")
         return self
@@ -154,7 +159,8 @@ class Choices(Config):
     def resolved(self) -> Self:
         """Return a copy with ``p``, ``s`` and ``sigma`` filled in."""
         p, s = self.teeth
-        return self.model_copy(update={"p": p, "s": s, "sigma": p / s})
+        sigma = p / s if self.sigma is None else self.sigma
+        return self.model_copy(update={"p": p, "s": s, "sigma": sigma})
 
 
 class Requirements(Choices):
@@ -167,7 +173,7 @@ class SizedDimensions(Choices):
     l_m: float = quantity(
         "Stack length of the mover", unit="m", source=SECTION, default=42.3e-3, ge=1e-5, le=100
     )
-    N: int = quantity(
+    N: Whole = quantity(
         "Turns of a phase", unit="1", source=SECTION, default=145, ge=1, le=10_000_000
     )
 

@@ -23,7 +23,9 @@ class Point(_Document):
     """Friction at one velocity."""
 
     velocity: float = _si("Mean measured velocity", "m/s")
-    force: float = _si("Mean thrust, by the controller's map from the measured currents", "N")
+    force: float = _si(
+        "Mean friction: thrust by the controller's map less mass times acceleration", "N"
+    )
     deviation: float = _si("Standard deviation of the command over the window", "N")
     pitches: int = _si("Whole pole pitches averaged over", "1")
 
@@ -50,7 +52,7 @@ class Fit(_Document):
     warnings: list[str]
 
 
-class Ramp(_Document):
+class ForceRamp(_Document):
     """Response to force ramps of one rate, both signs and all places averaged."""
 
     rate: float = _si("Rate of the ramp", "N/s")
@@ -61,7 +63,7 @@ class Ramp(_Document):
     fitted: list[float] = _si("Of the LuGre model with the identified parameters", "m")
 
 
-class Curve(_Document):
+class StribeckCurve(_Document):
     """The fitted Stribeck curve, from the fastest motion one way to the fastest the other."""
 
     velocity: list[float] = _si("Velocity", "m/s")
@@ -80,10 +82,10 @@ class AxisIdentification(_Document):
 
     points: list[Point] = Field(description="In the order of measurement, both directions")
     residuals: list[float] = _si("Force of each point less the fitted curve's", "N")
-    curve: Curve
+    curve: StribeckCurve
     sliding: Fit = Field(description="F_c, F_s, v_s, sigma_2, and a constant offset of force")
     presliding: Fit | None = Field(description="sigma_0 and sigma_1; null when not asked for")
-    ramps: list[Ramp]
+    ramps: list[ForceRamp]
     warnings: list[str] = Field(description="What is wrong with the measurements")
 
 

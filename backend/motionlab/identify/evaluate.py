@@ -13,12 +13,12 @@ from motionlab.config.plant import FrictionConfig
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.identify.document import (
     AxisIdentification,
-    Curve,
     Fit,
+    ForceRamp,
     Known,
     Parameter,
     Point,
-    Ramp,
+    StribeckCurve,
 )
 from motionlab.identify.rig import Rig
 from motionlab.identify.stribeck import Fitted, curve_half_width, stribeck_curve
@@ -58,7 +58,7 @@ class Found:
         What was fitted to them.
     presliding : Fitted or None
         What was fitted to the force ramps.
-    ramps : list of Ramp
+    ramps : list of ForceRamp
         Mean responses to them.
     warnings : list of str
         What is wrong with the measurements.
@@ -67,7 +67,7 @@ class Found:
     points: list[Point]
     sliding: Fitted
     presliding: Fitted | None
-    ramps: list[Ramp]
+    ramps: list[ForceRamp]
     warnings: list[str]
 
 
@@ -96,13 +96,13 @@ def known_document(rig: Rig, axis: str) -> Known:
     )
 
 
-def curve_document(sliding: Fitted, speed: Array) -> Curve:
+def curve_document(sliding: Fitted, speed: Array) -> StribeckCurve:
     """Return the fitted curve and its band over the range of some speeds, both ways."""
     one_way = np.geomspace(_NEAR_ZERO * speed.min(), speed.max(), _CURVE_SAMPLES)
     v = np.concatenate([-one_way[::-1], one_way])
     force = stribeck_curve(v, sliding.values)
     half = curve_half_width(v, sliding)
-    return Curve(
+    return StribeckCurve(
         velocity=v.tolist(),
         force=force.tolist(),
         low=None if half is None else (force - half).tolist(),
@@ -110,10 +110,10 @@ def curve_document(sliding: Fitted, speed: Array) -> Curve:
     )
 
 
-def ramp_document(rate: float, force: Array, measured: Array, fitted: Array) -> Ramp:
+def ramp_document(rate: float, force: Array, measured: Array, fitted: Array) -> ForceRamp:
     """Return the response to force ramps of one rate, thinned out."""
     step = -(-len(force) // _DRAWN)
-    return Ramp(
+    return ForceRamp(
         rate=rate,
         force_max=float(force.max()),
         time=[float(t) for t in np.arange(0, len(force), step) * CONTROL_PERIOD],

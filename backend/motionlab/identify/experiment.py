@@ -12,12 +12,13 @@ from motionlab.config.load import load_scenario
 from motionlab.config.scenario import VariantConfig
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ExperimentFailed
+from motionlab.identify.currents import CurrentLoops
 from motionlab.identify.document import (
     AxisIdentification,
+    ForceRamp,
     IdentificationDocument,
     PartialIdentification,
     Point,
-    Ramp,
     Stage,
     Standing,
 )
@@ -28,7 +29,7 @@ from motionlab.identify.evaluate import (
     known_document,
     ramp_document,
 )
-from motionlab.identify.fit import fit_presliding, fit_sliding, over_places
+from motionlab.identify.fit import fit_presliding, fit_sliding
 from motionlab.identify.plan import Experiment
 from motionlab.identify.presliding import (
     SLOWEST,
@@ -100,8 +101,10 @@ class _Run:
         self.done = 0
         self.spent = 0
         self.points: dict[str, list[Point]] = {}
+        self.motions: dict[str, list[int]] = {}
         self.found: dict[str, AxisIdentification] = {}
         self.known = {axis: known_document(self.rig, axis) for axis in self.sweeps}
+        self.loops = {axis: CurrentLoops(self.rig.controller.delay) for axis in self.sweeps}
         self.progress = progress
 
     def document(self) -> IdentificationDocument:
@@ -137,10 +140,12 @@ class _Run:
         sliding = fit_sliding(
             np.array([point.velocity for point in points]),
             np.array([point.force for point in points]),
+            motion=np.array(self.motions[axis]),
+            time=np.array([point.pitches / abs(point.velocity) for point in points]),
         )
         found = {name: sliding[name] for name in ("F_c", "F_s", "v_s", "sigma_2")}
         presliding: Fitted | None = None
-        ramps: list[Ramp] = []
+        ramps: list[ForceRamp] = []
         if self.request.presliding.enabled:
             if sliding["F_s"] < _LEAST_STICTION:
                 warnings.append(
@@ -169,15 +174,18 @@ class _Run:
     def _slide(self, axis: str) -> list[str]:
         """Carry out the uniform motions of an axis; return what is wrong with them."""
         doubts: list[Doubt] = []
-        self.points[axis] = []
+        self.points[axis], self.motions[axis] = [], []
         sweeps = self.sweeps[axis]
         for index, sweep in enumerate(sweeps):
             self._stand(axis, "sliding", index, len(sweeps))
             prepared = prepare(sweep.scenario)
             self.spent += prepared.reference.ticks
             samples = record(prepared, self._advance)
-            points, wrong = measure(self.rig, sweep, prepared.reference, samples, axis)
+            points, wrong = measure(
+                self.rig, sweep, prepared.reference, samples, axis, self.loops[axis]
+            )
             self.points[axis] += points
+            self.motions[axis] += [index] * len(points)
             doubts += wrong
             if index + 1 == FEWEST_SPEEDS:
                 self._refuse_oscillation(axis, doubts)
@@ -196,7 +204,7 @@ class _Run:
             f"k_d = {gains.k_d:g} N s/m"
         )
 
-    def _ramp(self, axis: str, sliding: Fitted) -> tuple[Fitted, list[Ramp], list[str]]:
+    def _ramp(self, axis: str, sliding: Fitted) -> tuple[Fitted, list[ForceRamp], list[str]]:
         """Carry out the force ramps of an axis and fit them."""
         asked = self.request.presliding
         mass = self.rig.model(axis).mass
@@ -207,8 +215,8 @@ class _Run:
             for rate in asked.rates
             if rate < SLOWEST
         ]
-        ways: dict[tuple[int, float], list[Any]] = {}
-        thrusts: dict[tuple[int, float], list[Any]] = {}
+        ways: dict[int, list[Any]] = {place: [] for place in range(asked.places)}
+        thrusts: dict[int, list[Any]] = {place: [] for place in range(asked.places)}
         ramps = plan_ramps(
             self.rig, axis, force_max=force_max, rates=asked.rates, places=asked.places
         )
@@ -217,17 +225,10 @@ class _Run:
             self.spent += ramp.prepared.reference.ticks
             samples = record(ramp.prepared)
             way, wrong = displacement(ramp, samples, axis)
-            ways.setdefault((ramp.place, ramp.rate), []).append(way)
-            thrust = ramp_thrust(self.rig, ramp, samples, axis)
-            thrusts.setdefault((ramp.place, ramp.rate), []).append(thrust)
+            ways[ramp.place].append(way)
+            thrusts[ramp.place].append(ramp_thrust(self.rig, ramp, samples, axis, self.loops[axis]))
             warnings += [] if wrong is None else [wrong]
-        responses, forces = (
-            [
-                [np.mean(both_ways[place, rate], axis=0) for rate in asked.rates]
-                for place in range(asked.places)
-            ]
-            for both_ways in (ways, thrusts)
-        )
+        responses, forces = [*ways.values()], [*thrusts.values()]
         way = min(float(response.max()) for place in responses for response in place)
         warnings += self._hardly_seen(axis, force_max, way)
         fitted = fit_presliding(responses, forces, sliding, mass)
@@ -239,11 +240,13 @@ class _Run:
             sliding["F_s"],
             sliding["v_s"],
         )
-        force = over_places(forces)
+        force = _over_places(forces)
         model = model_response(friction, fitted["M"], force)
         drawn = [
-            ramp_document(*ramp)
-            for ramp in zip(asked.rates, force, over_places(responses), model, strict=True)
+            ramp_document(rate, newtons.mean(axis=1), measured, moved)
+            for rate, newtons, measured, moved in zip(
+                asked.rates, force, _over_places(responses), model, strict=True
+            )
         ]
         return fitted, drawn, warnings
 
@@ -313,3 +316,9 @@ class _Run:
     def _report(self, partial: PartialIdentification | None) -> None:
         if self.progress is not None:
             self.progress(min(1.0, self.done / self.total), partial)
+
+
+def _over_places(series: list[list[Any]]) -> list[Any]:
+    """Return the mean of each rate's series over all places and both signs."""
+    ramps = [*zip(*series, strict=True)]
+    return [np.mean([*ramps[k], *ramps[k + 1]], axis=0) for k in range(0, len(ramps), 2)]

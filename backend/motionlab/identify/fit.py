@@ -1,15 +1,17 @@
-"""Nonlinear least squares, and what the Jacobian says of how well parameters are determined."""
+"""Nonlinear least squares, and how well the data determine each parameter."""
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.timing import PLANT_STEP
+from motionlab.identify.covariance import correlation_of, scatter
 from motionlab.identify.presliding import model_response
 from motionlab.identify.stribeck import Fitted, stribeck_curve
 from motionlab.plant.friction import LuGre
@@ -21,13 +23,20 @@ _CORRELATED = 0.98
 _UNSURE = 0.1
 """Half width of the interval, as a share of the value, from which a warning is given."""
 
+_POWERS = (0.5, 0.75, 1.0)
+_TINY = 1e-300
+_FEW = 2.0
+"""Degrees of freedom below which a warning says that they widen an interval."""
+
 _CANDIDATES = 60
 _SMALLEST_WAY = 1e-7  # m
 _SMALLEST_FORCE = 1e-6  # N, as in the controller's model
 _LOWEST_V_S, _HIGHEST_V_S = 1.01e-5, 10.0
 
 
-def fit_sliding(velocity: Array, force: Array) -> Fitted:
+def fit_sliding(
+    velocity: Array, force: Array, *, motion: NDArray[np.intp], time: Array | None = None
+) -> Fitted:
     """Fit F_c, F_s, v_s, sigma_2 and a constant offset f_0 to forces of uniform motion.
 
     The offset is what pulls one way at any velocity, such as a cable or an inclined axis.
@@ -36,6 +45,10 @@ def fit_sliding(velocity: Array, force: Array) -> Fitted:
     ----------
     velocity, force : ndarray, shape (n,)
         Means over whole pole pitches, m/s and N.
+    motion : ndarray of int, shape (n,)
+        Which motion, there and back, each is of: errors of one motion may have a cause in common.
+    time : ndarray, shape (n,), optional
+        How long each mean was taken over, in any unit: the longer, the surer. Left out: all alike.
 
     Returns
     -------
@@ -45,13 +58,46 @@ def fit_sliding(velocity: Array, force: Array) -> Fitted:
     names = ("F_c", "F_s", "v_s", "sigma_2", "f_0")
     low = np.array([_SMALLEST_FORCE, _SMALLEST_FORCE, _LOWEST_V_S, 0.0, -np.inf])
     high = np.array([np.inf, np.inf, _HIGHEST_V_S, np.inf, np.inf])
-    fitted = _fit(
-        lambda p: stribeck_curve(velocity, p) - force,
-        names,
-        np.clip(_guess(velocity, force), low, high),
-        (low, high),
+    share = np.ones_like(force) if time is None else time / time.max()
+
+    def solve(start: Array, power: float) -> _Solved:
+        weight = share**power
+        return _solve(
+            lambda p: weight * (stribeck_curve(velocity, p) - force), names, start, (low, high)
+        )
+
+    solved = solve(np.clip(_guess(velocity, force), low, high), _POWERS[0])
+    power = _likeliest_power(stribeck_curve(velocity, solved.values) - force, share)
+    if power != _POWERS[0]:
+        solved = solve(np.clip(solved.values, low, high), power)
+    values = solved.values
+    errors, correlation, degrees = scatter(solved.jacobian, solved.residuals, motion)
+    half_width = _student(degrees) * errors
+    fitted = Fitted(
+        names=names,
+        values=values,
+        errors=errors,
+        half_width=half_width,
+        residual_rms=_rms(stribeck_curve(velocity, values) - force),
+        correlation=correlation,
+        warnings=_doubts(
+            names, values, half_width, correlation_of(solved.jacobian), solved.edge, degrees
+        ),
     )
     return replace(fitted, warnings=_about_speeds(fitted, np.abs(velocity)) + fitted.warnings)
+
+
+def _likeliest_power(residuals: Array, time: Array) -> float:
+    """Return the power of time with which errors of means fall, by the likelihood of residuals.
+
+    White noise gives a half; what is cut off at the ends of a window, one.
+    """
+
+    def unlikely(power: float) -> float:
+        squares = float(np.sum((residuals * time**power) ** 2))
+        return 0.5 * len(time) * np.log(max(squares, _TINY)) - power * float(np.sum(np.log(time)))
+
+    return min(_POWERS, key=unlikely)
 
 
 def fit_presliding(
@@ -68,10 +114,11 @@ def fit_presliding(
 
     Parameters
     ----------
-    responses : sequence (places) of sequence (ramps) of ndarray
+    responses : sequence (places) of sequence (ramps) of ndarray, shape (ticks,)
         Displacement at every tick, m.
-    forces : sequence (places) of sequence (ramps) of ndarray
-        Mean thrust of every tick, N.
+    forces : sequence (places) of sequence (ramps) of ndarray, shape (ticks, SUBSTEPS)
+        Thrust within every tick, N. Each ramp is its own: noise in a force makes the bristle creep,
+        and the mean of two forces has less of it than either.
     sliding : Fitted
         F_c, F_s, v_s and sigma_2, from `fit_sliding`.
     mass : float
@@ -84,7 +131,7 @@ def fit_presliding(
     """
     names = ("sigma_0", "sigma_1", "M")
 
-    def fit(data: Sequence[Array], thrust: Sequence[Array]) -> Fitted:
+    def fit(data: Sequence[Array], thrust: Sequence[Array]) -> _Solved:
         def residuals(p: Array) -> Array:
             friction = LuGre(
                 p[0], p[1], sliding["sigma_2"], sliding["F_c"], sliding["F_s"], sliding["v_s"]
@@ -101,29 +148,26 @@ def fit_presliding(
             np.array([1e-2 * stiffness, 0.0, 0.2 * mass]),
             np.array([1e2 * stiffness, 0.2 * mass / PLANT_STEP, 5.0 * mass]),
         )
-        return _fit(residuals, names, start, bounds, scale=_SMALLEST_WAY)
+        return _solve(residuals, names, start, bounds, scale=_SMALLEST_WAY)
 
-    together = fit(over_places(responses), over_places(forces))
     places = [fit(*place) for place in zip(responses, forces, strict=True)]
     values = np.array([place.values for place in places])
     errors = values.std(axis=0, ddof=1) / np.sqrt(len(places))
     half_width = _student(len(places) - 1) * errors
     mean = values.mean(axis=0)
-    edge = [n for n in names if any(f"{n} is at the edge" in w for f in places for w in f.warnings)]
+    alike = np.mean([correlation_of(place.jacobian) for place in places], axis=0)
+    edge = [name for name in names if any(name in place.edge for place in places)]
     return Fitted(
         names=names,
         values=mean,
         errors=errors,
         half_width=half_width,
-        residual_rms=float(np.sqrt(np.mean([place.residual_rms**2 for place in places]))),
-        correlation=together.correlation,
-        warnings=_doubts(names, mean, half_width, together.correlation, edge),
+        residual_rms=_rms(np.concatenate([place.residuals for place in places])),
+        correlation=alike,
+        warnings=_doubts(
+            names, mean, half_width, alike, edge, np.full(len(names), len(places) - 1.0)
+        ),
     )
-
-
-def over_places(series: Sequence[Sequence[Array]]) -> list[Array]:
-    """Return the mean over places of each ramp's series, given (places) of (ramps)."""
-    return [np.mean(ramp, axis=0) for ramp in zip(*series, strict=True)]
 
 
 def _about_speeds(fitted: Fitted, speed: Array) -> list[str]:
@@ -164,14 +208,23 @@ def _guess(velocity: Array, force: Array) -> Array:
     return guess
 
 
-def _fit(
+class _Solved(NamedTuple):
+    """Where the sum of squares is least: residuals and Jacobian in the residuals' unit."""
+
+    values: Array
+    residuals: Array
+    jacobian: Array
+    edge: list[str]  # parameters at the edge of their range
+
+
+def _solve(
     residuals: Callable[[Array], Array],
     names: tuple[str, ...],
     start: Array,
     bounds: tuple[Array, Array],
     scale: float = 1.0,
-) -> Fitted:
-    """Minimise residuals, and read errors and correlations off the Jacobian."""
+) -> _Solved:
+    """Minimise the sum of squared residuals."""
     from scipy.optimize import least_squares
 
     size = np.maximum(np.abs(start), 1e-6)
@@ -183,63 +236,54 @@ def _fit(
         ftol=1e-12,
         gtol=1e-12,
     )
-    values = solved.x * size
-    count, unknowns = solved.jac.shape
-    degrees = count - unknowns
-    variance = 2.0 * solved.cost * scale**2 / degrees
-    jacobian = solved.jac * scale / size
-    errors, correlation = _errors(jacobian, variance)
-    half_width = _student(degrees) * errors
-    edge = [n for n, at in zip(names, solved.active_mask, strict=True) if at]
-    return Fitted(
-        names=names,
-        values=values,
-        errors=errors,
-        half_width=half_width,
-        residual_rms=float(np.sqrt(2.0 * solved.cost * scale**2 / count)),
-        correlation=correlation,
-        warnings=_doubts(names, values, half_width, correlation, edge),
+    return _Solved(
+        solved.x * size,
+        solved.fun * scale,
+        solved.jac * scale / size,
+        [n for n, at in zip(names, solved.active_mask, strict=True) if at],
     )
 
 
-def _student(degrees: int) -> float:
+def _rms(residuals: Array) -> float:
+    return float(np.sqrt(np.mean(residuals**2)))
+
+
+def _student(degrees: Array | float) -> Array:
     """Return how many standard errors half of the interval is."""
     from scipy.special import stdtrit
 
-    return float(stdtrit(degrees, 0.5 * (1.0 + _CONFIDENCE)))
+    return stdtrit(degrees, 0.5 * (1.0 + _CONFIDENCE))
 
 
-def _errors(jacobian: Array, variance: float) -> tuple[Array, Array]:
-    """Return standard errors and correlations; inf and 0 where nothing depends on a parameter."""
-    length = np.linalg.norm(jacobian, axis=0)
-    seen = length > 0.0
-    unit = jacobian / np.where(seen, length, 1.0)
-    _, s, vt = np.linalg.svd(unit, full_matrices=False)
-    determined = s > np.finfo(np.float64).eps * max(jacobian.shape) * s[0]
-    inverse = np.where(determined, 1.0 / np.where(determined, s, 1.0), 0.0)
-    covariance = (vt.T * inverse**2) @ vt
-    # A direction without effect makes every parameter that it holds undetermined.
-    lost = (np.abs(vt[~determined]) > 1e-6).any(axis=0) | ~seen
-    spread = np.sqrt(np.diag(covariance))
-    spread = np.where(spread > 0.0, spread, 1.0)
-    errors = np.sqrt(variance) * spread / np.where(seen, length, 1.0)
-    return np.where(lost, np.inf, errors), covariance / np.outer(spread, spread)
-
-
-def _doubts(
-    names: tuple[str, ...], values: Array, half_width: Array, correlation: Array, edge: list[str]
+def _doubts(  # noqa: PLR0913, PLR0917 - all that is known of a fit
+    names: tuple[str, ...],
+    values: Array,
+    half_width: Array,
+    correlation: Array,
+    edge: list[str],
+    degrees: Array,
 ) -> list[str]:
     """Return a warning for each parameter or pair that the data do not determine."""
     warnings = [
         f"{name} is at the edge of its range: the data do not determine it" for name in edge
     ]
-    for name, value, half in zip(names, values, half_width, strict=True):
+    few: dict[str, float] = {}
+    for name, value, half, free in zip(names, values, half_width, degrees, strict=True):
         if name in {"f_0", *edge}:
             continue
         if not np.isfinite(half):
             warnings.append(f"{name} cannot be identified: the data do not depend on it")
         elif half > _UNSURE * abs(value):
             warnings.append(f"{name} = {value:.4g} is only known to +-{half:.2g}")
+        if np.isfinite(half) and free < _FEW:
+            few[name] = free
+    if few:
+        least = min(few.values())
+        warnings.append(
+            f"the interval of {', '.join(few)} is wide because few measurements tell how far it "
+            f"scatters: {least:.1f} degrees of freedom make it {_student(least):.1f} standard "
+            "errors"
+        )
     for i, j in itertools.combinations(range(len(names)), 2):
         if abs(correlation[i, j]) > _CORRELATED:
             warnings.append(

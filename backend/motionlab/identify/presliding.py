@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from motionlab.build import AXES
 from motionlab.config.timing import CONTROL_PERIOD, PLANT_STEP, SUBSTEPS, to_ticks
+from motionlab.identify.currents import CurrentLoops
 from motionlab.identify.rig import Rig
-from motionlab.identify.thrust import mean_thrust
+from motionlab.identify.thrust import thrust_within
 from motionlab.lanes import WIDTH, Lanes, pack, unpack
 from motionlab.plant.friction import LuGre
 from motionlab.plant.mechanics import Mechanics, advance
@@ -111,10 +112,13 @@ def plan_ramps(
     return ramps
 
 
-def ramp_thrust(rig: Rig, ramp: Ramp, record: VariantRecord, axis: str) -> Array:
-    """Return the mean thrust of every control period along a ramp, N, by the measured currents."""
-    thrust = ramp.sign * mean_thrust(rig, axis, record)
-    return np.append(thrust, thrust[-1])  # beyond the last reading, where nothing is read any more
+def ramp_thrust(
+    rig: Rig, ramp: Ramp, record: VariantRecord, axis: str, loops: CurrentLoops
+) -> Array:
+    """Return the thrust along a ramp, N, by the measured currents, shape (ticks, SUBSTEPS)."""
+    draws = np.random.default_rng(ramp.prepared.scenario.seed)
+    thrust = ramp.sign * thrust_within(rig, axis, record, loops, draws)
+    return np.vstack([thrust, thrust[-1:]])  # beyond the last reading, where nothing is read
 
 
 def displacement(ramp: Ramp, record: VariantRecord, axis: str) -> tuple[Array, str | None]:
@@ -150,9 +154,9 @@ def _respond(mechanics: Array, friction: Array, forces: Array, position: Array) 
     s = unpack(_Mover, np.zeros((3, WIDTH)), 0)
     for k in range(len(forces)):
         pack(_Force(s.p), position[k])
-        force = unpack(_Force, forces[k], 0).f
         p, v, z = s.p, s.v, s.z
-        for _ in range(SUBSTEPS):
+        for j in range(SUBSTEPS):
+            force = unpack(_Force, forces[k, j], 0).f
             p, v, z = advance(m, f, p, v, z, force, PLANT_STEP)
         s = _Mover(p, v, z)
 
@@ -166,20 +170,24 @@ def model_response(friction: LuGre, mass: float, forces: Sequence[Array]) -> lis
         Plain numbers.
     mass : float
         Moving mass, kg.
-    forces : sequence of ndarray
-        Force of every tick, N; WIDTH of them at most.
+    forces : sequence of ndarray, shape (ticks, SUBSTEPS)
+        Force in every step of the plant, N.
 
     Returns
     -------
-    list of ndarray
+    list of ndarray, shape (ticks,)
         Position at the start of every tick, m.
     """
-    longest = max(len(force) for force in forces)
-    lanes = np.zeros((longest, 1, WIDTH))
-    for lane, force in enumerate(forces):
-        lanes[: len(force), 0, lane] = force
     free = Mechanics(mass, 1e9, 0.0, 0.0)  # the end stops are out of reach
     rows = [np.tile(np.array([group], dtype=np.float64).T, WIDTH) for group in (free, friction)]
-    position = np.empty((longest, 1, WIDTH))
-    _respond(rows[0], rows[1], lanes, position)
-    return [position[: len(force), 0, lane] for lane, force in enumerate(forces)]
+    positions: list[Array] = []
+    for first in range(0, len(forces), WIDTH):
+        beside = forces[first : first + WIDTH]
+        longest = max(len(force) for force in beside)
+        lanes = np.zeros((longest, SUBSTEPS, 1, WIDTH))
+        for lane, force in enumerate(beside):
+            lanes[: len(force), :, 0, lane] = force
+        position = np.empty((longest, 1, WIDTH))
+        _respond(rows[0], rows[1], lanes, position)
+        positions += [position[: len(force), 0, lane] for lane, force in enumerate(beside)]
+    return positions

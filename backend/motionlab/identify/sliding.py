@@ -16,12 +16,15 @@ from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.config.trajectory import Trapezoid
 from motionlab.errors import ConfigError, FieldError
+from motionlab.identify.currents import CurrentLoops
 from motionlab.identify.document import Point
 from motionlab.identify.rig import Rig
-from motionlab.identify.thrust import mean_thrust
+from motionlab.identify.thrust import readings, thrust_within
 from motionlab.simulation.maps import pole_pitch
 from motionlab.telemetry.recording import VariantRecord
 from motionlab.trajectory.reference import Reference
+
+Array = NDArray[np.float64]
 
 _PUSH = 0.3
 """Share of the sure thrust that speeds up and brakes; friction is not known yet."""
@@ -41,6 +44,9 @@ _STUCK = 0.5
 
 _SWINGING = 0.2
 """Deviation of the command, as a share of its limit, that no friction or ripple causes."""
+
+_AROUND = to_ticks(0.01)
+"""Ticks before and after an end of the window over which it is moved."""
 
 _PEAK = 1.0 - 1e-9
 _ROUNDED_DOWN = 0.999
@@ -156,25 +162,33 @@ class Doubt(NamedTuple):
     text: str
 
 
-def measure(
-    rig: Rig, sweep: Sweep, reference: Reference, record: VariantRecord, axis: str
+def measure(  # noqa: PLR0913, PLR0917 - a motion, its record, and what earlier ones told
+    rig: Rig,
+    sweep: Sweep,
+    reference: Reference,
+    record: VariantRecord,
+    axis: str,
+    loops: CurrentLoops,
 ) -> tuple[list[Point], list[Doubt]]:
-    """Return the mean force of both ways where the axis followed, and what is wrong with them.
+    """Return the mean friction of both ways where the axis followed, and what is wrong with them.
 
     Only commands, the currents that the drives report and the encoder are read.
     """
+    mass = rig.model(axis).mass
     velocity = reference.velocity[:, AXES.index(axis)]
     command = record.channel("force_command", axis).astype(np.float64)
-    thrust = mean_thrust(rig, axis, record)
+    loops.learn(*readings(rig, axis, record))
+    thrust = thrust_within(rig, axis, record, loops).mean(axis=1)
     position = record.channel("position_measured", axis).astype(np.float64)
     saturated = record.channel("force_saturated", axis) + record.channel("current_saturated", axis)
     points: list[Point] = []
     doubts: list[Doubt] = []
     count = round(sweep.way / (sweep.speed * CONTROL_PERIOD))
     for way in (1.0, -1.0):
-        stop = _end_of_cruise(velocity * way)
-        window = slice(stop - count, stop)
-        moved = position[stop] - position[stop - count]
+        stop = _end_of_cruise(velocity * way) - _AROUND
+        start = stop - count
+        window = slice(start - _AROUND, stop + _AROUND - 1)
+        moved = position[stop] - position[start]
         speed = float(moved / (count * CONTROL_PERIOD))
         wanted = way * sweep.speed
         miss = abs(speed - wanted) / sweep.speed
@@ -194,7 +208,7 @@ def measure(
             points.append(
                 Point(
                     velocity=speed,
-                    force=float(thrust[window].mean()),
+                    force=_mean_friction(mass, thrust, position, start, stop),
                     deviation=float(command[window].std()),
                     pitches=sweep.pitches,
                 )
@@ -233,6 +247,22 @@ def oscillates(points: list[Point], doubts: list[Doubt], force_limit: float) -> 
 def _end_of_cruise(velocity: NDArray[np.float64]) -> int:
     """Return the last tick at the largest velocity."""
     return int(np.flatnonzero(velocity >= _PEAK * velocity.max())[-1])
+
+
+def _mean_friction(mass: float, thrust: Array, position: Array, start: int, stop: int) -> float:
+    """Return the mean over a window whose two ends move over 2 `_AROUND` ticks, N.
+
+    The mean of a force over each of these windows is that of friction but for the momentum gained;
+    averaged over all of them, that is the mass times a difference of mean velocities, which the
+    encoder tells far better than a velocity at an instant.
+    """
+    count, wide = stop - start, 2 * _AROUND
+    rising = np.arange(1, count + wide)
+    weights = np.minimum(rising, rising[::-1]).clip(max=min(count, wide)) / (count * wide)
+    # Not by BLAS, whose sums of this length depend on the number of its threads.
+    total = float(np.sum(weights * thrust[start - _AROUND : stop + _AROUND - 1]))
+    end, begin = (position[k + _AROUND] - position[k - _AROUND] for k in (stop, start))
+    return total - mass * (end - begin) / (wide * count * CONTROL_PERIOD**2)
 
 
 def _there_and_back(axis: str, half: float, speed: float, acceleration: float) -> Trapezoid:

@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.paper.document import FigureSeries, PaperFigure
+from motionlab.paper.document import FigureSeries, PaperFigure, Role
 from motionlab.paper.experiments import Experiments
 from motionlab.telemetry.decimate import min_max
 
 Build = Callable[[Experiments], PaperFigure]
-Role = Literal["A", "B", "reference", "a", "b", "c", "x", "y", "printed"]
 
 _BINS = 400
 _DIGITS = 6

@@ -11,7 +11,7 @@ Comparison = Literal["value", "at_most", "at_least", "within", "none"]
 
 Status = Literal["holds", "fails", "known_failure", "not_comparable"]
 
-Kind = Literal["printed", "claim", "formula", "recovered", "fit", "input", "no_data"]
+Kind = Literal["printed", "claim", "formula", "recovered", "arithmetic", "fit", "input", "no_data"]
 """What a row sets beside what: `motionlab.paper.kinds.KINDS` has the words."""
 
 Number = float | tuple[float, float]
@@ -54,6 +54,10 @@ class PaperRow(_Document):
     basis: str = Field(description="What ours is: which motor, which controller, which formula")
     fitted: bool = Field(description="Ours was fitted to this number: that it holds proves nothing")
     note: str = Field(description="What a reader has to know; empty for nothing")
+    conflict: str = Field(
+        description="Another row's value of the same thing, with which this one cannot agree, and "
+        "which of them ours is held against; empty for none"
+    )
     known: str | None = Field(description="Why it is known to fail; null where it is not")
     figure: str | None = Field(description="Identifier of the figure that shows it")
     recipe: Recipe
@@ -90,6 +94,10 @@ class JudgedRow(PaperRow):
     better: bool | None = Field(
         description="Ours is better than a bound asks for; null where there is no bound"
     )
+    lax: str = Field(
+        description="Why nearly any model would hold this row; empty where it would not, or where "
+        "ours does not hold"
+    )
     values: list[RowValue] = Field(description="Ours under other controllers and on other motors")
     monte_carlo: RowSpread | None = Field(description="null where it is not of a run")
     error: str | None = Field(description="Why there is no number although there should be one")
@@ -119,12 +127,15 @@ class FigureAxis(_Document):
     log: bool = Field(default=False, description="Drawn over its logarithm")
 
 
+Role = Literal["A", "B", "reference", "phase-a", "phase-b", "phase-c", "x", "y", "printed"]
+
+
 class FigureSeries(_Document):
     """A curve of a figure."""
 
     label: str
-    role: Literal["A", "B", "reference", "a", "b", "c", "x", "y", "printed"] = Field(
-        description="Variant, reference, phase, axis, or what the paper prints"
+    role: Literal["A", "B", "reference", "phase-a", "phase-b", "phase-c", "x", "y", "printed"] = (
+        Field(description="Variant, reference, phase, axis, or what the paper prints")
     )
     kind: Literal["line", "points"]
     x: list[float]
@@ -182,6 +193,7 @@ class RowCount(_Document):
     known_failure: int
     not_comparable: int
     better: int = Field(description="Bounds that ours stays well inside of")
+    lax: int = Field(description="Rows that hold, but would with nearly any model")
 
 
 class RowSummary(RowCount):

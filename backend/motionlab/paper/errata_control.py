@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from motionlab.analysis.accuracy import sine_error
+from motionlab.config.timing import SUBSTEPS
 from motionlab.identify.presliding import model_response
 from motionlab.paper import performance, stability
 from motionlab.paper.document import Erratum, ErratumStep
@@ -42,6 +43,45 @@ def published_k(experiments: Experiments) -> Erratum:
             _step("following error with K of (25), x", errors[1], "m"),
         ],
         shown=noiseless.singular_rate > 0.0 and (errors[1] is None or errors[1] > errors[0]),
+    )
+
+
+def sign_of_k(experiments: Experiments) -> Erratum:
+    """Return that (25) works with the opposite sign, which the proof does not allow."""
+    with_k_d = {"variants.B.controller.compensation.k_d_share": _TABLE_NUMBER}
+    laws = {
+        "K = 0": ("circle", {}),
+        "K as printed": ("circle-published-k", {}),
+        "sign reversed, table's k_d on e in m": ("circle-reversed-k", with_k_d),
+        "sign reversed, without k_d": ("circle-reversed-k", {}),
+    }
+    steps = []
+    shown = True
+    for plant in ("nominal", "matched"):
+        for axis in "xy":
+            errors = [
+                experiments.run(scenario, {"plant": plant} | changes).document["variants"]["B"][
+                    "axes"
+                ][axis]["max_abs_following_error"]
+                for scenario, changes in laws.values()
+            ]
+            steps += [
+                _step(f"following error, {axis}, {plant} motor, {law}", error, "m")
+                for law, error in zip(laws, errors, strict=True)
+            ]
+            without, printed, table, reversed_ = errors
+            shown = shown and max(table, reversed_) < without
+            shown = shown and (printed is None or printed > without)
+    return Erratum(
+        id="eq25-sign",
+        place="(25), sign",
+        as_scanned=False,
+        printed="K = + u (M a - u)/(sigma_1 u + e k_d (sigma_1 abs(v)/g - sigma_0))",
+        corrected="no misprint that the text supports, as (28) to (31) need the printed sign; but "
+        "with the opposite one and M a - u filtered at 30 Hz, (25) is better than K = 0 on the "
+        "circle, and it may be what was run. Its limit for small k_d is K = -(M a - u)/sigma_1",
+        steps=steps,
+        shown=shown,
     )
 
 
@@ -136,7 +176,7 @@ def derivative(_: Experiments) -> Erratum:
         return math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta**2))
 
     friction = LuGre(sigma_0, sigma_1, sigma_2, F_c, F_s, v_s)
-    (way,) = model_response(friction, M, [np.full(_STEP_TICKS, _STEP_FORCE)])
+    (way,) = model_response(friction, M, [np.full((_STEP_TICKS, SUBSTEPS), _STEP_FORCE)])
     simulated = float(way.max() / way[-1] - 1.0)
     right = overshoot(sigma_0, sigma_1 + sigma_2)
     scanned = overshoot(sigma_0 + sigma_1, sigma_2)
@@ -160,4 +200,7 @@ _STRIBECK = (0.2399, 3.5908, 0.0436)
 _STEP_FORCE, _STEP_TICKS = 0.05, 400
 """N, far below F_s, and control periods after which nothing moves any more."""
 
-ERRATA = (published_k, bristle_error, semidefinite, phase, derivative)
+_TABLE_NUMBER = 1e-3
+"""k_d of Table 1, in N s/mm, taken as N s/m."""
+
+ERRATA = (published_k, sign_of_k, bristle_error, semidefinite, phase, derivative)

@@ -74,8 +74,8 @@ def status(held: bool | None, *, known: bool) -> Status:
     held : bool or None
         From `holds`; None where nothing is judged.
     known : bool
-        Whether docs/known-failures.md names the row. One that holds all the same is ``holds``, and
-        `motionlab reproduce` fails until the page no longer names it.
+        Whether known_failures.toml lists the row. One that holds all the same is ``holds``, and
+        `motionlab reproduce` fails until the file no longer lists it.
     """
     if held is None:
         return "not_comparable"

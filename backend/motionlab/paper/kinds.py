@@ -20,11 +20,16 @@ KINDS = (
         about="The motor was given the printed value, an experiment finds it again: this tests the "
         "experiment, not the machine",
     ),
+    PaperKind(
+        id="arithmetic",
+        title="arithmetic",
+        about="Other printed numbers put into a formula: it proves nothing of a machine",
+    ),
     PaperKind(id="fit", title="fit", about="Ours was fitted to what is printed: it proves nothing"),
     PaperKind(
         id="input",
         title="input",
-        about="Chosen by the paper, or given by its machine: what everything here is computed from",
+        about="Chosen by the paper, or given by its machine: no result of it",
     ),
     PaperKind(
         id="no_data",

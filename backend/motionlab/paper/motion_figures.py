@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.paper.curves import Build, curve, trace
-from motionlab.paper.document import FigureAxis, FigureBound, FigureSeries, PaperFigure
+from motionlab.paper.document import FigureAxis, FigureBound, FigureSeries, PaperFigure, Role
 from motionlab.paper.experiments import Experiments, Run
 from motionlab.paper.tracking import MATCHED, TEXT
 
@@ -27,6 +27,7 @@ def channel(run: Run, variant: str, name: str, axis: str) -> NDArray[np.float64]
 _Y_MOTIONS = {"fig6": "trapezoid-y", "fig7": "stair-y-50mm"}
 _Y_PRINTED = {"fig6": 1.5e-6, "fig7": 1.6e-6}
 _Y_TITLES = {"fig6": "Trapezoid of 290 mm", "fig7": "Staircase of 50 mm"}
+_PHASES: tuple[tuple[str, Role], ...] = (("a", "phase-a"), ("b", "phase-b"), ("c", "phase-c"))
 _PARTS = {"position": "a", "velocity": "b", "error": "c", "acceleration": "d"}
 _PANELS = {
     "position": ("position, y", "m"),
@@ -90,8 +91,8 @@ def _currents(experiments: Experiments) -> PaperFigure:
         x=TIME,
         y=FigureAxis(label="current, y", unit="A"),
         series=[
-            trace(f"phase {phase}", phase, channel(run, "B", f"current_{phase}", "y"))
-            for phase in ("a", "b", "c")
+            trace(f"phase {phase}", role, channel(run, "B", f"current_{phase}", "y"))
+            for phase, role in _PHASES
         ],
         bounds=[FigureBound(label="limit", low=None, high=10.0, start=None, end=None)],
     )

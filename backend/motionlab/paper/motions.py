@@ -12,7 +12,7 @@ from motionlab.config.moves import Staircase, Trapezoid
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.paper.bands import COUNT, STAIRCASE, TRAPEZOID
 from motionlab.paper.experiments import Experiments, Run
-from motionlab.paper.quantity import Compute, Found, Quantity, by_run, from_run, not_comparable
+from motionlab.paper.quantity import Compute, Found, Quantity, not_comparable
 from motionlab.paper.tracking import (
     A_LAW,
     BASIS,
@@ -187,7 +187,7 @@ QUANTITIES = (
         figure="fig6-error",
         place=_TEXT,
         group=GROUP,
-        note="Table 1 says 1.5 um of the same motion",
+        note="Table 1 says 1.5 um of the same motion; the figure of trapezoid-y once more",
     ),
     accuracy(
         "y-steady-state-staircase",
@@ -201,24 +201,7 @@ QUANTITIES = (
         figure="fig7-error",
         place=_TEXT,
         group=GROUP,
-    ),
-    Quantity(
-        id="current-limit",
-        group=GROUP,
-        kind="claim",
-        place=_TEXT,
-        quantity="Largest phase current of the trapezoid",
-        unit="A",
-        paper=10.0,
-        printed="limited to 10 A",
-        comparison="at_most",
-        band=0.0,
-        reason="a limit: kept or not",
-        basis=BASIS,
-        compute=from_run("trapezoid-y", "variants.B.axes.y.max_current", changes=MATCHED),
-        doing="trapezoid-y",
-        recipe=by_run("trapezoid-y", MATCHED, ["variants.B.axes.y.max_current"]),
-        figure="fig6-currents",
+        note="The figure and the bound of stair-y-50mm once more",
     ),
     *_below_limits("trapezoid-y", "y", "fig6-velocity"),
     *_below_limits("stair-y-50mm", "y", "fig7-velocity"),

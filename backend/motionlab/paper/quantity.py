@@ -73,7 +73,8 @@ class Quantity:
 
     Attributes
     ----------
-    id, group, kind, place, quantity, unit, comparison, paper, printed, band, reason, basis, note
+    id, group, kind, place, quantity, unit, comparison, paper, printed, band, reason, basis, note, \
+    conflict
         See `motionlab.paper.document.PaperRow`.
     compute : callable or None
         Returns ours; None where nothing can be computed.
@@ -85,6 +86,8 @@ class Quantity:
         The figure that shows it.
     spread : Spread, optional
         The Monte Carlo study beside it.
+    rival : float, optional
+        Another value that is printed of the same thing, with which ours cannot agree as well.
     """
 
     id: str
@@ -100,11 +103,13 @@ class Quantity:
     band: float | None = None
     basis: str = ""
     note: str = ""
+    conflict: str = ""
     compute: Compute | None = None
     doing: str = "sizing equations"
     recipe: Recipe | None = None
     figure: str | None = None
     spread: Spread | None = None
+    rival: float | None = None
 
     def __post_init__(self) -> None:
         """Refuse a row that could neither be judged nor says why."""
@@ -135,6 +140,7 @@ class Quantity:
             basis=self.basis,
             fitted=self.kind == "fit",
             note=self.note,
+            conflict=self.conflict,
             known=known.get(self.id),
             figure=self.figure,
             recipe=self.recipe or by_reproduce(self.id),

@@ -12,6 +12,7 @@ from motionlab.paper import (
     friction,
     given,
     motions,
+    others,
     performance,
     platforms,
     sizing,
@@ -44,7 +45,11 @@ GROUPS = (
     PaperGroup(id=circle.GROUP, title="Circle, compensation from 90 s on", about="Fig. 5"),
     PaperGroup(id=table1.GROUP, title="Position errors", about="Table 1"),
     PaperGroup(id=motions.GROUP, title="Motions", about="Section IV-A, Figs 6 to 8"),
-    PaperGroup(id=given.DISCUSSION, title="Previous machine", about="Section IV-B"),
+    PaperGroup(
+        id=others.GROUP,
+        title="Other machines",
+        about="Sections I, II-A and IV-B: what the paper quotes",
+    ),
     PaperGroup(
         id=given.GROUP,
         title="Given as input",
@@ -62,6 +67,7 @@ _MODULES = (
     circle,
     table1,
     motions,
+    others,
     given,
 )
 

@@ -45,6 +45,12 @@ def report(document: ReproduceDocument, *, colour: bool = False) -> str:
     for row in document.rows:
         if row.status in {"fails", "known_failure"} or (row.holds and row.known):
             lines += _explained(row)
+    if conflicts := [row for row in document.rows if row.conflict]:
+        lines += ["", "Printed values in conflict with each other"]
+        lines += [f"  {row.id}: {row.conflict}" for row in conflicts]
+    if lax := [row for row in document.rows if row.lax]:
+        lines += ["", "Lax: these rows would hold with nearly any model"]
+        lines += [f"  {row.id}: lax: {row.lax}" for row in lax]
     if document.errata:
         lines += ["", "Errata"]
         for erratum in document.errata:
@@ -56,7 +62,7 @@ def _summary(document: ReproduceDocument) -> list[str]:
     """Return a line on all rows and one on each kind of them."""
     s = document.summary
     total = (
-        f"{s.holds} hold ({s.better} better than a bound asks for), {s.fails} fail, "
+        f"{s.holds} hold ({s.better} better than a bound asks for, {s.lax} lax), {s.fails} fail, "
         f"{s.known_failure} known failures, {s.not_comparable} not comparable; of these"
     )
     lines = [total]
@@ -64,24 +70,24 @@ def _summary(document: ReproduceDocument) -> list[str]:
         if count := s.kinds.get(kind.id):
             words = (
                 (count.holds, "hold"),
+                (count.lax, "of them lax"),
                 (count.fails, "fail"),
                 (count.known_failure, "known failures"),
                 (count.not_comparable, "not comparable"),
             )
             counted = ", ".join(f"{n} {word}" for n, word in words if n)
-            lines.append(f"  {kind.title:{_KIND}}  {counted:28}  {kind.about}")
+            lines.append(f"  {kind.title:{_KIND}}  {counted:40}  {kind.about}")
     return lines
 
 
 def _line(row: JudgedRow, colour: bool) -> str:
     word, code = _WORDS[row.status]
-    if row.better:
-        word = "holds, better"
+    word += ", better" * bool(row.better) + ", lax" * bool(row.lax)
     if colour:
         word = f"\x1b[{code}m{word}\x1b[0m"
     band = "" if row.band is None else f"+-{number(row.band, row.unit)}"
     quantity = row.quantity if len(row.quantity) <= _WIDE else row.quantity[: _WIDE - 1] + "…"
-    paper = number(row.paper, row.unit)
+    paper = row.printed if row.paper is None else number(row.paper, row.unit)
     ours = number(row.ours, row.unit)
     state = f"{_TITLES[row.kind]:{_KIND}}  {word}"
     return f"  {row.id:26} {quantity:{_WIDE}} {paper:>20} {ours:>20} {band:>12}  {state}"
@@ -91,7 +97,7 @@ def _explained(row: JudgedRow) -> list[str]:
     head = f"{row.id}: {number(row.paper, row.unit)} printed, {number(row.ours, row.unit)} ours"
     why = row.error or row.known or row.reason
     if row.holds:
-        why = "docs/known-failures.md names it, but it holds now: take it off that page"
+        why = "known_failures.toml lists it, but it holds now: remove it from that file"
     return textwrap.wrap(f"{head}. {why}", _WIDTH, subsequent_indent="    ")
 
 

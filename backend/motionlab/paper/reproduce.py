@@ -23,6 +23,7 @@ from motionlab.paper.experiments import Experiments
 from motionlab.paper.judge import holds, is_better, status
 from motionlab.paper.kinds import KINDS
 from motionlab.paper.known import known_failures
+from motionlab.paper.lax import lax
 from motionlab.paper.quantity import Found, Quantity
 from motionlab.paper.registry import GROUPS, SOURCE, quantities
 from motionlab.paper.spread import spread_of
@@ -160,6 +161,7 @@ def judged(
         The number over many plausible motors; it judges nothing.
     """
     held = better = None
+    too_easy = ""
     if quantity.comparison != "none" and quantity.paper is not None and quantity.band is not None:
         if found.ours is None:
             held = False  # a number that could not be computed does not hold
@@ -167,6 +169,7 @@ def judged(
             judge = {"paper": quantity.paper, "ours": found.ours, "band": quantity.band}
             held = holds(quantity.comparison, **judge)
             better = is_better(quantity.comparison, **judge)
+            too_easy = lax(quantity.comparison, **judge, rival=quantity.rival) if held else ""
     error = found.error
     if held is False and found.ours is None and error is None:
         error = "nothing was computed"
@@ -176,6 +179,7 @@ def judged(
         holds=held,
         status=status(held, known=quantity.id in known),
         better=better,
+        lax=too_easy,
         values=[RowValue(label=label, value=value) for label, value in found.values.items()],
         monte_carlo=spread,
         error=error,
@@ -202,6 +206,7 @@ def _count(rows: Sequence[JudgedRow]) -> RowCount:
         known_failure=count("known_failure"),
         not_comparable=count("not_comparable"),
         better=sum(bool(row.better) for row in rows),
+        lax=sum(bool(row.lax) for row in rows),
     )
 
 

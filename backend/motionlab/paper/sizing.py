@@ -5,13 +5,14 @@ from __future__ import annotations
 from motionlab.design import equations as eq
 from motionlab.design.fem.geometry import Geometry
 from motionlab.paper.experiments import Experiments
-from motionlab.paper.quantity import Found, Quantity, by_design, from_design
+from motionlab.paper.quantity import Found, Quantity, by_design, from_design, not_comparable
 
 GROUP = "sizing"
 FEM_THRUST = 0.15
 """What the finite elements' thrust is worth: the paper leaves the cross-section partly open."""
 
 _DIGIT = "half of the last printed digit"
+_TOOTH = _SLOT = 3.6e-3
 
 
 def inductance_ratio(experiments: Experiments) -> float:
@@ -44,8 +45,11 @@ def _used(value: float | None) -> float:
 
 def _stack_length(experiments: Experiments) -> Found:
     ratio = inductance_ratio(experiments)
-    K_1 = _used(experiments.design().sizing.K_1.value)
-    return Found(stack_length(ratio, K_1, experiments), {"lambda by finite elements": ratio})
+    K_1 = experiments.design().sizing.K_1
+    used, printed = (
+        stack_length(ratio, _used(value), experiments) for value in (K_1.value, K_1.printed_value)
+    )
+    return Found(used, {"with K_1 as printed, 5": printed})
 
 
 def _height(_: Experiments) -> Found:
@@ -67,36 +71,81 @@ QUANTITIES = (
     Quantity(
         id="power",
         group=GROUP,
+        kind="arithmetic",
         place="(1)",
         quantity="Power of one axis P_max = f_max v_max",
         unit="W",
         paper=32.0,
-        printed="32 N, 1 m/s",
+        printed="f_max v_max of 32 N and 1 m/s",
         comparison="value",
         band=0.5,
         reason=f"{_DIGIT} of 32 N",
-        basis="sizing",
+        basis="32 N times 1 m/s",
+        note="The paper prints no power: both sides are the same product",
         compute=from_design("sizing.P_max.value"),
         recipe=by_design("sizing.P_max.value"),
     ),
     Quantity(
         id="pole-pitch",
         group=GROUP,
+        kind="arithmetic",
         place="(2)",
         quantity="Pole pitch tau = p + s, teeth as wide as slots",
         unit="m",
         paper=7.2e-3,
-        printed="7.2 mm (p = s = 3.6 mm)",
+        printed="7.2 mm",
         comparison="value",
         band=0.05e-3,
         reason=f"{_DIGIT}, 0.05 mm",
-        basis="sizing",
-        compute=from_design("sizing.tau.value"),
-        recipe=by_design("sizing.tau.value"),
+        basis="the sum of the printed p and s",
+        note="The pitch is a choice, and (2) gives p and s from it: it only adds up",
+        compute=lambda _: Found(_TOOTH + _SLOT),
+        doing="arithmetic",
+    ),
+    *(
+        not_comparable(
+            f"{name}-width",
+            GROUP,
+            "II-A-2",
+            f"{name.capitalize()} width {symbol}",
+            kind="input",
+            unit="m",
+            paper=width,
+            printed=f"{symbol} = 3.6 mm",
+            reason="said to follow from (2), which gives their sum: equal widths are a choice",
+        )
+        for name, symbol, width in (("tooth", "p", _TOOTH), ("slot", "s", _SLOT))
+    ),
+    not_comparable(
+        "pitch-multiple",
+        GROUP,
+        "II-A-2",
+        "The pole pitch should be a multiple of 3",
+        paper=3.0,
+        printed="a multiple of 3",
+        reason="without a unit every length is a multiple of 3: 7.2 mm are 3 times 2.4 mm, as the "
+        "previous 9 mm are 3 times 3 mm",
+    ),
+    Quantity(
+        id="efficiency-range",
+        group=GROUP,
+        kind="arithmetic",
+        place="II-A-1",
+        quantity="Efficiency K_e, usual range",
+        unit="1",
+        paper=(0.65, 0.75),
+        printed="0.65 to 0.75",
+        comparison="within",
+        band=0.0,
+        reason="a rule of thumb with round ends, taken as printed",
+        basis="the 0.7 that the paper chooses",
+        compute=lambda _: Found(0.7),
+        doing="arithmetic",
     ),
     Quantity(
         id="mover-width",
         group=GROUP,
+        kind="arithmetic",
         place="(3)",
         quantity="Mover width w",
         unit="m",
@@ -113,6 +162,7 @@ QUANTITIES = (
     Quantity(
         id="turns",
         group=GROUP,
+        kind="arithmetic",
         place="(14)",
         quantity="Turns of a phase N",
         unit="1",
@@ -128,7 +178,7 @@ QUANTITIES = (
     Quantity(
         id="electric-loading",
         group=GROUP,
-        kind="claim",
+        kind="arithmetic",
         place="(11)",
         quantity="Electric loading A, usual range",
         unit="A/m",
@@ -144,6 +194,7 @@ QUANTITIES = (
     Quantity(
         id="flux-density",
         group=GROUP,
+        kind="arithmetic",
         place="II-A-2",
         quantity="Gap flux density B_g that 145 turns at 10 A reach",
         unit="T",
@@ -169,7 +220,8 @@ QUANTITIES = (
         reason="15 %: what finite elements of a partly open cross-section are worth; they give the "
         "lambda that the paper does not print",
         basis="(13) with K_1 = 2 w/tau = 11 and lambda at 1 A by finite elements",
-        note="With K_1 as printed no lambda near that of finite elements gives 42.3 mm: errata",
+        note="K_1 = 11 is our reading and not printed; with K_1 as printed no lambda near that of "
+        "finite elements gives 42.3 mm: errata",
         compute=_stack_length,
         doing="force map by finite elements",
     ),

@@ -23,7 +23,8 @@ def main() -> None:
     try:
         from motionlab.scene.server import SceneServer  # noqa: PLC0415 - it may not be installed
     except ImportError as error:
-        print(json.dumps({"error": f"viser cannot be loaded: {error}"}), file=answers, flush=True)
+        reason = f"viser cannot be loaded: {error.name or 'a module'} cannot be imported"
+        print(json.dumps({"error": reason}), file=answers, flush=True)
         return
     # A viewer may leave while it is being told something.
     warnings.filterwarnings("ignore", "Queued a .* on a closed connection", UserWarning)

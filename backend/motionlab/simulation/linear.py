@@ -23,8 +23,9 @@ from numpy.typing import NDArray
 from motionlab.build import lane
 from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD, PLANT_STEP
-from motionlab.control.compensation import CANUDAS_DE_WIT, PUBLISHED, RESIDUAL
+from motionlab.control.compensation import CANUDAS_DE_WIT, PUBLISHED, RESIDUAL, REVERSED
 from motionlab.errors import ConfigError, FieldError
+from motionlab.lanes.bank import TABLES
 from motionlab.plant.friction import LuGre
 from motionlab.plant.resonance import natural
 from motionlab.simulation.layout import Parameters
@@ -32,6 +33,7 @@ from motionlab.simulation.maps import check_maps, force_gain
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+Flags = NDArray[np.bool_]
 
 T_S = CONTROL_PERIOD
 _NO_FRICTION = 1e-30
@@ -59,10 +61,12 @@ class StateSpace:
 
     def response(self, frequency: Array) -> Complex:
         """Return the frequency response at `frequency`, Hz, shape (n,)."""
+        used = _in_path(self.A != 0.0, self.B != 0.0, self.C != 0.0)
+        A, B, C = self.A[np.ix_(used, used)], self.B[used], self.C[used]
         z = np.exp(2j * np.pi * frequency * T_S)
-        pencil = z[:, None, None] * np.eye(len(self.A)) - self.A
-        inside = np.linalg.solve(pencil, np.broadcast_to(self.B[:, None], (len(z), len(self.B), 1)))
-        return np.asarray(inside[..., 0] @ self.C + self.D, dtype=np.complex128)
+        pencil = z[:, None, None] * np.eye(len(A)) - A
+        inside = np.linalg.solve(pencil, np.broadcast_to(B[:, None], (len(z), len(B), 1)))
+        return np.asarray(inside[..., 0] @ C + self.D, dtype=np.complex128)
 
 
 @dataclass(frozen=True)
@@ -99,6 +103,7 @@ class Loop:
         return _is_stable(self.closed())
 
 
+@TABLES.lease()
 def linearise(scenario: Scenario, variant: str, axis: str, *, v: float) -> Loop:
     """Return the loop of one axis of one variant about one velocity.
 
@@ -116,13 +121,14 @@ def linearise(scenario: Scenario, variant: str, axis: str, *, v: float) -> Loop:
     Raises
     ------
     NoLinearisation
-        For the law ``published-k``, whose K is a quotient.
+        For the law ``published-k``, and ``reversed-k`` with a share of k_d: their K is a quotient.
     ConfigError
         If a force map is not there, or its currents do not reach far enough.
     """
-    return _loop(_parameters(scenario, variant, axis), v)
+    return _loop(parameters(scenario, variant, axis), v)
 
 
+@TABLES.lease()
 def stability_limits(scenario: Scenario, variant: str, axis: str) -> dict[str, float | None]:
     """Return the nearest gains of one axis at which its loop changes between stable and unstable.
 
@@ -148,7 +154,7 @@ def stability_limits(scenario: Scenario, variant: str, axis: str) -> dict[str, f
     ConfigError
         As `linearise`.
     """
-    par = _parameters(scenario, variant, axis)
+    par = parameters(scenario, variant, axis)
     return {gain: _edge(par, gain, SLIDING * par.friction.v_s) for gain in ("k_p", "k_d")}
 
 
@@ -182,26 +188,51 @@ def _edge(par: Parameters, gain: str, v: float) -> float | None:
     return start * math.sqrt(inside * outside)
 
 
+def _in_path(leads: Flags, enters: Flags, leaves: Flags) -> NDArray[np.intp]:
+    """Return which states the input reaches and the output shows; the others change no response."""
+    reach = np.linalg.matrix_power(leads | np.eye(len(leads), dtype=bool), len(leads))
+    return np.flatnonzero((reach @ enters) & (leaves @ reach))
+
+
 def _is_stable(A: Array) -> bool:
     return bool(np.abs(np.linalg.eigvals(A)).max() < 1.0)
 
 
-def _parameters(scenario: Scenario, variant: str, axis: str) -> Parameters:
+def parameters(scenario: Scenario, variant: str, axis: str) -> Parameters:
+    """Return what a linearisation takes from a scenario: one lane, as plain numbers.
+
+    Parameters
+    ----------
+    scenario, variant, axis
+        As `linearise`.
+
+    Raises
+    ------
+    ConfigError
+        As `linearise`.
+    """
     check_maps(scenario)
     par = lane(scenario, scenario.variants[variant].controller, axis)
-    if par.compensation.law == PUBLISHED and par.compensation.enabled:
-        raise NoLinearisation(
-            FieldError(
-                loc=f"variants.{variant}.controller.compensation.law",
-                message="has no linearisation: its K is a quotient that passes through 0/0",
-                value="published-k",
-            )
-        )
+    law = par.compensation
+    if law.enabled and law.law == PUBLISHED:
+        raise _quotient(variant, "law", "published-k")
+    if law.enabled and law.law == REVERSED and law.k_d_share > 0.0:
+        raise _quotient(variant, "k_d_share", law.k_d_share)
     return par
 
 
+def _quotient(variant: str, field: str, value: object) -> NoLinearisation:
+    return NoLinearisation(
+        FieldError(
+            loc=f"variants.{variant}.controller.compensation.{field}",
+            message="has no linearisation: its K is a quotient that passes through 0/0",
+            value=value,
+        )
+    )
+
+
 def _loop(par: Parameters, v: float) -> Loop:
-    return Loop(_plant(par, v), _controller(par, v))
+    return Loop(plant_about(par, v), controller_about(par, v))
 
 
 class _Bristle(NamedTuple):
@@ -230,7 +261,8 @@ def _force(f: LuGre, v: float) -> float:
     return f.F_c + (f.F_s - f.F_c) * math.exp(-((speed / f.v_s) ** 2)) + f.sigma_2 * speed
 
 
-def _plant(par: Parameters, v: float) -> StateSpace:
+def plant_about(par: Parameters, v: float) -> StateSpace:
+    """Return the plant of one lane about a velocity, m/s: force command to position."""
     from scipy.linalg import expm
 
     f, M, mode = par.friction, par.mechanics.M, par.resonance
@@ -266,33 +298,35 @@ def _plant(par: Parameters, v: float) -> StateSpace:
 class _Memory(NamedTuple):
     """What the controller remembers, as the kernel's State: deviations from sliding steadily."""
 
-    p: float
-    v: float
-    z: float
-    residual: float
-    d: float
-    n_1: float  # the notch's memory
-    n_2: float
-    known: float  # force in effect over the last period, less the compensation in it
-    unexplained: float  # the same, less the whole estimate
-    K: float
-    force_pending: float
-    known_pending: float
-    unexplained_pending: float
-    K_pending: float
+    p: Array
+    v: Array
+    z: Array
+    residual: Array
+    d: Array
+    n_1: Array  # the notch's memory
+    n_2: Array
+    known: Array  # force in effect over the last period, less the compensation in it
+    unexplained: Array  # the same, less the whole estimate
+    K: Array
+    force_pending: Array
+    known_pending: Array
+    unexplained_pending: Array
+    K_pending: Array
 
 
-def _controller(par: Parameters, v: float) -> StateSpace:
-    """Probe the linear tick with a unit of each of its states, and of its input."""
+def controller_about(par: Parameters, v: float) -> StateSpace:
+    """Return the controller of one lane about a velocity, m/s: position to minus the force command.
+
+    The linear tick is probed with a unit of each of its states, and of its input, all at once.
+    """
     n = len(_Memory._fields)
-    columns = [_tick(par, v, _Memory(*unit), 0.0) for unit in np.eye(n)]
-    columns.append(_tick(par, v, _Memory(*np.zeros(n)), 1.0))
-    step = np.array([memory for _, memory in columns]).T
-    force = np.array([force for force, _ in columns])
-    return StateSpace(step[:, :n], step[:, n], -force[:n], -force[n])
+    *units, input_ = np.eye(n + 1)
+    force, memory = _tick(par, v, _Memory(*units), input_)
+    step = np.array(memory)
+    return StateSpace(step[:, :n], step[:, n], -force[:n], -float(force[n]))
 
 
-def _tick(par: Parameters, v_0: float, s: _Memory, p: float) -> tuple[float, _Memory]:
+def _tick(par: Parameters, v_0: float, s: _Memory, p: Array) -> tuple[Array, _Memory]:
     """Return the force command that acts now and the next state; the reference is zero."""
     controller, law, model = par.controller, par.compensation, par.model_friction
     bristle = _bristle(model, v_0)
@@ -301,25 +335,26 @@ def _tick(par: Parameters, v_0: float, s: _Memory, p: float) -> tuple[float, _Me
     inertia = controller.M * a
     u = -controller.k_p * p - controller.k_d * v
 
-    residual = s.residual + law.residual_alpha * (
-        inertia - s.unexplained - model.sigma_1 * s.K - s.residual
-    )
-    K = 0.0
+    own = 0.0 if law.law == REVERSED else model.sigma_1 * s.K
+    residual = s.residual + law.residual_alpha * (inertia - s.unexplained - own - s.residual)
+    K = np.zeros_like(p)
     if law.law == CANUDAS_DE_WIT:
         K = -law.gain * p
     elif law.law == RESIDUAL:
         D = model.sigma_1 * bristle.rate - model.sigma_0
         floor = law.regularisation * model.sigma_0
-        K = law.gain * D * residual / (D * D + floor * floor) if D < 0.0 else 0.0
+        K = law.gain * D * residual / (D * D + floor * floor) if D < 0.0 else K
+    elif law.law == REVERSED and model.sigma_1 > 0.0:
+        K = -residual / model.sigma_1
 
-    v_hat = 0.0 if law.from_reference > 0.0 else v
+    v_hat = np.zeros_like(p) if law.from_reference > 0.0 else v
     x = bristle.rate * T_S
     decay = math.exp(-x)
     phi_1 = -math.expm1(-x) / x if x > 0.0 else 1.0
     follows = T_S if v_0 == 0.0 else bristle.bend * (1.0 - decay)
     z = s.z * decay + follows * v_hat + T_S * phi_1 * K
     estimate = model.sigma_0 * z + model.sigma_1 * (z - s.z) / T_S + model.sigma_2 * v_hat
-    added = estimate if law.enabled > 0.0 else 0.0
+    added = estimate if law.enabled > 0.0 else np.zeros_like(p)
 
     d = s.d + controller.observer_alpha * (s.known - inertia - s.d)
     feedback = u + (d if controller.observer > 0.0 else 0.0)

@@ -30,6 +30,7 @@ from motionlab.config.load import load_scenario
 from motionlab.config.quantity import OURS, Config, quantity
 from motionlab.config.shipped import names
 from motionlab.errors import ConfigError, FieldError
+from motionlab.lanes.bank import TABLES
 from motionlab.simulation.maps import map_lanes, sharing_lanes
 from motionlab.store.maps import named_map
 
@@ -284,6 +285,7 @@ def _used(choice: str | AnyForceMapConfig, loc: str) -> tuple[AnyForceMapConfig,
     return config, named
 
 
+@TABLES.lease()
 def _over_pitch(
     request: SharingRequest,
     controller: AnyForceMapConfig,

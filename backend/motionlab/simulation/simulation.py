@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +20,8 @@ from motionlab.simulation.prepare import Phases, Prepared
 from motionlab.simulation.timeline import Timeline
 
 Array = NDArray[np.float64]
+ReadyPhase = tuple[int, Scenario, Array]
+"""First tick, parameters that hold from there, and the numbers of their lanes."""
 
 _FAILED = State._fields.index("failed")
 BRAKING = 0.5
@@ -62,7 +65,7 @@ class Simulation:
         self.tick = 0 if start is None else start.tick
         self._released = False
         self._forget_pages()
-        self._changes = _ready(prepared.phases)
+        self._changes = ready(prepared.phases)
         self._apply_changes()
         if start is None:
             x, y = prepared.reference.position[0]
@@ -106,33 +109,30 @@ class Simulation:
         return Snapshot(self.tick, self._state.copy())
 
     @property
+    def blocks(self) -> int:
+        """Blocks of lanes, which advance one after another."""
+        return len(self._parameters)
+
+    @property
     def scenario(self) -> Scenario:
         """The parameters in effect."""
         return self._scenario
 
-    def change(self, changes: Phases) -> None:
+    def adopt(self, changes: Sequence[ReadyPhase]) -> None:
         """Replace the parameters from the present tick on.
 
         Parameters
         ----------
-        changes : tuple of (int, Scenario)
-            From which tick on which parameters hold; the first is in effect at once.
-
-        Raises
-        ------
-        ConfigError
-            If a force map is not there; nothing has changed then.
+        changes : sequence of (int, Scenario, ndarray)
+            From `ready`: from which tick on which parameters hold. The first is in effect at once,
+            and so are those whose ticks have passed since they were made ready.
         """
-        for _, scenario in changes:
-            check_maps(scenario)
-        ready = _ready(changes)
-        if [scenario.load for _, scenario in changes] != [
-            self._scenario.load,
-            *(scenario.load for _, scenario, _ in self._changes),
-        ]:
-            for tick, scenario in changes:
-                self.timeline.load(tick, functools.partial(load_force, scenario.load))
-        self._changes = ready
+        loads = [scenario.load for _, scenario, _ in changes]
+        if loads != [self._scenario.load, *(scenario.load for _, scenario, _ in self._changes)]:
+            for tick, scenario, _ in changes:
+                force = functools.partial(load_force, scenario.load)
+                self.timeline.load(max(tick, self.tick), force)
+        self._changes = list(changes)
         self._apply_changes()
 
     def push(self, axis: int, force: float, ticks: int) -> None:
@@ -194,6 +194,27 @@ class Simulation:
         return self._page[1]
 
 
+def ready(changes: Phases) -> list[ReadyPhase]:
+    """Return parameter sets with the numbers of their lanes, for `Simulation.adopt`.
+
+    This is the slow part of a change: force maps are read, and tables are computed where they are
+    used for the first time. It touches no simulation, so it can run beside one.
+
+    Parameters
+    ----------
+    changes : tuple of (int, Scenario)
+        From which tick on which parameters hold, in order of time.
+
+    Raises
+    ------
+    ConfigError
+        If a force map is not there.
+    """
+    for _, scenario in changes:
+        check_maps(scenario)
+    return [(tick, scenario, lane_parameters(scenario)) for tick, scenario in changes]
+
+
 def sample_page(variants: int) -> NDArray[np.float32]:
     """Return room for one page of samples of some variants, as `Simulation.advance` takes it."""
     blocks = -(-variants // VARIANTS_PER_BLOCK)
@@ -204,11 +225,6 @@ def variant_columns(samples: NDArray[np.float32], variant: int, count: int) -> N
     """Return the first `count` ticks of one variant, shape (channels, axes, count)."""
     block, lane = _place(variant)
     return samples[block, :count, :, lane : lane + LANES_PER_VARIANT].transpose(1, 2, 0)
-
-
-def _ready(changes: Phases) -> list[tuple[int, Scenario, Array]]:
-    """Return each phase with its lanes' parameters: a map may be gone when its tick has come."""
-    return [(tick, scenario, lane_parameters(scenario)) for tick, scenario in changes]
 
 
 def _place(variant: int) -> tuple[int, int]:

@@ -14,7 +14,7 @@ from motionlab.config.moves import (
     Line,
     Parabola,
     PointTarget,
-    Ramp,
+    RampMove,
     Staircase,
     Step,
     Trapezoid,
@@ -84,7 +84,7 @@ def plan(config: TrajectoryConfig) -> Plan:  # noqa: PLR0911, PLR0912 - one for 
             start, height = _xy(config.start), _xy(config.height)
             top = (start[0] + height[0], start[1] + height[1])
             return Plan([*hold(start, config.delay), *hold(top, config.dwell)])
-        case Ramp():
+        case RampMove():
             ray = path.ray(_xy(config.start), _xy(config.velocity))
             return Plan([_timed(ray, config.duration, lead_in=config.lead_in)])
         case Parabola():

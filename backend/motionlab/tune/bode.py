@@ -50,7 +50,7 @@ class SweepRequest(AxisRequest):
     )
 
 
-class Curve(_Document):
+class LoopCurve(_Document):
     """A frequency response."""
 
     magnitude: list[float] = _si("Absolute value", "1")
@@ -64,9 +64,9 @@ class ResponseDocument(_Document):
     axis: str
     velocity: float = _si("Sliding velocity", "m/s")
     frequency: list[float] = _si("Frequencies", "Hz")
-    open: Curve = Field(description="L = C P")
-    closed: Curve = Field(description="T = L/(1 + L)")
-    sensitivity: Curve = Field(description="S = 1/(1 + L)")
+    open: LoopCurve = Field(description="L = C P")
+    closed: LoopCurve = Field(description="T = L/(1 + L)")
+    sensitivity: LoopCurve = Field(description="S = 1/(1 + L)")
 
 
 class SweepDocument(ResponseDocument):
@@ -146,11 +146,11 @@ def _table(
     }
 
 
-def _curve(values: Complex) -> Curve:
+def _curve(values: Complex) -> LoopCurve:
     phase = np.unwrap(np.angle(values))
     # An open loop begins at -180 degrees or below; unwrapped from +180 it would lie a turn above.
     phase -= 2.0 * np.pi * np.round((phase[0] + 0.5 * np.pi) / (2.0 * np.pi))
-    return Curve(magnitude=_figures(np.abs(values)), phase=_figures(phase))
+    return LoopCurve(magnitude=_figures(np.abs(values)), phase=_figures(phase))
 
 
 def _figures(values: NDArray[np.float64]) -> list[float]:

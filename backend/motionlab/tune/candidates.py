@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
+import math
 from typing import Literal
 
-from motionlab.analysis.frequency import margins
-from motionlab.simulation.linear import SLIDING, NoLinearisation, linearise
-from motionlab.tune.document import Candidate, GainMargins, GainMetrics, TunedAxis
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.simulation.family import LoopFamily, Worst
+from motionlab.tune.document import (
+    Candidate,
+    GainMargins,
+    GainMetrics,
+    TunedAxis,
+    WorstMargin,
+)
 from motionlab.tune.group import Group
 from motionlab.tune.trials import Outcome
 from motionlab.tune.verdict import Tried, Verdict
+
+Array = NDArray[np.float64]
 
 
 def candidate(  # noqa: PLR0913, PLR0917 - a set of gains and what is known of it
@@ -20,7 +31,7 @@ def candidate(  # noqa: PLR0913, PLR0917 - a set of gains and what is known of i
     origin: Literal["present", "paper", "start"],
     start: int | None = None,
 ) -> Candidate:
-    """Return a set of gains with its metrics on each motor, its margins and the verdict on it.
+    """Return a set of gains with its metrics and margins on each motor and the verdict on it.
 
     Parameters
     ----------
@@ -46,7 +57,11 @@ def candidate(  # noqa: PLR0913, PLR0917 - a set of gains and what is known of i
                 k_p=values[f"{axis}.k_p"],
                 k_d=values[f"{axis}.k_d"],
                 metrics={name: _metrics(tried[name, axis]) for name in problem.courses},
-                margins=_margins(group, values, axis),
+                margins={
+                    motor: _margins(family, *group.gains(values, axis))
+                    for (motor, of), family in group.families(values).items()
+                    if of == axis
+                },
             )
             for axis in group.axes
         },
@@ -61,14 +76,12 @@ def _metrics(outcome: Outcome) -> GainMetrics:
     return GainMetrics(**(dict.fromkeys(figures) if outcome.diverged else figures))
 
 
-def _margins(group: Group, values: dict[str, float], axis: str) -> GainMargins | None:
-    problem = group.problem
-    owner = problem.scenario.variants[problem.variant]
-    changed = owner.model_copy(update={"controller": group.controller(values)})
-    scenario = problem.scenario.model_copy(update={"variants": {problem.variant: changed}})
-    v = SLIDING * getattr(scenario.plant, axis).friction.v_s
-    try:
-        loop = linearise(scenario, problem.variant, axis, v=v)
-    except NoLinearisation:
-        return None
-    return GainMargins(stable=loop.stable, **vars(margins(loop.open)))
+def _margins(family: LoopFamily, k_p: Array, k_d: Array) -> GainMargins:
+    if family.radius(k_p, k_d) >= 1.0:
+        return GainMargins(stable=False, gain_margin=None, phase_margin=None, Ms=None)
+    figures = family.figures(float(k_p), float(k_d))._asdict()
+    return GainMargins(stable=True, **{name: _worst(found) for name, found in figures.items()})
+
+
+def _worst(found: Worst) -> WorstMargin | None:
+    return WorstMargin(**found._asdict()) if math.isfinite(found.value) else None

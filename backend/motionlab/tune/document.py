@@ -29,16 +29,23 @@ class GainMetrics(_Document):
     saturated: float | None = _si("Share of ticks with force or current at its limit", "1")
 
 
-class GainMargins(_Document):
-    """Margins of the linearised loop on the scenario's motor; null where there is no crossing."""
+class WorstMargin(_Document):
+    """The worst that a margin is while the axis slides, and at which velocity."""
 
-    stable: bool
-    gain_margin: float | None = _si("Factor > 1 up to the edge of stability", "1")
-    gain_reduction: float | None = _si("Factor < 1 down to the edge of stability", "1")
-    phase_margin: float | None = _si("Smallest distance of arg L from -180 degrees", "rad")
-    Ms: float = _si("Peak of the sensitivity", "1")
-    crossover: float | None = _si("Highest frequency at which abs(L) = 1", "Hz")
-    bandwidth: float | None = _si("-3 dB of L/(1 + L)", "Hz")
+    value: float
+    velocity: float = _si("Sliding velocity", "m/s")
+
+
+class GainMargins(_Document):
+    """Worst margins of the linearised loop on one motor, from 0.5 to 4 Stribeck velocities.
+
+    Null where the loop is unstable or has no such crossing.
+    """
+
+    stable: bool = Field(description="At each of these velocities")
+    gain_margin: WorstMargin | None = _si("Factor up, or down, to the edge of stability", "1")
+    phase_margin: WorstMargin | None = _si("Distance of arg L from -180 degrees", "rad")
+    Ms: WorstMargin | None = _si("Peak of the sensitivity", "1")
 
 
 class TunedAxis(_Document):
@@ -47,7 +54,9 @@ class TunedAxis(_Document):
     k_p: float = _si("Proportional gain", "N/m")
     k_d: float = _si("Derivative gain", "N s/m")
     metrics: dict[str, GainMetrics] = Field(description="By motor; the scenario's own is first")
-    margins: GainMargins | None = Field(description="null where the law has no linearisation")
+    margins: dict[str, GainMargins] = Field(
+        description="By motor; empty where the law has no linearisation"
+    )
 
 
 class VerdictDocument(_Document):

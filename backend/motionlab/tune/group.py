@@ -103,6 +103,7 @@ class Group:
         if shared == self._known[0]:
             return self._known[1]
         controller = self.controller(dict(shared))
+        before: dict[tuple[str, str], LoopFamily] = self._known[1]
         found: dict[tuple[str, str], LoopFamily] = {}
         for name, trials in self.problem.courses.items():
             scenario = trials.scenario
@@ -111,7 +112,9 @@ class Group:
             with_it = scenario.model_copy(update={"variants": {self.problem.variant: changed}})
             for axis in self.axes:
                 try:
-                    found[name, axis] = LoopFamily.of(with_it, self.problem.variant, axis)
+                    found[name, axis] = LoopFamily.of(
+                        with_it, self.problem.variant, axis, like=before.get((name, axis))
+                    )
                 except NoLinearisation:
                     return {}
         self._known[:] = [shared, found]

@@ -13,7 +13,7 @@ from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.lanes import model_hash
 from motionlab.simulation.family import LoopFamily
-from motionlab.simulation.linear import NoLinearisation
+from motionlab.simulation.linear import SLIDING, NoLinearisation
 from motionlab.simulation.result import plant_name
 from motionlab.tune.cost import cost
 from motionlab.tune.document import AxisLandscape, LandscapeDocument, PartialLandscape
@@ -106,7 +106,7 @@ def landscape(problem: Problem, progress: Progress | None = None) -> LandscapeDo
 
 def _edge(problem: Problem, axis: str, k_p: Array, k_d: Array) -> list[list[tuple[float, float]]]:
     try:
-        family = LoopFamily.of(problem.scenario, problem.variant, axis)
+        family = LoopFamily.of(problem.scenario, problem.variant, axis, (SLIDING,))
     except NoLinearisation:
         return []
     return [

@@ -175,7 +175,7 @@ def _refuse_what_has_no_effect(request: TuneRequest, controller: ControllerConfi
     used = {
         "disturbance_observer.bandwidth": controller.disturbance_observer.enabled,
         "compensation.gain": law in {"residual-k", "canudas-de-wit"},
-        "compensation.residual_bandwidth": law == "residual-k",
+        "compensation.residual_bandwidth": law in {"residual-k", "reversed-k"},
         "compensation.regularisation": law == "residual-k",
     }
     idle = [

@@ -3,12 +3,23 @@
 from __future__ import annotations
 
 import math
+import textwrap
+from typing import NamedTuple
 
-from motionlab.tune.document import Candidate, TunedGroup, TuneDocument
+from motionlab.tune.document import Candidate, TunedAxis, TunedGroup, TuneDocument
 
 _HEAD = ("k_p", "k_d", "peak", "rms", "effort", "gain m.", "phase m.", "Ms", "cost")
 _UNITS = ("N/mm", "N s/mm", "um", "um", "N", "1", "deg", "1", "")
-_WIDTH = 10
+_WIDTH, _WIDE = 10, 120
+_SCALES = {
+    "peak": 1e6,
+    "rms": 1e6,
+    "effort": 1.0,
+    "gain_margin": 1.0,
+    "phase_margin": 180.0 / math.pi,
+    "Ms": 1.0,
+}
+"""What the columns after the gains show, and their unit in SI."""
 
 
 def report(found: TuneDocument) -> str:
@@ -56,19 +67,18 @@ def _candidate(candidate: Candidate) -> list[str]:
     name = candidate.origin if candidate.start is None else f"start {candidate.start}"
     lines = []
     for axis, tuned in candidate.axes.items():
-        metrics, margins = tuned.metrics.values(), tuned.margins
-        cells = [
-            f"{tuned.k_p / 1e3:.1f}",
-            f"{tuned.k_d / 1e3:.3f}",
-            _worst([m.peak for m in metrics], 1e6),
-            _worst([m.rms for m in metrics], 1e6),
-            _worst([m.effort for m in metrics], 1.0),
-            "-" if margins is None else _number(margins.gain_margin),
-            "-" if margins is None else _number(margins.phase_margin, 180.0 / math.pi),
-            "-" if margins is None else _number(margins.Ms),
-            _number(candidate.cost),
-        ]
-        lines.append(_row(f"  {name} {axis}", cells))
+        worst = worst_of(tuned)
+        cells = [f"{tuned.k_p / 1e3:.1f}", f"{tuned.k_d / 1e3:.3f}"]
+        for quantity, scale in _SCALES.items():
+            found = worst.get(quantity)
+            cells.append(_number(found.value, scale) if found else "-")
+        lines.append(_row(f"  {name} {axis}", [*cells, _number(candidate.cost)]))
+        lines += textwrap.wrap(
+            _places(worst),
+            _WIDE,
+            initial_indent="      ",
+            subsequent_indent="        ",
+        )
     lines += [f"      {path} = {value:.4g}" for path, value in candidate.also.items()]
     lines += [f"      not held: {violation}" for violation in candidate.violations]
     return lines
@@ -78,10 +88,58 @@ def _row(name: str, cells: tuple[str, ...] | list[str]) -> str:
     return name.ljust(22) + "".join(cell.rjust(_WIDTH) for cell in cells)
 
 
-def _worst(values: list[float | None], scale: float) -> str:
-    known = [value for value in values if value is not None]
-    return "ran away" if len(known) < len(values) else _number(max(known), scale)
+class Worst(NamedTuple):
+    """The worst of a quantity over the motors."""
+
+    value: float
+    motor: str
+    velocity: float | None  # m/s; None of what is no margin
+
+
+def worst_of(tuned: TunedAxis) -> dict[str, Worst]:
+    """Return the worst of each quantity over the motors, and on which motor that is.
+
+    Parameters
+    ----------
+    tuned : TunedAxis
+        One axis of a candidate.
+
+    Returns
+    -------
+    dict of str to Worst
+        ``peak``, ``rms``, ``effort``, infinite where it ran away, ``gain_margin``,
+        ``phase_margin`` and ``Ms``; without the margins that no motor has, and with none of
+        them where a loop is unstable.
+    """
+    found: dict[str, Worst] = {}
+    for quantity in ("peak", "rms", "effort"):
+        values = {motor: getattr(metrics, quantity) for motor, metrics in tuned.metrics.items()}
+        motor = max(values, key=lambda name: math.inf if values[name] is None else values[name])
+        value = values[motor]
+        found[quantity] = Worst(math.inf if value is None else value, motor, None)
+    if not all(margins.stable for margins in tuned.margins.values()):
+        return found
+    for quantity, worst in (("gain_margin", min), ("phase_margin", min), ("Ms", max)):
+        margins = [
+            Worst(margin.value, motor, margin.velocity)
+            for motor, every in tuned.margins.items()
+            if (margin := getattr(every, quantity)) is not None
+        ]
+        if margins:
+            found[quantity] = worst(margins)
+    return found
+
+
+def _places(worst: dict[str, Worst]) -> str:
+    """Return which motor, and at which velocity, each quantity is worst on."""
+    of: dict[str, list[str]] = {}
+    for quantity, (_, motor, velocity) in worst.items():
+        where = "" if velocity is None else f" ({velocity * 1e3:.3g} mm/s)"
+        of.setdefault(motor, []).append(f"{quantity.replace('_', ' ')}{where}")
+    return "; ".join(f"worst on {motor}: {', '.join(names)}" for motor, names in of.items())
 
 
 def _number(value: float | None, scale: float = 1.0) -> str:
-    return "-" if value is None else f"{value * scale:.4g}"
+    if value is None:
+        return "-"
+    return f"{value * scale:.4g}" if math.isfinite(value) else "ran away"

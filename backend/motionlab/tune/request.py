@@ -37,7 +37,7 @@ class Bounds(Config):
 class Constraints(Config):
     """What a set of gains must hold to be a candidate; null leaves one out.
 
-    Margins are those of the loop linearised while it slides at four Stribeck velocities.
+    Margins are the worst of the loop linearised while it slides, from 0.5 to 4 Stribeck velocities.
     """
 
     gain_margin: float | None = quantity(

@@ -135,18 +135,21 @@ def of_trial(loops: Verdict, group: Group, tried: Tried) -> Verdict:
 def _loop_violations(
     limits: Constraints, family: LoopFamily, k_p: Array, k_d: Array
 ) -> list[Violation]:
-    radius = float(family.radius(k_p, k_d))
+    radii = family.radii(k_p, k_d)
+    worst = int(radii.argmax())
+    radius = float(radii[worst])
     if radius >= 1.0:
-        return [Violation(_UNSTABLE * radius, f"unstable, a pole of modulus {radius:.4f}")]
+        words = f"unstable{_at(family.velocity[worst])}, a pole of modulus {radius:.4f}"
+        return [Violation(_UNSTABLE * radius, words)]
     return margin_violations(limits, family.figures(float(k_p), float(k_d)))
 
 
 def margin_violations(limits: Constraints, figures: Figures) -> list[Violation]:
     """Return which margins fall short, and by which share."""
     return [
-        *_short("gain_margin", figures.gain_margin, limits.gain_margin),
-        *_short("phase_margin", figures.phase_margin, limits.phase_margin),
-        *_over("Ms", figures.Ms, limits.Ms),
+        *_short("gain_margin", *figures.gain_margin, limits.gain_margin),
+        *_short("phase_margin", *figures.phase_margin, limits.phase_margin),
+        *_over("Ms", *figures.Ms, limits.Ms),
     ]
 
 
@@ -154,31 +157,36 @@ def outcome_violations(limits: Constraints, outcome: Outcome) -> list[Violation]
     """Return which limits a trial exceeds, and by which share."""
     if outcome.diverged:
         return [Violation(_UNSTABLE, "runs away")]
-    found = _over("force", outcome.force, limits.force)
+    found = _over("force", outcome.force, None, limits.force)
     saturated = limits.saturated
     if saturated is None or outcome.saturated <= saturated:
         return found
-    words = _words("saturated", outcome.saturated, f"at most {_number('saturated', saturated)}")
+    wanted = f"at most {_number('saturated', saturated)}"
+    words = _words("saturated", outcome.saturated, None, wanted)
     return [Violation(outcome.saturated - saturated, words), *found]
 
 
-def _short(name: str, value: float, least: float | None) -> list[Violation]:
+def _short(name: str, value: float, velocity: float | None, least: float | None) -> list[Violation]:
     if least is None or value >= least:
         return []
     share = math.log(least / max(value, _TINY))
-    return [Violation(share, _words(name, value, f"at least {_number(name, least)}"))]
+    return [Violation(share, _words(name, value, velocity, f"at least {_number(name, least)}"))]
 
 
-def _over(name: str, value: float, most: float | None) -> list[Violation]:
+def _over(name: str, value: float, velocity: float | None, most: float | None) -> list[Violation]:
     if most is None or value <= most:
         return []
-    return [
-        Violation(math.log(value / most), _words(name, value, f"at most {_number(name, most)}"))
-    ]
+    words = _words(name, value, velocity, f"at most {_number(name, most)}")
+    return [Violation(math.log(value / most), words)]
 
 
-def _words(name: str, value: float, wanted: str) -> str:
-    return f"{name} = {_number(name, value)}{_UNITS.get(name, '')}, {wanted} wanted"
+def _words(name: str, value: float, velocity: float | None, wanted: str) -> str:
+    where = "" if velocity is None else _at(velocity)
+    return f"{name} = {_number(name, value)}{_UNITS.get(name, '')}{where}, {wanted} wanted"
+
+
+def _at(velocity: float) -> str:
+    return f" at {velocity * 1e3:.3g} mm/s"
 
 
 def _number(name: str, value: float) -> str:

@@ -41,7 +41,7 @@ class ForceMapDocument(Config):
     """The file format: everything about one map, SI."""
 
     format: Literal["motionlab-force-map"] = FORMAT
-    format_version: Literal[1] = FORMAT_VERSION
+    format_version: int = Field(default=FORMAT_VERSION, ge=FORMAT_VERSION, le=FORMAT_VERSION)
     method_version: int = Field(default=METHOD_VERSION, ge=1)
     motionlab_version: str = __version__
     preset: PresetName
@@ -115,15 +115,22 @@ class ForceMap:
             ) from None
 
     @classmethod
-    def read(cls, path: str | Path) -> Self:
+    def read(cls, path: str | Path, *, where: str = "") -> Self:
         """Return the map in a file.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file.
+        where : str
+            What errors call it; its path when left out.
 
         Raises
         ------
         ConfigError
             If it cannot be read or is not a map.
         """
-        where = str(path)
+        where = where or str(path)
         try:
             if Path(path).stat().st_size > SIZE_MOST:
                 raise ConfigError(

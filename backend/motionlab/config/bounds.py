@@ -1,0 +1,89 @@
+"""Bounds on what is parsed, checked in linear time."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from motionlab.errors import ConfigError, FieldError
+
+TEXT_MAX = 256_000
+"""Largest TOML text of a remote caller, bytes."""
+
+FILE_MAX = 4_000_000
+"""Largest TOML file, bytes."""
+
+KEYS_MAX = 5000
+"""Keys and tables of a TOML text; the largest scenario has some hundreds."""
+
+DEPTH_MAX = 16
+"""Tables and lists inside one another, and parts of a dotted key; a scenario has 8."""
+
+# Strings first: what looks like a comment or a key inside of one is none. Each token is matched
+# once and never given back, so that no text takes more than linear time. Atomic groups, because
+# possessive repeats of a group miss matches in Python 3.11.2, which Debian 12 has.
+_TOKEN = re.compile(
+    r'"""(?>(?:[^"\\]+|\\(?:.|\Z)|"(?!""))*)(?>"{3,5}|\Z)'
+    r"|'''(?>(?:[^']+|'(?!''))*)(?>'{3,5}|\Z)"
+    r'|"(?>(?:[^"\\\n]+|\\[^\n])*)"?'
+    r"|'(?>[^'\n]*)'?"
+    r"|\#(?>[^\n]*)"
+    r"|[\[\]{}.,=\n]",
+    re.DOTALL,
+)
+
+_ENDS_A_KEY = frozenset("[]{},=\n")
+
+
+def check_toml(text: str, *, loc: str) -> None:
+    """Refuse a TOML text that takes long to parse: of nested keys, the parser's time is quadratic.
+
+    Raises
+    ------
+    ConfigError
+        If it has too many keys, too long dotted keys or too deep brackets, naming `loc`.
+    """
+    keys = parts = depth = 0
+    at_start = True
+    for match in _TOKEN.finditer(text):
+        token = match[0]
+        match token:
+            case "[" | "{":
+                keys += at_start
+                depth += 1
+            case "]" | "}":
+                depth -= 1
+            case "=":
+                keys += 1
+            case ".":
+                parts += 1
+        if token in _ENDS_A_KEY:
+            parts = 0
+        at_start = token == "\n"
+        if keys > KEYS_MAX:
+            raise ConfigError(
+                FieldError(loc, "has too many keys and tables", range=f"<= {KEYS_MAX}")
+            )
+        if depth > DEPTH_MAX or parts >= DEPTH_MAX:
+            raise _too_deep(loc)
+
+
+def check_depth(value: Any, *, loc: str) -> None:
+    """Refuse tables and lists that are nested too deeply.
+
+    Raises
+    ------
+    ConfigError
+        If so, naming `loc`.
+    """
+    level = [value] if isinstance(value, dict | list) else []
+    for _ in range(DEPTH_MAX):
+        items = (each.values() if isinstance(each, dict) else each for each in level)
+        level = [item for some in items for item in some if isinstance(item, dict | list)]
+        if not level:
+            return
+    raise _too_deep(loc)
+
+
+def _too_deep(loc: str) -> ConfigError:
+    return ConfigError(FieldError(loc, "is nested too deeply", range=f"{DEPTH_MAX} levels"))

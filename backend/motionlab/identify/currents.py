@@ -1,0 +1,195 @@
+"""Phase currents, told from commands and readings together by a smoother of the current loops.
+
+A drive reports a current in steps and at the samples only. What flowed is known better, because the
+command is known too: over a control period a current approaches the command that acts, ``c_k``, but
+for what the amplifier adds, ``w_k``::
+
+    i_{k+1} = c_k + r (i_k - c_k) + w_k        var w = q
+    y_k     = i_k + n_k                        var n = step^2/12
+
+With r, what a period leaves of a deviation, and q read off the records, a Rauch-Tung-Striebel
+smoother gives mean and variance of every current from all the readings of its motion. Without noise
+in the amplifiers the command tells the current; with much of it, the reading does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.config.plant import AmplifierConfig
+
+Array = NDArray[np.float64]
+
+STEP = 0.01
+"""Steps in which drives report a current, A: a per mille of their rated 10 A, as CiA 402 has it."""
+
+_READ = STEP**2 / 12.0
+"""Variance of a reading, A^2."""
+
+_SLOWEST = 0.95
+"""Largest share of a deviation that a period may leave: 16 Hz of bandwidth."""
+
+_TELLING = 5.0 * STEP
+"""Deviation from which a pair of readings tells r."""
+
+_PAIRS = 5000
+"""Pairs of readings that are kept to tell r."""
+
+_BRACKET = 0.02
+"""Distance from the least squares within which the likeliest r is sought."""
+
+_STRAY = 1e-6
+"""Likelihood of a reading that no r explains."""
+
+
+class Smoothed(NamedTuple):
+    """Currents as all readings of a motion tell them.
+
+    Attributes
+    ----------
+    mean : ndarray, shape (3, n)
+        At the samples, A.
+    variance : ndarray, shape (n,)
+        Of each phase, A^2.
+    covariance : ndarray, shape (n - 1,)
+        Of a sample with the next, A^2.
+    """
+
+    mean: Array
+    variance: Array
+    covariance: Array
+
+
+@dataclass
+class CurrentLoops:
+    """What the records so far tell of an axis's current loops.
+
+    Pooled, because a slow motion alone tells little: its currents hardly leave their commands.
+    A reading is an interval, half a step either way, and r the value under which the readings that
+    were furthest from their commands are likeliest. Least squares would take steps for noise, which
+    without noise they are not: the same commands are rounded the same way time and again.
+
+    Attributes
+    ----------
+    delay : int
+        Control periods from a command to its effect.
+    left_over : float
+        What a control period leaves of a current's distance from its command, r, 1.
+    """
+
+    delay: int
+    left_over: float = 0.0
+    _before: Array = field(default_factory=lambda: np.zeros(0))
+    _after: Array = field(default_factory=lambda: np.zeros(0))
+    _surprise: float = 0.0
+    _count: int = 0
+
+    def learn(self, command: Array, current: Array) -> None:
+        """Take commands and reported currents of one motion into account, A, shape (3, n)."""
+        acts = self.acting(command, current)[:, self.delay :]
+        before, after = current[:, self.delay : -1] - acts, current[:, self.delay + 1 :] - acts
+        telling = np.abs(before) >= _TELLING
+        start = np.concatenate([self._before, before[telling]])
+        end = np.concatenate([self._after, after[telling]])
+        furthest = np.argsort(-np.abs(start), kind="stable")[:_PAIRS]
+        self._before, self._after = start[furthest], end[furthest]
+        if len(furthest):
+            squares = float(np.sum(self._before**2 - _READ))
+            slope = float(np.clip(self._before @ self._after / squares, 0.0, _SLOWEST))
+            self.left_over = _likeliest(self._before, self._after, slope, self.variance)
+        self._surprise += float(np.sum((after - self.left_over * before) ** 2))
+        self._count += before.size
+
+    @property
+    def variance(self) -> float:
+        """Variance q of what the amplifiers add in a control period, A^2."""
+        if self._count == 0:
+            return 0.0
+        return max(0.0, self._surprise / self._count - (1.0 + self.left_over**2) * _READ)
+
+    def acting(self, command: Array, current: Array) -> Array:
+        """Return the command that acts in each period but the last, A, shape (3, n - 1)."""
+        before = np.repeat(current[:, :1], self.delay, axis=1)
+        return np.concatenate([before, command], axis=1)[:, : command.shape[1] - 1]
+
+    def smooth(self, command: Array, current: Array) -> Smoothed:
+        """Return the currents of one motion, given commands and reported currents, A."""
+        acts = np.ascontiguousarray(self.acting(command, current))
+        return Smoothed(*_smooth(acts, current, self.left_over, self.variance))
+
+
+def reported(current: Array, amplifiers: AmplifierConfig) -> Array:
+    """Return what the drives say of true currents, A, shape (3, n).
+
+    An amplifier's gain and offset are its current sensor's: its loop brings what the sensor says,
+    not the current, to the command. No experiment sees them.
+    """
+    gain, offset = (np.array([*each])[:, None] for each in (amplifiers.gain, amplifiers.offset))
+    said = (current - offset) / np.where(gain > 0.0, gain, 1.0)
+    return STEP * np.round(said / STEP)
+
+
+def _likeliest(before: Array, after: Array, slope: float, variance: float) -> float:
+    """Return the r under which readings `after` deviations `before` are likeliest: golden section.
+
+    The reading is ``round(r before + w)``, with w normal of a variance that holds what the reading
+    before leaves open too.
+    """
+    from scipy.special import ndtr
+
+    spread = np.sqrt(variance + slope**2 * _READ) + 1e-6
+    half = 0.5 * STEP
+
+    def unlikely(r: float) -> float:
+        miss = after - r * before
+        inside = ndtr((miss + half) / spread) - ndtr((miss - half) / spread)
+        return -float(np.sum(np.log(inside + _STRAY)))
+
+    low, high = max(0.0, slope - _BRACKET), min(_SLOWEST, slope + _BRACKET)
+    golden = 0.5 * (np.sqrt(5.0) - 1.0)
+    left, right = high - golden * (high - low), low + golden * (high - low)
+    f_left, f_right = unlikely(left), unlikely(right)
+    while high - low > 1e-6:
+        if f_left < f_right:
+            high, right, f_right = right, left, f_left
+            left = high - golden * (high - low)
+            f_left = unlikely(left)
+        else:
+            low, left, f_left = left, right, f_right
+            right = low + golden * (high - low)
+            f_right = unlikely(right)
+    return 0.5 * (low + high)
+
+
+@numba.njit(error_model="numpy", nogil=True, cache=True)
+def _smooth(acts: Array, read: Array, r: float, q: float) -> tuple[Array, Array, Array]:
+    """Filter forwards, smooth backwards; the variances are those of every phase."""
+    n = read.shape[1]
+    filtered, ahead = np.empty(n), np.empty(n)  # variances with the reading, and before it
+    gain = np.zeros(n)
+    filtered[0] = _READ
+    for k in range(1, n):
+        ahead[k] = r * r * filtered[k - 1] + q
+        gain[k] = ahead[k] / (ahead[k] + _READ)
+        filtered[k] = (1.0 - gain[k]) * ahead[k]
+    variance, covariance, back = filtered.copy(), np.empty(n - 1), np.empty(n - 1)
+    for k in range(n - 2, -1, -1):
+        back[k] = r * filtered[k] / ahead[k + 1] if ahead[k + 1] > 0.0 else 0.0
+        variance[k] = filtered[k] + back[k] ** 2 * (variance[k + 1] - ahead[k + 1])
+        covariance[k] = back[k] * variance[k + 1]
+    mean = np.empty((3, n))
+    told = np.empty(n)
+    for phase in range(3):
+        i = mean[phase]
+        i[0] = read[phase, 0]
+        for k in range(1, n):
+            told[k] = acts[phase, k - 1] + r * (i[k - 1] - acts[phase, k - 1])
+            i[k] = told[k] + gain[k] * (read[phase, k] - told[k])
+        for k in range(n - 2, -1, -1):
+            i[k] += back[k] * (i[k + 1] - told[k + 1])
+    return mean, variance, covariance
