@@ -1,16 +1,19 @@
 import { svelte } from '@sveltejs/vite-plugin-svelte';
 import { defineConfig } from 'vitest/config';
+import { compressed } from './compressed.ts';
+import { licensed } from './licensed.ts';
 
 const server = process.env.MOTIONLAB_SERVER ?? 'http://127.0.0.1:8000';
 
 export default defineConfig({
-  plugins: [svelte()],
+  plugins: [svelte(), licensed('swagger-ui-dist'), compressed()],
   // Tests import the binary fixtures that the Python tests read too.
   assetsInclude: ['**/*.bin'],
   build: {
     target: 'es2022',
     assetsInlineLimit: 0,
     modulePreload: { polyfill: false },
+    rolldownOptions: { input: ['index.html', 'docs.html'] },
   },
   server: {
     // The server refuses foreign origins, so the proxy speaks in the server's own name.

@@ -1,10 +1,12 @@
 import { describe, expect, it } from 'vitest';
 import {
+  among,
   clean,
   clock,
   digits,
   parseNumber,
   percent,
+  pretty,
   prettyUnit,
   scaleFor,
   inScale,
@@ -15,6 +17,23 @@ const text = (value: number | null, unit: string) => {
   const { number, unit: shown } = quantity(value, unit);
   return `${number} ${shown}`.trimEnd();
 };
+
+it.each([
+  [20.5e-6, '20.5'],
+  [0.251e-6, '0.251'],
+  [44.9e-9, '0.045'],
+  [0.3e-9, '<0.001'],
+  [2.4e-17, '0'],
+  [Number.NaN, '–'],
+])('writes %s m in a column of µm as %s', (value, text) => {
+  expect(among(value, { factor: 1e6, unit: 'µm' })).toBe(text);
+});
+
+it('writes texts of the server as people do', () => {
+  expect(pretty('tau = p + s, sigma_1')).toBe('τ = p + s, σ_1');
+  expect(pretty('[-14.2, 14.3] um')).toBe('[−14.2, 14.3] µm');
+  expect(pretty('+-0.4 m/s^2, twice-differenced')).toBe('±0.4 m/s², twice-differenced');
+});
 
 describe('quantity', () => {
   it.each([

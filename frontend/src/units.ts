@@ -111,6 +111,17 @@ export function inScale(value: number, { factor }: Scale): string {
   return Math.abs(shown) < 0.1 ? digits(Number(shown.toFixed(3)), 2) : digits(shown);
 }
 
+/**
+ * Writes an SI value in the unit of a column: three digits, or fewer of what is small beside others.
+ */
+export function among(value: number, { factor }: Scale): string {
+  if (Math.abs(value) < LEAST) return '0';
+  const shown = value * factor;
+  const size = Math.abs(shown);
+  if (size < 0.001) return '<0.001';
+  return digits(shown, size < 0.1 ? 2 : 3);
+}
+
 /** Formats a share as per cent with its sign: -0.8746 becomes −87.5 %. */
 export function percent(share: number | null | undefined): string {
   if (share === null || share === undefined || !Number.isFinite(share)) return '–';
@@ -148,4 +159,16 @@ export function parseNumber(text: string): number | null {
 /** Rounds away what only the change of unit brought in: 0.1 + 0.2 times 1e3 and back. */
 export function clean(value: number): number {
   return Number(value.toPrecision(12));
+}
+
+const GREEK: Readonly<Record<string, string>> = { sigma: 'σ', tau: 'τ', lambda: 'λ', gamma: 'γ' };
+
+/** Writes a text of the server, which keeps to ASCII, as people do. */
+export function pretty(text: string): string {
+  return text
+    .replace(/\bum\b/g, 'µm')
+    .replace(/\b(sigma|tau|lambda|gamma)(?![a-z])/g, (name) => GREEK[name] ?? name)
+    .replace(/\^[234]/g, (power) => ({ '^2': '²', '^3': '³', '^4': '⁴' })[power] ?? power)
+    .replace(/\+-/g, '±')
+    .replace(/(^|[[\s(=])-(?=\d)/g, '$1−');
 }

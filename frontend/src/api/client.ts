@@ -1,9 +1,11 @@
 /** REST calls. Every failure is an ApiError that carries the server's problem document. */
 
+import { pretty } from '../units';
 import type {
   Changes,
   DesignDocument,
   FieldPicture,
+  Health,
   IdentificationPlan,
   JobKind,
   JobSummary,
@@ -32,18 +34,27 @@ import type {
 
 const ROOT = '/api/v1';
 
+/** No answer at all: the server is down or the network is. */
+export const UNREACHABLE = 0;
+
 export class ApiError extends Error {
-  constructor(readonly problem: Problem) {
-    super(problem.detail || problem.title);
+  /** @param retryAfter ms after which the server wants to be asked again; null where it names none */
+  constructor(
+    readonly problem: Problem,
+    readonly retryAfter: number | null = null,
+  ) {
+    super(pretty(problem.detail || problem.title));
   }
 
   get status(): number {
     return this.problem.status;
   }
-}
 
-/** No answer at all: the server is down or the network is. */
-export const UNREACHABLE = 0;
+  /** Whether the same request may well succeed later: the server is busy, restarting or out of reach. */
+  get transient(): boolean {
+    return [UNREACHABLE, 429, 502, 503, 504].includes(this.status);
+  }
+}
 
 export interface ScenarioRequest {
   scenario?: string | Scenario;
@@ -64,6 +75,7 @@ export class Api {
   /** Asks for the token when the server wants one; resolves once a token was accepted. */
   onUnauthorized: (() => Promise<void>) | null = null;
 
+  health = () => this.json<Health>('GET', '/health');
   scenarios = () => this.json<ScenarioEntry[]>('GET', '/scenarios');
   scenario = (name: string) => this.json<Scenario>('GET', `/scenarios/${name}`);
   parts = () => this.json<Parts>('GET', '/parts');
@@ -91,7 +103,7 @@ export class Api {
     signal: AbortSignal,
   ) {
     const response = await this.send('POST', '/whatif', body, signal);
-    return response.arrayBuffer();
+    return whole(response.arrayBuffer(), signal);
   }
 
   trajectories = () => this.json<TrajectoryEntry[]>('GET', '/trajectories');
@@ -102,7 +114,7 @@ export class Api {
   slow = (body: TrajectoryRequest) => this.json<Slowed>('POST', '/trajectories/slow', body);
 
   async check(body: TrajectoryRequest) {
-    return (await this.send('POST', '/trajectories/check', body)).arrayBuffer();
+    return whole((await this.send('POST', '/trajectories/check', body)).arrayBuffer());
   }
 
   platform = (body: object) => this.json<PlatformDocument>('POST', '/design/platform', body);
@@ -137,9 +149,13 @@ export class Api {
     await this.attempt('POST', '/login', { token });
   }
 
+  async logout(): Promise<void> {
+    await this.attempt('POST', '/logout');
+  }
+
   private async json<T>(method: string, path: string, body?: object | string): Promise<T> {
     const response = await this.send(method, path, body);
-    return (await response.json()) as T;
+    return (await whole(response.json())) as T;
   }
 
   private async send(
@@ -178,16 +194,30 @@ export class Api {
       });
     } catch (error) {
       if (signal?.aborted) throw error;
-      throw new ApiError({
-        title: 'No answer',
-        status: UNREACHABLE,
-        detail: 'The server does not answer.',
-        errors: [],
-      });
+      throw unreachable('The server does not answer.');
     }
-    if (!response.ok) throw new ApiError(await readProblem(response));
+    if (!response.ok) throw new ApiError(await readProblem(response), retryAfter(response));
     return response;
   }
+}
+
+function unreachable(detail: string): ApiError {
+  return new ApiError({ title: 'No answer', status: UNREACHABLE, detail, errors: [] });
+}
+
+/** Returns a body, or throws an ApiError where the connection is lost before its end. */
+async function whole<T>(body: Promise<T>, signal?: AbortSignal): Promise<T> {
+  try {
+    return await body;
+  } catch (error) {
+    if (signal?.aborted) throw error;
+    throw unreachable('The connection was lost before the end of the answer.');
+  }
+}
+
+function retryAfter(response: Response): number | null {
+  const seconds = Number.parseFloat(response.headers.get('Retry-After') ?? '');
+  return Number.isFinite(seconds) ? 1000 * Math.max(0, seconds) : null;
 }
 
 async function readProblem(response: Response): Promise<Problem> {

@@ -1,5 +1,5 @@
 import { describe, expect, it } from 'vitest';
-import { at, difference, needsRestart, numberAt, withChanges, withValue } from './paths';
+import { at, atStart, difference, needsRestart, numberAt, withChanges, withValue } from './paths';
 import type { Scenario } from './types';
 
 const scenario = {
@@ -74,4 +74,14 @@ describe('difference', () => {
       { path: 'trajectory.laps', from: undefined, to: 3 },
     ]);
   });
+});
+
+it('has a scenario as it holds at 0 s, with what a person has changed', () => {
+  const later = { 'variants.B.controller.x.k_p': 5, 'variants.B.controller.x.k_d': 6 };
+  const base = { ...scenario, schedule: [{ time: 90, set: later }] } as unknown as Scenario;
+  const given = { 'plant.x.mass': 7, 'variants.B.controller.x.k_d': 8 };
+  const now = withChanges(withChanges(base, later), given);
+  const changes = [{ tick: 9, set: given, previous: {} }];
+  expect(atStart({ base, scenario: now, changes })).toEqual(withChanges(base, given));
+  expect(atStart({ base, scenario: base, changes: [] })).toEqual(base);
 });

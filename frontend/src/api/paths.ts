@@ -1,6 +1,6 @@
 /** Dotted paths into scenarios, and the difference between two scenarios. */
 
-import type { Changes, Scenario, Value } from './types';
+import type { Changes, Scenario, SessionInfo, Value } from './types';
 
 type Table = { [key: string]: Value };
 
@@ -113,6 +113,46 @@ function walk(from: Table, to: Table, prefix: string, found: Difference[]): void
 
 function isPart(path: string): boolean {
   return path === 'plant' || path.endsWith('.controller');
+}
+
+/** Whether one of the paths is that of a value, or of a part that it lies in. */
+function covers(paths: readonly string[], path: string): boolean {
+  return paths.some((each) => path === each || path.startsWith(`${each}.`));
+}
+
+/**
+ * Returns a session's scenario as it holds at 0 s: without what the schedule has changed since, but
+ * with what a person has.
+ */
+export function atStart({
+  base,
+  scenario,
+  changes,
+}: Pick<SessionInfo, 'base' | 'scenario' | 'changes'>): Scenario {
+  const scheduled = scenario.schedule?.flatMap(({ set }) => Object.keys(set)) ?? [];
+  if (scheduled.length === 0) return scenario;
+  const given = changes.flatMap(({ set }) => Object.keys(set));
+  const back = difference(base, scenario).filter(
+    ({ path, from }) => from !== undefined && covers(scheduled, path) && !covers(given, path),
+  );
+  return back.reduce((result, { path, from }) => withValue(result, path, from as Value), scenario);
+}
+
+export function ofTrajectory(path: string): boolean {
+  return path.split('.')[0] === 'trajectory';
+}
+
+/** Returns a table by path without some paths. */
+export function without<T>(
+  table: Readonly<Record<string, T>>,
+  paths: readonly string[],
+): Record<string, T> {
+  return Object.fromEntries(Object.entries(table).filter(([path]) => !paths.includes(path)));
+}
+
+/** Returns the paths of which two sets of changes say something else. */
+export function changedPaths(before: Changes, now: Changes): string[] {
+  return Object.keys({ ...before, ...now }).filter((path) => !equal(before[path], now[path]));
 }
 
 /** Whether a change needs a run from the start: the path and the draws are decided at tick 0. */

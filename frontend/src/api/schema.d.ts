@@ -34,10 +34,30 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Login
+         * Log In
          * @description Exchange the token for a cookie that scripts in the page cannot read.
          */
         post: operations["login"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/logout": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Log Out
+         * @description End a browser's log-in: its cookie is no longer accepted.
+         */
+        post: operations["logout"];
         delete?: never;
         options?: never;
         head?: never;
@@ -178,7 +198,7 @@ export interface paths {
          * List Jobs
          * @description Return the jobs that wait, run or have ended, the newest first.
          *
-         *     Those that are done are recorded, and found again when the server is started anew.
+         *     They are recorded, and found again when the server is started anew.
          */
         get: operations["listJobs"];
         put?: never;
@@ -1280,13 +1300,13 @@ export interface components {
              * @description Force of each point less the fitted curve's
              */
             residuals: number[];
-            curve: components["schemas"]["motionlab__identify__document__Curve"];
+            curve: components["schemas"]["StribeckCurve"];
             /** @description F_c, F_s, v_s, sigma_2, and a constant offset of force */
             sliding: components["schemas"]["Fit"];
             /** @description sigma_0 and sigma_1; null when not asked for */
             presliding: components["schemas"]["Fit"] | null;
             /** Ramps */
-            ramps: components["schemas"]["motionlab__identify__document__Ramp"][];
+            ramps: components["schemas"]["ForceRamp"][];
             /**
              * Warnings
              * @description What is wrong with the measurements
@@ -1704,9 +1724,9 @@ export interface components {
              * @description Name of a shipped scenario, or its tables as in a TOML file; see /schema
              * @default circle
              */
-            scenario: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+            scenario: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
                 /** @enum {string} */
-                base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
                 /**
                  * Name
                  * @description Short name
@@ -1763,7 +1783,7 @@ export interface components {
              * Trajectory
              * @description `kind` and its numbers
              */
-            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["Ramp-Input"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Sequence-Input"];
+            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Sequence"];
             /**
              * Points
              * @description Bins of each profile at most
@@ -1836,7 +1856,7 @@ export interface components {
              * @default off
              * @enum {string}
              */
-            law: "off" | "lugre-observer" | "published-k" | "residual-k" | "canudas-de-wit";
+            law: "off" | "lugre-observer" | "published-k" | "residual-k" | "canudas-de-wit" | "reversed-k";
             /**
              * Enabled
              * @description Add the estimate to the command; off, the observer runs all the same
@@ -1858,7 +1878,7 @@ export interface components {
             gain: number | null;
             /**
              * Residual Bandwidth
-             * @description Bandwidth of the residual's filter (residual-k)
+             * @description Bandwidth of the filter of the force balance (residual-k, reversed-k)
              * @default 30
              */
             residual_bandwidth: number;
@@ -1870,16 +1890,22 @@ export interface components {
             regularisation: number;
             /**
              * Bristle Limit
-             * @description Largest bristle estimate, in units of F_s/sigma_0; left out: 1.2 for residual-k or none
+             * @description Largest bristle estimate, in units of F_s/sigma_0; left out: 1.2 for residual-k and reversed-k, none otherwise
              * @default null
              */
             bristle_limit: number | null;
+            /**
+             * K D Share
+             * @description Share of k_d in the denominator of (25) (reversed-k): 0 leaves K = -(M a - u)/sigma_1; 0.001 takes the number of Table 1, in N s/mm, as N s/m
+             * @default 0
+             */
+            k_d_share: number;
         };
         /**
          * Constraints
          * @description What a set of gains must hold to be a candidate; null leaves one out.
          *
-         *     Margins are those of the loop linearised while it slides at four Stribeck velocities.
+         *     Margins are the worst of the loop linearised while it slides, from 0.5 to 4 Stribeck velocities.
          */
         Constraints: {
             /**
@@ -1954,7 +1980,8 @@ export interface components {
              *       "gain": null,
              *       "residual_bandwidth": 30,
              *       "regularisation": 0.3,
-             *       "bristle_limit": null
+             *       "bristle_limit": null,
+             *       "k_d_share": 0
              *     }
              */
             compensation: components["schemas"]["CompensationConfig"];
@@ -2620,7 +2647,7 @@ export interface components {
              * @description Variant, reference, phase, axis, or what the paper prints
              * @enum {string}
              */
-            role: "A" | "B" | "reference" | "a" | "b" | "c" | "x" | "y" | "printed";
+            role: "A" | "B" | "reference" | "phase-a" | "phase-b" | "phase-c" | "x" | "y" | "printed";
             /**
              * Kind
              * @enum {string}
@@ -2784,9 +2811,8 @@ export interface components {
             /**
              * Format Version
              * @default 1
-             * @constant
              */
-            format_version: 1;
+            format_version: number;
             /**
              * Method Version
              * @default 1
@@ -2843,6 +2869,42 @@ export interface components {
              * @description Attraction of mover and stator, N
              */
             normal_force: number[][];
+        };
+        /**
+         * ForceRamp
+         * @description Response to force ramps of one rate, both signs and all places averaged.
+         */
+        ForceRamp: {
+            /**
+             * Rate
+             * @description Rate of the ramp
+             */
+            rate: number;
+            /**
+             * Force Max
+             * @description Largest force
+             */
+            force_max: number;
+            /**
+             * Time
+             * @description Since the ramp began
+             */
+            time: number[];
+            /**
+             * Force
+             * @description Mean thrust, as of the points
+             */
+            force: number[];
+            /**
+             * Displacement
+             * @description Measured
+             */
+            displacement: number[];
+            /**
+             * Fitted
+             * @description Of the LuGre model with the identified parameters
+             */
+            fitted: number[];
         };
         /**
          * ForceRamps
@@ -2945,41 +3007,22 @@ export interface components {
         };
         /**
          * GainMargins
-         * @description Margins of the linearised loop on the scenario's motor; null where there is no crossing.
+         * @description Worst margins of the linearised loop on one motor, from 0.5 to 4 Stribeck velocities.
+         *
+         *     Null where the loop is unstable or has no such crossing.
          */
         GainMargins: {
-            /** Stable */
+            /**
+             * Stable
+             * @description At each of these velocities
+             */
             stable: boolean;
-            /**
-             * Gain Margin
-             * @description Factor > 1 up to the edge of stability
-             */
-            gain_margin: number | null;
-            /**
-             * Gain Reduction
-             * @description Factor < 1 down to the edge of stability
-             */
-            gain_reduction: number | null;
-            /**
-             * Phase Margin
-             * @description Smallest distance of arg L from -180 degrees
-             */
-            phase_margin: number | null;
-            /**
-             * Ms
-             * @description Peak of the sensitivity
-             */
-            Ms: number;
-            /**
-             * Crossover
-             * @description Highest frequency at which abs(L) = 1
-             */
-            crossover: number | null;
-            /**
-             * Bandwidth
-             * @description -3 dB of L/(1 + L)
-             */
-            bandwidth: number | null;
+            /** @description Factor up, or down, to the edge of stability */
+            gain_margin: components["schemas"]["WorstMargin"] | null;
+            /** @description Distance of arg L from -180 degrees */
+            phase_margin: components["schemas"]["WorstMargin"] | null;
+            /** @description Peak of the sensitivity */
+            Ms: components["schemas"]["WorstMargin"] | null;
         };
         /**
          * GainMetrics
@@ -3169,6 +3212,11 @@ export interface components {
              * @description Version of the project
              */
             version: string;
+            /**
+             * Login
+             * @description Whether browsers have to log in
+             */
+            login: boolean;
         };
         /**
          * IdentificationDocument
@@ -3229,10 +3277,10 @@ export interface components {
             id: string;
             /**
              * State
-             * @description queued, running, done, failed or cancelled
+             * @description queued, running, done, failed, cancelled, or interrupted by the server's end
              * @enum {string}
              */
-            state: "queued" | "running" | "done" | "failed" | "cancelled";
+            state: "queued" | "running" | "done" | "failed" | "cancelled" | "interrupted";
             /**
              * Progress
              * @description Share of the work that is done, 0 to 1
@@ -3263,9 +3311,14 @@ export interface components {
             };
             /**
              * Error
-             * @description Why a job failed
+             * @description Why a job failed or was interrupted
              */
             error: string | null;
+            /**
+             * Unrecorded
+             * @description Why there is no record of it beyond the server's end
+             */
+            unrecorded?: string | null;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -3288,10 +3341,10 @@ export interface components {
             id: string;
             /**
              * State
-             * @description queued, running, done, failed or cancelled
+             * @description queued, running, done, failed, cancelled, or interrupted by the server's end
              * @enum {string}
              */
-            state: "queued" | "running" | "done" | "failed" | "cancelled";
+            state: "queued" | "running" | "done" | "failed" | "cancelled" | "interrupted";
             /**
              * Progress
              * @description Share of the work that is done, 0 to 1
@@ -3322,9 +3375,14 @@ export interface components {
             };
             /**
              * Error
-             * @description Why a job failed
+             * @description Why a job failed or was interrupted
              */
             error: string | null;
+            /**
+             * Unrecorded
+             * @description Why there is no record of it beyond the server's end
+             */
+            unrecorded?: string | null;
             /**
              * Kind
              * @description What it does
@@ -3352,7 +3410,7 @@ export interface components {
              * @description What is set beside what, in the words of `kinds`
              * @enum {string}
              */
-            kind: "printed" | "claim" | "formula" | "recovered" | "fit" | "input" | "no_data";
+            kind: "printed" | "claim" | "formula" | "recovered" | "arithmetic" | "fit" | "input" | "no_data";
             /**
              * Place
              * @description Where it is printed
@@ -3413,6 +3471,11 @@ export interface components {
              */
             note: string;
             /**
+             * Conflict
+             * @description Another row's value of the same thing, with which this one cannot agree, and which of them ours is held against; empty for none
+             */
+            conflict: string;
+            /**
              * Known
              * @description Why it is known to fail; null where it is not
              */
@@ -3446,6 +3509,11 @@ export interface components {
              * @description Ours is better than a bound asks for; null where there is no bound
              */
             better: boolean | null;
+            /**
+             * Lax
+             * @description Why nearly any model would hold this row; empty where it would not, or where ours does not hold
+             */
+            lax: string;
             /**
              * Values
              * @description Ours under other controllers and on other motors
@@ -3483,7 +3551,7 @@ export interface components {
              * Trajectory
              * @description As a scenario takes it, every field given
              */
-            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["motionlab__config__moves__Ramp"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Sequence-Output"];
+            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Sequence"];
         };
         /**
          * Known
@@ -3556,10 +3624,10 @@ export interface components {
             id: string;
             /**
              * State
-             * @description queued, running, done, failed or cancelled
+             * @description queued, running, done, failed, cancelled, or interrupted by the server's end
              * @enum {string}
              */
-            state: "queued" | "running" | "done" | "failed" | "cancelled";
+            state: "queued" | "running" | "done" | "failed" | "cancelled" | "interrupted";
             /**
              * Progress
              * @description Share of the work that is done, 0 to 1
@@ -3590,9 +3658,14 @@ export interface components {
             };
             /**
              * Error
-             * @description Why a job failed
+             * @description Why a job failed or was interrupted
              */
             error: string | null;
+            /**
+             * Unrecorded
+             * @description Why there is no record of it beyond the server's end
+             */
+            unrecorded?: string | null;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -3736,6 +3809,22 @@ export interface components {
             token: string;
         };
         /**
+         * LoopCurve
+         * @description A frequency response.
+         */
+        LoopCurve: {
+            /**
+             * Magnitude
+             * @description Absolute value
+             */
+            magnitude: number[];
+            /**
+             * Phase
+             * @description Argument, unwrapped from the lowest frequency on
+             */
+            phase: number[];
+        };
+        /**
          * LoopDocument
          * @description The loops of a scenario.
          */
@@ -3869,10 +3958,10 @@ export interface components {
             id: string;
             /**
              * State
-             * @description queued, running, done, failed or cancelled
+             * @description queued, running, done, failed, cancelled, or interrupted by the server's end
              * @enum {string}
              */
-            state: "queued" | "running" | "done" | "failed" | "cancelled";
+            state: "queued" | "running" | "done" | "failed" | "cancelled" | "interrupted";
             /**
              * Progress
              * @description Share of the work that is done, 0 to 1
@@ -3903,9 +3992,14 @@ export interface components {
             };
             /**
              * Error
-             * @description Why a job failed
+             * @description Why a job failed or was interrupted
              */
             error: string | null;
+            /**
+             * Unrecorded
+             * @description Why there is no record of it beyond the server's end
+             */
+            unrecorded?: string | null;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -4102,10 +4196,10 @@ export interface components {
             id: string;
             /**
              * State
-             * @description queued, running, done, failed or cancelled
+             * @description queued, running, done, failed, cancelled, or interrupted by the server's end
              * @enum {string}
              */
-            state: "queued" | "running" | "done" | "failed" | "cancelled";
+            state: "queued" | "running" | "done" | "failed" | "cancelled" | "interrupted";
             /**
              * Progress
              * @description Share of the work that is done, 0 to 1
@@ -4136,9 +4230,14 @@ export interface components {
             };
             /**
              * Error
-             * @description Why a job failed
+             * @description Why a job failed or was interrupted
              */
             error: string | null;
+            /**
+             * Unrecorded
+             * @description Why there is no record of it beyond the server's end
+             */
+            unrecorded?: string | null;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -4319,7 +4418,7 @@ export interface components {
              * Id
              * @enum {string}
              */
-            id: "printed" | "claim" | "formula" | "recovered" | "fit" | "input" | "no_data";
+            id: "printed" | "claim" | "formula" | "recovered" | "arithmetic" | "fit" | "input" | "no_data";
             /** Title */
             title: string;
             /** About */
@@ -4345,7 +4444,7 @@ export interface components {
              * @description What is set beside what, in the words of `kinds`
              * @enum {string}
              */
-            kind: "printed" | "claim" | "formula" | "recovered" | "fit" | "input" | "no_data";
+            kind: "printed" | "claim" | "formula" | "recovered" | "arithmetic" | "fit" | "input" | "no_data";
             /**
              * Place
              * @description Where it is printed
@@ -4405,6 +4504,11 @@ export interface components {
              * @description What a reader has to know; empty for nothing
              */
             note: string;
+            /**
+             * Conflict
+             * @description Another row's value of the same thing, with which this one cannot agree, and which of them ours is held against; empty for none
+             */
+            conflict: string;
             /**
              * Known
              * @description Why it is known to fail; null where it is not
@@ -4844,7 +4948,7 @@ export interface components {
             velocity: number;
             /**
              * Force
-             * @description Mean thrust, by the controller's map from the measured currents
+             * @description Mean friction: thrust by the controller's map less mass times acceleration
              */
             force: number;
             /**
@@ -5002,10 +5106,10 @@ export interface components {
             cases: number;
         };
         /**
-         * Ramp
+         * RampMove
          * @description Move at constant velocity, eq (40).
          */
-        "Ramp-Input": {
+        RampMove: {
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -5178,10 +5282,10 @@ export interface components {
             id: string;
             /**
              * State
-             * @description queued, running, done, failed or cancelled
+             * @description queued, running, done, failed, cancelled, or interrupted by the server's end
              * @enum {string}
              */
-            state: "queued" | "running" | "done" | "failed" | "cancelled";
+            state: "queued" | "running" | "done" | "failed" | "cancelled" | "interrupted";
             /**
              * Progress
              * @description Share of the work that is done, 0 to 1
@@ -5212,9 +5316,14 @@ export interface components {
             };
             /**
              * Error
-             * @description Why a job failed
+             * @description Why a job failed or was interrupted
              */
             error: string | null;
+            /**
+             * Unrecorded
+             * @description Why there is no record of it beyond the server's end
+             */
+            unrecorded?: string | null;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -5240,7 +5349,7 @@ export interface components {
              * Only
              * @description Identifiers of rows or of groups; everything, with the errata, when empty
              */
-            only?: ("sizing" | "forces" | "platforms" | "limits" | "stability" | "performance" | "friction" | "fig5" | "table1" | "motions" | "discussion" | "given" | "power" | "pole-pitch" | "mover-width" | "turns" | "electric-loading" | "flux-density" | "stack-length" | "mover-height" | "iron-path" | "thrust-fem" | "normal-fem" | "thrust-measured" | "normal-measured" | "thrust-two-phase" | "thrust-required" | "phases-at-once" | "force-error-thrust" | "force-error-normal" | "platform-load" | "deformation-x-old" | "deformation-x-new" | "deformation-x-reduction" | "deformation-y-old" | "deformation-y-new" | "deformation-y-reduction" | "velocity-single-x" | "velocity-single-y" | "velocity-two-x" | "velocity-two-y" | "acceleration-x" | "acceleration-y" | "velocity-above-x" | "velocity-above-y" | "velocity-required-x" | "velocity-required-y" | "lyapunov-rate-x" | "lyapunov-bristle-x" | "published-k-x" | "lyapunov-rate-y" | "lyapunov-bristle-y" | "published-k-y" | "crossover-x" | "step-error-x" | "ramp-error-x" | "parabola-error-x" | "sine-amplitude-x" | "sine-phase-x" | "crossover-y" | "step-error-y" | "ramp-error-y" | "parabola-error-y" | "sine-amplitude-y" | "sine-phase-y" | "friction-x-sigma0" | "friction-x-sigma1" | "friction-x-sigma2" | "friction-x-fc" | "friction-x-fs" | "friction-x-vs" | "friction-y-sigma0" | "friction-y-sigma1" | "friction-y-sigma2" | "friction-y-fc" | "friction-y-fs" | "friction-y-vs" | "fig5-off-x" | "fig5-on-x" | "fig5-off-y" | "fig5-on-y" | "fig5-improvement-x" | "fig5-improvement-y" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y" | "rhombus-x" | "rhombus-y" | "pentagram-x" | "pentagram-y" | "y-velocity-range" | "y-acceleration-range" | "y-steady-state-trapezoid" | "y-steady-state-staircase" | "current-limit" | "trapezoid-y-velocity-y" | "trapezoid-y-acceleration-y" | "stair-y-50mm-velocity-y" | "stair-y-50mm-acceleration-y" | "rhombus-velocity-x" | "rhombus-acceleration-x" | "rhombus-velocity-y" | "rhombus-acceleration-y" | "pentagram-velocity-x" | "pentagram-acceleration-x" | "pentagram-velocity-y" | "pentagram-acceleration-y" | "rhombus-all" | "pentagram-all" | "previous-steady-state" | "previous-tracking" | "previous-pitch" | "f-max" | "v-max" | "i-max" | "air-gap" | "tooth-pairs" | "field-strength" | "efficiency" | "duty-cycle" | "platform-mass-x" | "mass-x" | "mass-y" | "gain-scale" | "stroke-x" | "stroke-y" | "encoder" | "encoder-rate" | "control-period" | "force-limit" | "circle-radius" | "switch-time" | "lap-frequency" | "gain-stair-x-500nm-x-p" | "gain-stair-x-500nm-x-d" | "gain-stair-y-500nm-y-p" | "gain-stair-y-500nm-y-d" | "gain-stair-y-50mm-y-p" | "gain-stair-y-50mm-y-d" | "gain-trapezoid-y-y-p" | "gain-trapezoid-y-y-d" | "gain-rhombus-x-p" | "gain-rhombus-x-d" | "gain-rhombus-y-p" | "gain-rhombus-y-d" | "gain-pentagram-x-p" | "gain-pentagram-x-d" | "gain-pentagram-y-p" | "gain-pentagram-y-d")[];
+            only?: ("sizing" | "forces" | "platforms" | "limits" | "stability" | "performance" | "friction" | "fig5" | "table1" | "motions" | "discussion" | "given" | "power" | "pole-pitch" | "tooth-width" | "slot-width" | "pitch-multiple" | "efficiency-range" | "mover-width" | "turns" | "electric-loading" | "flux-density" | "stack-length" | "mover-height" | "iron-path" | "thrust-fem" | "thrust-measured" | "normal-fem" | "normal-measured" | "thrust-two-phase" | "thrust-aligned" | "thrust-required" | "phases-at-once" | "force-error-thrust" | "force-error-elsewhere" | "force-error-normal" | "fem-currents" | "fem-current-step" | "fem-positions" | "platform-load" | "platform-movers" | "deformation-x-old" | "deformation-x-new" | "deformation-x-reduction" | "deformation-y-old" | "deformation-y-new" | "deformation-y-reduction" | "velocity-single-x" | "velocity-single-y" | "velocity-two-x" | "velocity-two-y" | "acceleration-x" | "acceleration-y" | "velocity-above-x" | "velocity-above-y" | "velocity-required-x" | "velocity-required-y" | "lyapunov-rate-x" | "lyapunov-bristle-x" | "published-k-x" | "lyapunov-rate-y" | "lyapunov-bristle-y" | "published-k-y" | "crossover-x" | "step-error-x" | "ramp-error-x" | "parabola-error-x" | "sine-amplitude-x" | "sine-phase-x" | "crossover-y" | "step-error-y" | "ramp-error-y" | "parabola-error-y" | "sine-amplitude-y" | "sine-phase-y" | "friction-x-sigma0" | "friction-x-sigma1" | "friction-x-sigma2" | "friction-x-fc" | "friction-x-fs" | "friction-x-vs" | "friction-y-sigma0" | "friction-y-sigma1" | "friction-y-sigma2" | "friction-y-fc" | "friction-y-fs" | "friction-y-vs" | "fig5-off-x" | "fig5-on-x" | "fig5-off-y" | "fig5-on-y" | "fig5-improvement-x" | "fig5-improvement-y" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y" | "rhombus-x" | "rhombus-y" | "pentagram-x" | "pentagram-y" | "y-velocity-range" | "y-acceleration-range" | "y-steady-state-trapezoid" | "y-steady-state-staircase" | "trapezoid-y-velocity-y" | "trapezoid-y-acceleration-y" | "stair-y-50mm-velocity-y" | "stair-y-50mm-acceleration-y" | "rhombus-velocity-x" | "rhombus-acceleration-x" | "rhombus-velocity-y" | "rhombus-acceleration-y" | "pentagram-velocity-x" | "pentagram-acceleration-x" | "pentagram-velocity-y" | "pentagram-acceleration-y" | "rhombus-all" | "pentagram-all" | "h2w-stroke-x" | "h2w-stroke-y" | "jung-stroke-x" | "jung-stroke-y" | "previous-stroke-x" | "previous-stroke-y" | "h2w-step" | "conveyor-stroke" | "conveyor-repeatability" | "zhu-error" | "zhu-step" | "jung-repeatability" | "previous-steady-state" | "previous-step" | "previous-tracking" | "previous-range" | "previous-pitch" | "previous-tooth-pairs" | "f-max" | "v-max" | "i-max" | "air-gap" | "tooth-pairs" | "field-strength" | "efficiency" | "duty-cycle" | "phases" | "platform-mass-x" | "mass-x" | "mass-y" | "gain-scale" | "stroke-x" | "stroke-y" | "encoders" | "encoder" | "encoder-rate" | "drives" | "processor-rate" | "control-period" | "current-limit" | "force-limit" | "circle-radius" | "switch-time" | "step-500nm" | "step-50mm" | "trapezoid-travel" | "rhombus-travel" | "pentagram-travel" | "motion-range" | "lap-frequency" | "gain-stair-x-500nm-x-p" | "gain-stair-x-500nm-x-d" | "gain-stair-y-500nm-y-p" | "gain-stair-y-500nm-y-d" | "gain-stair-y-50mm-y-p" | "gain-stair-y-50mm-y-d" | "gain-trapezoid-y-y-p" | "gain-trapezoid-y-y-d" | "gain-rhombus-x-p" | "gain-rhombus-x-d" | "gain-rhombus-y-p" | "gain-rhombus-y-d" | "gain-pentagram-x-p" | "gain-pentagram-x-d" | "gain-pentagram-y-p" | "gain-pentagram-y-d")[];
         };
         /**
          * Requirements
@@ -5397,11 +5506,11 @@ export interface components {
              */
             frequency: number[];
             /** @description L = C P */
-            open: components["schemas"]["motionlab__tune__bode__Curve"];
+            open: components["schemas"]["LoopCurve"];
             /** @description T = L/(1 + L) */
-            closed: components["schemas"]["motionlab__tune__bode__Curve"];
+            closed: components["schemas"]["LoopCurve"];
             /** @description S = 1/(1 + L) */
-            sensitivity: components["schemas"]["motionlab__tune__bode__Curve"];
+            sensitivity: components["schemas"]["LoopCurve"];
         };
         /**
          * ResultDocument
@@ -5489,6 +5598,11 @@ export interface components {
              * @description Bounds that ours stays well inside of
              */
             better: number;
+            /**
+             * Lax
+             * @description Rows that hold, but would with nearly any model
+             */
+            lax: number;
         };
         /**
          * RowSpread
@@ -5546,6 +5660,11 @@ export interface components {
              * @description Bounds that ours stays well inside of
              */
             better: number;
+            /**
+             * Lax
+             * @description Rows that hold, but would with nearly any model
+             */
+            lax: number;
             /**
              * Kinds
              * @description Of each kind that there is a row of
@@ -5610,7 +5729,7 @@ export interface components {
                 [key: string]: components["schemas"]["VariantConfig"];
             };
             /** Trajectory */
-            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["Ramp"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Sequence"];
+            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Sequence"];
             /**
              * @default {
              *       "x": 0,
@@ -5684,7 +5803,7 @@ export interface components {
          * Sequence
          * @description Do several motions one after another; each is moved to start where the one before ended.
          */
-        "Sequence-Input": {
+        Sequence: {
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -5694,23 +5813,7 @@ export interface components {
              * Parts
              * @description The motions in their order
              */
-            parts: (components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["Ramp-Input"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"])[];
-        };
-        /**
-         * Sequence
-         * @description Do several motions one after another; each is moved to start where the one before ended.
-         */
-        "Sequence-Output": {
-            /**
-             * @description discriminator enum property added by openapi-typescript
-             * @enum {string}
-             */
-            kind: "sequence";
-            /**
-             * Parts
-             * @description The motions in their order
-             */
-            parts: (components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["motionlab__config__moves__Ramp"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"])[];
+            parts: (components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"])[];
         };
         /**
          * SessionInfo
@@ -5762,17 +5865,17 @@ export interface components {
              */
             ends: number | null;
             /**
-             * Changes
-             * @description The latest, oldest first; undo takes back the last
-             */
-            changes: components["schemas"]["Change"][];
-            /**
              * Diverged
              * @description Time at which a variant diverged, s
              */
             diverged: {
                 [key: string]: number | null;
             };
+            /**
+             * Changes
+             * @description The latest, oldest first; undo takes back the last
+             */
+            changes: components["schemas"]["Change"][];
             /** @description What it was created from */
             base: components["schemas"]["Scenario"];
             /** @description What is in effect */
@@ -6066,9 +6169,9 @@ export interface components {
              * @description Name of a shipped scenario, or its tables as in a TOML file; see /schema
              * @default circle
              */
-            scenario: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+            scenario: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
                 /** @enum {string} */
-                base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
                 /**
                  * Name
                  * @description Short name
@@ -6134,10 +6237,10 @@ export interface components {
             id: string;
             /**
              * State
-             * @description queued, running, done, failed or cancelled
+             * @description queued, running, done, failed, cancelled, or interrupted by the server's end
              * @enum {string}
              */
-            state: "queued" | "running" | "done" | "failed" | "cancelled";
+            state: "queued" | "running" | "done" | "failed" | "cancelled" | "interrupted";
             /**
              * Progress
              * @description Share of the work that is done, 0 to 1
@@ -6168,9 +6271,14 @@ export interface components {
             };
             /**
              * Error
-             * @description Why a job failed
+             * @description Why a job failed or was interrupted
              */
             error: string | null;
+            /**
+             * Unrecorded
+             * @description Why there is no record of it beyond the server's end
+             */
+            unrecorded?: string | null;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -6432,7 +6540,7 @@ export interface components {
              * Trajectory
              * @description The same path with slower numbers
              */
-            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["motionlab__config__moves__Ramp"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Sequence-Output"];
+            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Sequence"];
             /**
              * Stretch
              * @description Stretch of time; 1 if it was feasible already
@@ -6660,6 +6768,32 @@ export interface components {
             count: number;
         };
         /**
+         * StribeckCurve
+         * @description The fitted Stribeck curve, from the fastest motion one way to the fastest the other.
+         */
+        StribeckCurve: {
+            /**
+             * Velocity
+             * @description Velocity
+             */
+            velocity: number[];
+            /**
+             * Force
+             * @description Of the fit
+             */
+            force: number[];
+            /**
+             * Low
+             * @description Lower edge of its 95 % band; null where the data do not determine the curve
+             */
+            low: number[] | null;
+            /**
+             * High
+             * @description Upper edge of its 95 % band
+             */
+            high: number[] | null;
+        };
+        /**
          * SweepDocument
          * @description The loop of one axis as a sweep of the simulation finds it; so far, while it goes on.
          */
@@ -6679,11 +6813,11 @@ export interface components {
              */
             frequency: number[];
             /** @description L = C P */
-            open: components["schemas"]["motionlab__tune__bode__Curve"];
+            open: components["schemas"]["LoopCurve"];
             /** @description T = L/(1 + L) */
-            closed: components["schemas"]["motionlab__tune__bode__Curve"];
+            closed: components["schemas"]["LoopCurve"];
             /** @description S = 1/(1 + L) */
-            sensitivity: components["schemas"]["motionlab__tune__bode__Curve"];
+            sensitivity: components["schemas"]["LoopCurve"];
             /** @description The same loop, linearised at that velocity */
             linearised: components["schemas"]["ResponseDocument"];
         };
@@ -6699,10 +6833,10 @@ export interface components {
             id: string;
             /**
              * State
-             * @description queued, running, done, failed or cancelled
+             * @description queued, running, done, failed, cancelled, or interrupted by the server's end
              * @enum {string}
              */
-            state: "queued" | "running" | "done" | "failed" | "cancelled";
+            state: "queued" | "running" | "done" | "failed" | "cancelled" | "interrupted";
             /**
              * Progress
              * @description Share of the work that is done, 0 to 1
@@ -6733,9 +6867,14 @@ export interface components {
             };
             /**
              * Error
-             * @description Why a job failed
+             * @description Why a job failed or was interrupted
              */
             error: string | null;
+            /**
+             * Unrecorded
+             * @description Why there is no record of it beyond the server's end
+             */
+            unrecorded?: string | null;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -6932,8 +7071,13 @@ export interface components {
             metrics: {
                 [key: string]: components["schemas"]["GainMetrics"];
             };
-            /** @description null where the law has no linearisation */
-            margins: components["schemas"]["GainMargins"] | null;
+            /**
+             * Margins
+             * @description By motor; empty where the law has no linearisation
+             */
+            margins: {
+                [key: string]: components["schemas"]["GainMargins"];
+            };
         };
         /**
          * TunedGroup
@@ -6989,10 +7133,10 @@ export interface components {
             id: string;
             /**
              * State
-             * @description queued, running, done, failed or cancelled
+             * @description queued, running, done, failed, cancelled, or interrupted by the server's end
              * @enum {string}
              */
-            state: "queued" | "running" | "done" | "failed" | "cancelled";
+            state: "queued" | "running" | "done" | "failed" | "cancelled" | "interrupted";
             /**
              * Progress
              * @description Share of the work that is done, 0 to 1
@@ -7023,9 +7167,14 @@ export interface components {
             };
             /**
              * Error
-             * @description Why a job failed
+             * @description Why a job failed or was interrupted
              */
             error: string | null;
+            /**
+             * Unrecorded
+             * @description Why there is no record of it beyond the server's end
+             */
+            unrecorded?: string | null;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -7246,9 +7395,9 @@ export interface components {
              * @description Name of a shipped scenario, or its tables as in a TOML file; see /schema
              * @default circle
              */
-            scenario: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+            scenario: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
                 /** @enum {string} */
-                base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
                 /**
                  * Name
                  * @description Short name
@@ -7376,115 +7525,17 @@ export interface components {
             };
         };
         /**
-         * Ramp
-         * @description Move at constant velocity, eq (40).
+         * WorstMargin
+         * @description The worst that a margin is while the axis slides, and at which velocity.
          */
-        motionlab__config__moves__Ramp: {
-            /**
-             * @description discriminator enum property added by openapi-typescript
-             * @enum {string}
-             */
-            kind: "ramp";
-            /**
-             * @description Where the motion starts
-             * @default {
-             *       "x": 0,
-             *       "y": 0
-             *     }
-             */
-            start: components["schemas"]["PlanarLength"];
-            /** @description Velocity per axis */
-            velocity: components["schemas"]["PlanarVelocity"];
-            /**
-             * Lead In
-             * @description Time in which the velocity is eased from rest, part of the duration; 0 jumps to it, which is feasible for slow ramps only
-             * @default 0.1
-             */
-            lead_in: number;
-            /**
-             * Duration
-             * @description How long
-             * @default 1
-             */
-            duration: number;
-        };
-        /**
-         * Curve
-         * @description The fitted Stribeck curve, from the fastest motion one way to the fastest the other.
-         */
-        motionlab__identify__document__Curve: {
+        WorstMargin: {
+            /** Value */
+            value: number;
             /**
              * Velocity
-             * @description Velocity
+             * @description Sliding velocity
              */
-            velocity: number[];
-            /**
-             * Force
-             * @description Of the fit
-             */
-            force: number[];
-            /**
-             * Low
-             * @description Lower edge of its 95 % band; null where the data do not determine the curve
-             */
-            low: number[] | null;
-            /**
-             * High
-             * @description Upper edge of its 95 % band
-             */
-            high: number[] | null;
-        };
-        /**
-         * Ramp
-         * @description Response to force ramps of one rate, both signs and all places averaged.
-         */
-        motionlab__identify__document__Ramp: {
-            /**
-             * Rate
-             * @description Rate of the ramp
-             */
-            rate: number;
-            /**
-             * Force Max
-             * @description Largest force
-             */
-            force_max: number;
-            /**
-             * Time
-             * @description Since the ramp began
-             */
-            time: number[];
-            /**
-             * Force
-             * @description Mean thrust, as of the points
-             */
-            force: number[];
-            /**
-             * Displacement
-             * @description Measured
-             */
-            displacement: number[];
-            /**
-             * Fitted
-             * @description Of the LuGre model with the identified parameters
-             */
-            fitted: number[];
-        };
-        /**
-         * Curve
-         * @description A frequency response.
-         */
-        motionlab__tune__bode__Curve: {
-            /**
-             * Magnitude
-             * @description Absolute value
-             */
-            magnitude: number[];
-            /**
-             * Phase
-             * @description Argument, unwrapped from the lowest frequency on
-             */
-            phase: number[];
+            velocity: number;
         };
         /**
          * Problem
@@ -7513,7 +7564,7 @@ export interface components {
             detail: string;
             /**
              * Errors
-             * @description Fields that were refused; empty otherwise
+             * @description Fields that were refused, the first 20; empty otherwise
              */
             errors: components["schemas"]["ProblemField"][];
         };
@@ -7623,39 +7674,6 @@ export interface components {
             session: components["schemas"]["SessionInfo"];
         };
         /**
-         * Ramp
-         * @description Move at constant velocity, eq (40).
-         */
-        Ramp: {
-            /**
-             * @description discriminator enum property added by openapi-typescript
-             * @enum {string}
-             */
-            kind: "ramp";
-            /**
-             * @description Where the motion starts
-             * @default {
-             *       "x": 0,
-             *       "y": 0
-             *     }
-             */
-            start: components["schemas"]["PlanarLength"];
-            /** @description Velocity per axis */
-            velocity: components["schemas"]["PlanarVelocity"];
-            /**
-             * Lead In
-             * @description Time in which the velocity is eased from rest, part of the duration; 0 jumps to it, which is feasible for slow ramps only
-             * @default 0.1
-             */
-            lead_in: number;
-            /**
-             * Duration
-             * @description How long
-             * @default 1
-             */
-            duration: number;
-        };
-        /**
          * Reset
          * @description The session is back at tick 0; earlier samples are void.
          */
@@ -7666,22 +7684,6 @@ export interface components {
              * @constant
              */
             type: "reset";
-        };
-        /**
-         * Sequence
-         * @description Do several motions one after another; each is moved to start where the one before ended.
-         */
-        Sequence: {
-            /**
-             * @description discriminator enum property added by openapi-typescript
-             * @enum {string}
-             */
-            kind: "sequence";
-            /**
-             * Parts
-             * @description The motions in their order
-             */
-            parts: (components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["Ramp"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"])[];
         };
         /**
          * SessionMessage
@@ -7872,6 +7874,60 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    logout: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     listScenarios: {
@@ -8045,7 +8101,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "text/plain": string;
+                "application/octet-stream": string;
             };
         };
         responses: {
@@ -8096,6 +8152,24 @@ export interface operations {
             };
             /** @description Unprocessable Entity */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8186,7 +8260,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["SweepJob"] | components["schemas"]["MonteCarloJob"];
+                    "application/json": components["schemas"]["SimulationJob"];
                 };
             };
             /** @description Bad Request */
@@ -8252,6 +8326,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     listJobs: {
@@ -8304,6 +8387,24 @@ export interface operations {
             };
             /** @description Unprocessable Entity */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8379,6 +8480,24 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     cancelJob: {
@@ -8440,6 +8559,24 @@ export interface operations {
             };
             /** @description Unprocessable Entity */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8534,6 +8671,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     checkTrajectory: {
@@ -8621,6 +8767,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     slowTrajectory: {
@@ -8701,6 +8856,15 @@ export interface operations {
             };
             /** @description Too Many Requests */
             429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8846,7 +9010,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["Ramp-Input"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Sequence-Input"];
+                "application/json": components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Sequence"];
             };
         };
         responses: {
@@ -9627,6 +9791,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description Unprocessable Entity */
             422: {
                 headers: {
@@ -9844,6 +10017,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description Request Entity Too Large */
             413: {
                 headers: {
@@ -9927,6 +10109,15 @@ export interface operations {
             };
             /** @description Not Found */
             404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10109,6 +10300,24 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Insufficient Storage */
+            507: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     getScenarioFile: {
@@ -10129,7 +10338,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/toml": string;
+                    "text/plain": string;
                 };
             };
             /** @description Bad Request */
@@ -10264,6 +10473,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     getResponse: {
@@ -10280,9 +10498,9 @@ export interface operations {
                      * Scenario
                      * @default circle
                      */
-                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
                         /** @enum {string} */
-                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
                         /**
                          * Name
                          * @description Short name
@@ -10423,6 +10641,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     getAccuracy: {
@@ -10439,9 +10666,9 @@ export interface operations {
                      * Scenario
                      * @default circle
                      */
-                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
                         /** @enum {string} */
-                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
                         /**
                          * Name
                          * @description Short name
@@ -10582,6 +10809,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     sweepLoop: {
@@ -10598,9 +10834,9 @@ export interface operations {
                      * Scenario
                      * @default circle
                      */
-                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
                         /** @enum {string} */
-                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
                         /**
                          * Name
                          * @description Short name
@@ -10771,6 +11007,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     design: {
@@ -10873,6 +11118,24 @@ export interface operations {
             };
             /** @description Unprocessable Entity */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10986,6 +11249,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     shareForce: {
@@ -11073,6 +11345,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     fitMap: {
@@ -11150,6 +11431,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     listMaps: {
@@ -11190,6 +11480,24 @@ export interface operations {
             };
             /** @description Forbidden */
             403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11238,7 +11546,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["SweepJob"] | components["schemas"]["MonteCarloJob"];
+                    "application/json": components["schemas"]["MapJob"];
                 };
             };
             /** @description Bad Request */
@@ -11517,6 +11825,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     mapField: {
@@ -11631,6 +11948,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     getMap: {
@@ -11697,6 +12023,24 @@ export interface operations {
             };
             /** @description Unprocessable Entity */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11856,6 +12200,24 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     identify: {
@@ -11872,9 +12234,9 @@ export interface operations {
                      * Scenario
                      * @default circle
                      */
-                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
                         /** @enum {string} */
-                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
                         /**
                          * Name
                          * @description Short name
@@ -12090,6 +12452,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     planIdentification: {
@@ -12106,9 +12477,9 @@ export interface operations {
                      * Scenario
                      * @default circle
                      */
-                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
                         /** @enum {string} */
-                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
                         /**
                          * Name
                          * @description Short name
@@ -12314,6 +12685,24 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     monteCarlo: {
@@ -12330,9 +12719,9 @@ export interface operations {
                      * Scenario
                      * @default circle
                      */
-                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
                         /** @enum {string} */
-                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
                         /**
                          * Name
                          * @description Short name
@@ -12554,6 +12943,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     getPaper: {
@@ -12594,6 +12992,24 @@ export interface operations {
             };
             /** @description Forbidden */
             403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12689,6 +13105,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     tune: {
@@ -12705,9 +13130,9 @@ export interface operations {
                      * Scenario
                      * @default circle
                      */
-                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
                         /** @enum {string} */
-                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
                         /**
                          * Name
                          * @description Short name
@@ -12910,6 +13335,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     landscape: {
@@ -12926,9 +13360,9 @@ export interface operations {
                      * Scenario
                      * @default circle
                      */
-                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
                         /** @enum {string} */
-                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
                         /**
                          * Name
                          * @description Short name
@@ -13094,6 +13528,15 @@ export interface operations {
             };
             /** @description Too Many Requests */
             429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };

@@ -4,6 +4,8 @@ import type { Api } from './client';
 
 export class TokenPrompt {
   wanted = $state(false);
+  /** Whether this server has browsers log in at all. */
+  required = $state(false);
   private waiting: (() => void)[] = [];
 
   constructor(private readonly api: Api) {
@@ -14,10 +16,20 @@ export class TokenPrompt {
       });
   }
 
+  async start(): Promise<void> {
+    this.required = (await this.api.health()).login;
+  }
+
   async give(token: string): Promise<void> {
     await this.api.login(token);
     this.wanted = false;
     this.waiting.forEach((go) => go());
     this.waiting = [];
+  }
+
+  /** Ends the log-in; the page, loaded anew, asks for the token. */
+  async end(): Promise<void> {
+    await this.api.logout();
+    location.reload();
   }
 }

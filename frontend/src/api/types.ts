@@ -55,6 +55,7 @@ export type MapTables = Schemas['MapTables'];
 export type SharingDocument = Schemas['SharingDocument'];
 export type MapFit = Schemas['FitDocument'];
 export type FieldPicture = Schemas['FieldPicture'];
+export type Health = Schemas['Health'];
 /** What an identification would do. */
 export type IdentificationPlan = Schemas['PlanDocument'];
 export type Identification = Schemas['IdentificationDocument'];
@@ -63,6 +64,8 @@ export type AxisIdentification = Schemas['AxisIdentification'];
 /** A search for gains, and the map of the cost over them. */
 export type Candidate = Schemas['Candidate'];
 export type TuneGroup = Schemas['TunedGroup'];
+export type TunedAxis = Schemas['TunedAxis'];
+export type GainMargins = Schemas['GainMargins'];
 export type TuneHistory = Schemas['TuneHistory'];
 export type AxisLandscape = Schemas['AxisLandscape'];
 /** The loop of one axis over frequency. */

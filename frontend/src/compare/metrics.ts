@@ -2,7 +2,7 @@
 
 import type { Axis, AxisMetrics, Metrics, VariantMetrics } from '../api/types';
 import { AXES } from '../api/types';
-import { digits, scaleFor } from '../units';
+import { among, scaleFor, type Scale } from '../units';
 
 interface Definition<Key extends string = keyof AxisMetrics> {
   key: Key;
@@ -14,6 +14,8 @@ interface Definition<Key extends string = keyof AxisMetrics> {
   main?: boolean;
   /** Whether less is better; of the others the table makes no judgement. */
   less?: boolean;
+  /** Lines that share a unit, so that their numbers compare down the column too. */
+  group?: 'following' | 'hold';
 }
 
 const DEFINITIONS: readonly Definition[] = [
@@ -24,6 +26,7 @@ const DEFINITIONS: readonly Definition[] = [
     meaning: 'largest following error: reference less measured position',
     main: true,
     less: true,
+    group: 'following',
   },
   {
     key: 'rms_following_error',
@@ -32,6 +35,7 @@ const DEFINITIONS: readonly Definition[] = [
     meaning: 'root mean square of the following error',
     main: true,
     less: true,
+    group: 'following',
   },
   {
     key: 'itae',
@@ -47,6 +51,7 @@ const DEFINITIONS: readonly Definition[] = [
     meaning: 'largest |e| over the last fifth of each hold',
     main: true,
     less: true,
+    group: 'hold',
   },
   {
     key: 'settling_time',
@@ -63,6 +68,7 @@ const DEFINITIONS: readonly Definition[] = [
     unit: 'm',
     meaning: 'how far the measured position goes past the target during a hold',
     less: true,
+    group: 'hold',
   },
   {
     key: 'max_abs_velocity',
@@ -114,6 +120,7 @@ const CONTOUR: readonly Definition<ContourKey>[] = [
     meaning: 'largest distance from the measured position to the path',
     main: true,
     less: true,
+    group: 'following',
   },
   {
     key: 'rms',
@@ -121,6 +128,7 @@ const CONTOUR: readonly Definition<ContourKey>[] = [
     unit: 'm',
     meaning: 'root mean square of that distance',
     less: true,
+    group: 'following',
   },
 ];
 
@@ -136,17 +144,23 @@ export interface Row {
   better: boolean | null;
 }
 
+interface Line {
+  definition: Definition<string>;
+  axis: Axis | '';
+  numbers: number[];
+}
+
 /** Returns the rows for the first two variants; those that nobody has a number for are left out. */
 export function rows(metrics: Metrics, variants: readonly string[]): Row[] {
   const shown = variants.slice(0, 2).map((name) => metrics.variants[name]);
-  const found: Row[] = [];
+  const lines: Line[] = [];
   const add = (
     definition: Definition<string>,
     axis: Axis | '',
     values: (number | null | undefined)[],
   ) => {
-    if (values.every((value) => value === null || value === undefined)) return;
-    found.push(row(definition, axis, values));
+    const numbers = values.map((value) => value ?? Number.NaN);
+    if (numbers.some((number) => !Number.isNaN(number))) lines.push({ definition, axis, numbers });
   };
   for (const definition of DEFINITIONS.slice(0, 2)) {
     for (const axis of AXES) add(definition, axis, axisValues(shown, axis, definition.key));
@@ -161,7 +175,19 @@ export function rows(metrics: Metrics, variants: readonly string[]): Row[] {
   for (const definition of DEFINITIONS.slice(2)) {
     for (const axis of AXES) add(definition, axis, axisValues(shown, axis, definition.key));
   }
-  return found;
+  return lines.map((line) => row(line, scaleOf(line, lines)));
+}
+
+/** Says which changes lie within the window, as its numbers are of both before and after. */
+export function changesWithin({ start, end }: Metrics['window'], times: readonly number[]): string {
+  const within = [...new Set(times.filter((time) => time > start && time < end))]
+    .sort((a, b) => a - b)
+    .map((time) => Number(time.toFixed(2)));
+  const last = within.pop();
+  if (last === undefined) return '';
+  if (within.length === 0) return `Includes a change at ${last} s.`;
+  if (within.length > 2) return `Includes ${within.length + 1} changes, the last at ${last} s.`;
+  return `Includes changes at ${within.join(', ')} and ${last} s.`;
 }
 
 function axisValues(
@@ -172,24 +198,25 @@ function axisValues(
   return shown.map((variant) => variant?.axes[axis]?.[key]);
 }
 
-function row(
-  definition: Definition<string>,
-  axis: string,
-  values: (number | null | undefined)[],
-): Row {
-  const numbers = values.map((value) => value ?? Number.NaN);
-  // One unit for the line, so that its numbers compare at a glance.
-  const largest = Math.max(...numbers.filter(Number.isFinite).map(Math.abs));
-  const { factor, unit } = scaleFor(largest, definition.unit);
+/** The unit of a line: that of all lines of its group, or of both axes. */
+function scaleOf({ definition }: Line, lines: readonly Line[]): Scale {
+  const alike = lines.filter(({ definition: other }) =>
+    definition.group ? other.group === definition.group : other === definition,
+  );
+  const sizes = alike.flatMap(({ numbers }) => numbers.filter(Number.isFinite).map(Math.abs));
+  return scaleFor(Math.max(...sizes), definition.unit);
+}
+
+function row({ definition, axis, numbers }: Line, scale: Scale): Row {
   const [a = Number.NaN, b = Number.NaN] = numbers;
   const change = a !== 0 && Number.isFinite(b / a) ? b / a - 1 : null;
   const judged = definition.less === true && change !== null && Math.abs(change) >= 0.0005;
   return {
     name: definition.name.replace('$', axis),
-    unit,
+    unit: scale.unit,
     meaning: definition.meaning,
     main: definition.main === true,
-    values: numbers.map((value) => digits(value * factor)),
+    values: numbers.map((value) => among(value, scale)),
     change,
     better: judged ? change < 0 : null,
   };

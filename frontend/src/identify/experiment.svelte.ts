@@ -11,13 +11,14 @@ import type {
   Scenario,
 } from '../api/types';
 import { JobStore } from '../jobs/job.svelte';
+import { differing, sourceOf, wholeOf } from '../jobs/request';
 import { lab, type Mode } from '../lab/lab.svelte';
 import { Newest } from '../tuning/newest';
 import { WhatIf } from '../tuning/whatif.svelte';
 import { load, save } from '../ui/storage';
 import { wordsOf } from '../ui/words';
 import type { Friction, Points, View } from './curves';
-import { bodyOf, complaints, DEFAULT, type Body, type Form } from './form';
+import { bodyOf, complaints, DEFAULT, formOf, SETTINGS, type Body, type Form } from './form';
 import { parametersOf } from './table';
 import { comparison, compensates, forVariants, present } from './use';
 
@@ -28,7 +29,7 @@ interface Asked {
 }
 
 class Experiment {
-  readonly job = new JobStore(lab.api, 'identify');
+  readonly job = new JobStore(lab.api, 'identify', (request) => this.change(formOf(request)));
   readonly whatif = new WhatIf(lab.api, (fields, detail) => {
     this.notCompared = fields.map(({ loc, message }) => `${loc}: ${message}`).join('; ') || detail;
   });
@@ -107,6 +108,17 @@ class Experiment {
   readonly tooLong = $derived(
     this.plan !== null && this.plan.simulated_time > this.plan.simulated_time_max,
   );
+
+  /** Settings in which the form differs from what the job was asked for. */
+  readonly settings = $derived.by((): readonly string[] => {
+    const { request } = this.job.report ?? {};
+    const { body, scenario } = this;
+    if (!request || !body || !scenario) return [];
+    const names = differing(request, body, bodyOf(DEFAULT, scenario, {}), SETTINGS);
+    const then = sourceOf(request);
+    const same = !then || equal(wholeOf(then, {}).plant, wholeOf(body, {}).plant);
+    return same ? names : ['motor', ...names];
+  });
 
   async open(): Promise<void> {
     await lab.try(async () => {

@@ -1,6 +1,6 @@
 import { describe, expect, it } from 'vitest';
 import type { Scenario } from '../api/types';
-import { bodyOf, complaint, complaints, DEFAULT, ratesOf, speedsOf } from './form';
+import { bodyOf, complaint, complaints, DEFAULT, formOf, ratesOf, speedsOf } from './form';
 
 const scenario = { name: 'circle', variants: { A: {}, B: {} } } as unknown as Scenario;
 
@@ -113,4 +113,25 @@ describe('what the server refuses', () => {
     };
     expect(complaint(field, { speeds })).toBe('time of each 0: is out of range. Allowed: > 0 s.');
   });
+});
+
+it.each(['log', 'linear'] as const)('shows what was asked for, with %s speeds', (spacing) => {
+  const form = {
+    ...DEFAULT,
+    motor: 'matched',
+    axis: 'y' as const,
+    variant: 'A',
+    applyTo: 'B',
+    slowest: 0.002,
+    speeds: 9,
+    spacing,
+    timeMax: 1,
+    pitchesMax: 3,
+    rates: [50],
+    places: 4,
+  };
+  const asked = JSON.parse(JSON.stringify(bodyOf(form, scenario, {}))) as Record<string, unknown>;
+  expect({ ...DEFAULT, ...formOf(asked) }).toEqual(form);
+  const bare = JSON.parse(JSON.stringify(bodyOf(DEFAULT, scenario, {}))) as Record<string, unknown>;
+  expect({ ...form, ...formOf(bare) }).toEqual(DEFAULT);
 });

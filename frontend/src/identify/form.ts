@@ -104,6 +104,49 @@ export function bodyOf(form: Form, scenario: Scenario, changes: Changes): Body {
   };
 }
 
+/** Settings of an experiment by their key in a request. */
+export const SETTINGS = {
+  axis: 'axis',
+  speeds: 'speeds',
+  time_max: 'time of each',
+  pitches_max: 'most pole pitches',
+  presliding: 'force ramps',
+  variant: 'driven by',
+  apply_to: 'model of',
+};
+
+/** Returns what an experiment was asked for as the form shows it; not its scenario. */
+export function formOf(request: Readonly<Record<string, unknown>>): Partial<Form> {
+  const asked = request as Partial<Body>;
+  const { speeds, presliding, set } = asked;
+  const motor = set?.['plant'];
+  const form: { [Key in keyof Form]?: Form[Key] | undefined } = {
+    motor: typeof motor === 'string' ? motor : '',
+    axis: asked.axis,
+    variant: asked.variant === undefined ? undefined : (asked.variant ?? ''),
+    applyTo: asked.apply_to === undefined ? undefined : (asked.apply_to ?? ''),
+    ...(speeds && speeds.length > 1 ? spacingOf(speeds) : {}),
+    timeMax: asked.time_max,
+    pitchesMax: asked.pitches_max,
+    ramps: presliding?.enabled,
+    rates: presliding?.rates,
+    share: presliding?.share,
+    places: presliding?.places,
+  };
+  const said = Object.entries(form).filter(([, value]) => value !== undefined);
+  return Object.fromEntries(said) as Partial<Form>;
+}
+
+/** Returns which speeds a list has; one that is spaced in neither way is shown as the closer one. */
+function spacingOf(
+  list: readonly number[],
+): Pick<Form, 'slowest' | 'fastest' | 'speeds' | 'spacing'> {
+  const [slowest, fastest] = [Math.min(...list), Math.max(...list)];
+  const form = (spacing: Spacing) => ({ slowest, fastest, speeds: list.length, spacing });
+  const linear = speedsOf({ ...DEFAULT, ...form('linear') });
+  return form(linear.every((speed, i) => speed === list[i]) ? 'linear' : 'log');
+}
+
 /** Reads rates that were typed, "20 50 100" or "20; 50"; null when one of them is no number. */
 export function ratesOf(text: string): number[] | null {
   const rates = text

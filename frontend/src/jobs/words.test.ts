@@ -1,5 +1,5 @@
 import { expect, it } from 'vitest';
-import { duration, moment } from './words';
+import { duration, moment, trouble } from './words';
 
 it('writes times as short as they are needed', () => {
   expect(duration(0.4)).toBe('under 1 s');
@@ -13,4 +13,14 @@ it('leaves out the day where it is today', () => {
   const today = moment(new Date(2026, 0, 2, 8).toISOString(), now);
   const before = moment(new Date(2026, 0, 1, 8).toISOString(), now);
   expect(before.endsWith(` ${today}`)).toBe(true);
+});
+
+it('says why there is no result', () => {
+  expect(trouble({ state: 'failed', error: 'the motor ran away' })).toBe(
+    'failed. the motor ran away',
+  );
+  expect(trouble({ state: 'interrupted', error: 'the server ended' })).toBe(
+    'was interrupted: the server ended',
+  );
+  expect(trouble({ state: 'done', error: null })).toBeNull();
 });

@@ -1,4 +1,6 @@
-/** How long work takes, and when it was asked for, in words. */
+/** How long work takes, when it was asked for and why it ended too soon, in words. */
+
+import type { JobReport } from '../api/types';
 
 const MINUTE = 60;
 
@@ -19,4 +21,10 @@ export function moment(iso: string, now = new Date()): string {
   });
   const today = date.toDateString() === now.toDateString();
   return today ? time : `${date.toLocaleDateString()} ${time}`;
+}
+
+/** Says why there is no result: "failed. The motor ran away"; null where nothing went wrong. */
+export function trouble({ state, error }: Pick<JobReport, 'state' | 'error'>): string | null {
+  if (state === 'failed') return `failed. ${error ?? ''}`;
+  return state === 'interrupted' ? `was interrupted: ${error ?? ''}` : null;
 }

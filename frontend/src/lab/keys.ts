@@ -40,6 +40,15 @@ export const LAB: readonly Key[] = [
   { keys: 'f', does: 'Value axes follow the data, or hold' },
 ];
 
+/** While the 3-D view has the focus; all other keys of the Lab act there too. */
+export const STAGE: readonly Key[] = [
+  {
+    keys: 'w a s d q e',
+    does: 'Move the camera (Tab into the view first), in place of w, a and s',
+  },
+  { keys: 'Arrows', does: 'Turn the camera' },
+];
+
 /** The plane has to have the focus for all but the first two; trajectory/hand.ts handles them. */
 export const TRAJECTORIES: readonly Key[] = [
   { keys: 'Ctrl+Z', does: 'Undo' },
@@ -50,10 +59,18 @@ export const TRAJECTORIES: readonly Key[] = [
   { keys: 'Del', does: 'Remove it' },
 ];
 
+/** Whether the control that has the focus uses a key itself; it may be of another document. */
+export function takesKey({ key, target }: KeyboardEvent): boolean {
+  if (target === null || !('matches' in target)) return false;
+  const control = target as Element;
+  if (control.matches('input:not([type=range], [type=checkbox]), select, textarea')) return true;
+  // A link does nothing on space.
+  return key === ' ' && control.matches('button, summary, input[type=checkbox]');
+}
+
 /** Handles a key of the whole page; fields and buttons keep the keys that are theirs. */
 export function onKey(event: KeyboardEvent, help: () => void): void {
   if (event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented) return;
-  const target = event.target instanceof Element ? event.target : null;
   const dialog = document.querySelector<HTMLDialogElement>('dialog[open]');
   if (dialog) {
     if (event.key === 'Escape' && !dialog.matches(':modal')) dialog.close();
@@ -63,8 +80,7 @@ export function onKey(event: KeyboardEvent, help: () => void): void {
     void lab.stop();
     return;
   }
-  if (target?.matches('input:not([type=range], [type=checkbox]), select, textarea')) return;
-  if (event.key === ' ' && target?.matches('button, a, summary, input[type=checkbox]')) return;
+  if (takesKey(event)) return;
   const action = actions(help)[event.key];
   if (!action) return;
   event.preventDefault();

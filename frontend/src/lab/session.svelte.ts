@@ -1,36 +1,55 @@
 /** The session on the server: which one, its state, its stream, and how it is found again. */
 
 import { ApiError, UNREACHABLE, type Api, type ScenarioRequest } from '../api/client';
-import { withChanges } from '../api/paths';
+import { atStart, withChanges } from '../api/paths';
 import type { Axis, Changes, Scenario, SessionInfo } from '../api/types';
 import type { Moment } from '../scope/chart';
 import { StreamClient, type Connection, type Subscription } from '../stream/client';
 import { messages } from '../ui/messages.svelte';
-import { fromAddress, load, save, setAddress } from '../ui/storage';
+import { fromAddress, setAddress } from '../ui/storage';
+import {
+  forget,
+  keptSessions,
+  recall,
+  remember,
+  rememberDraft,
+  withPath,
+  type GivenPath,
+  type Kept,
+  type Own,
+} from './kept';
 
 /** Ticks that are kept: 33 s, a little more than the server has to resume from. */
 const CAPACITY = 65_536;
 export const PERIOD = 0.0005;
+/** Changes whose time is remembered. */
+const MARKS = 200;
 export const PUSH_SECONDS = 0.05;
 /** Simulated over real time. */
 export const SPEED = { least: 0.1, most: 10 };
 
-/** What is kept of a session, so that it can be made again when the server has lost it. */
-interface Kept {
-  id: string;
-  base: Scenario;
-  scenario: Scenario;
+/** Why something failed, to go into a sentence. */
+function reason(error: unknown): string {
+  return (error instanceof Error ? error.message : String(error)).replace(/\.$/, '');
 }
 
 export class SessionStore {
   info = $state.raw<SessionInfo | null>(null);
   /** What differences are shown against: the scenario as it was loaded. */
   base = $state.raw<Scenario | null>(null);
+  /** What-if changes that the session does not have. */
+  draft = $state.raw<Changes>({});
+  /** Paths that were given to it or tried in what-if, the last one first. */
+  paths = $state.raw<readonly GivenPath[]>([]);
   connection = $state<Connection>('connecting');
-  speed = $state(load('speed', 1));
+  speed = $state(1);
   pushes = $state.raw<readonly Moment[]>([]);
+  /** Times at which parameters were changed, or a change undone, s. */
+  changedAt = $state.raw<readonly number[]>([]);
   /** Set between pressing STOP and the server's answer. */
   stopping = $state(false);
+  /** Why there is no session on the server just now; empty while there is one. */
+  missing = $state('There is no session yet: the server has not answered.');
   client: StreamClient | null = null;
   private subscription: Subscription = { columns: [], differences: [] };
   /** Whether the session that was asked for last has come; pending until the server has answered. */
@@ -43,9 +62,14 @@ export class SessionStore {
     return this.info?.id ?? '';
   }
 
+  /** Its scenario as it holds at 0 s, before the schedule has changed anything. */
+  get start(): Scenario | null {
+    return this.info && atStart(this.info);
+  }
+
   /** The session that a command is for. */
   private get target(): string {
-    if (!this.info) throw new Error('There is no session yet: the server has not answered.');
+    if (this.missing !== '' || !this.info) throw new Error(this.missing);
     return this.info.id;
   }
 
@@ -57,28 +81,45 @@ export class SessionStore {
 
   /** Finds the session of the address or of the last visit, or makes one. */
   async open(): Promise<void> {
-    const kept = load<Kept | null>('session', null);
-    const id = fromAddress('session') ?? kept?.id;
+    try {
+      await this.find();
+    } catch (error) {
+      if (!this.info) this.missing = `There is no session yet: ${reason(error)}.`;
+      throw error;
+    }
+  }
+
+  private async find(): Promise<void> {
+    const id = fromAddress('session') ?? keptSessions()[0];
     if (id === undefined) {
       await this.create({});
       return;
     }
+    const kept = recall(id);
     try {
       const info = await this.api.session(id);
-      this.adopt(info, (kept?.id === id ? kept.base : null) ?? info.base);
+      this.adopt(info, kept ?? { speed: info.speed });
     } catch (error) {
       if (!(error instanceof ApiError) || error.status !== 404) throw error;
-      await this.recreate(kept?.id === id ? kept : null);
+      await this.recreate(kept);
     }
   }
 
-  /** Makes a session, after those that were asked for before; the present one ends. */
-  create(request: ScenarioRequest, base?: Scenario): Promise<void> {
-    const made = this.making.then(() => this.make(request, base));
-    this.making = made.then(
+  /**
+   * Makes a session, after those that were asked for before; the present one ends. It starts without
+   * what-if changes, at real time, unless `own` says otherwise.
+   */
+  create(request: ScenarioRequest, own: Partial<Own> = {}): Promise<void> {
+    const made = this.making.then(() => this.make(request, own));
+    const making = made.then(
       () => true,
-      () => false,
+      () => {
+        // Commands that come later are for the session that is there.
+        if (this.making === making) this.making = Promise.resolve(true);
+        return false;
+      },
     );
+    this.making = making;
     return made;
   }
 
@@ -92,17 +133,19 @@ export class SessionStore {
   }
 
   /** Makes a session; the present one ends unless somebody else watches it. */
-  private async make(request: ScenarioRequest, base?: Scenario): Promise<void> {
+  private async make(request: ScenarioRequest, own: Partial<Own>): Promise<void> {
     const before = this.id;
     const info = await this.api.create(request);
     const alone = before !== '' && (await this.alone(before).catch(() => false));
-    this.adopt(info, base ?? info.base);
-    if (alone) await this.api.remove(before).catch(() => undefined);
+    this.adopt(info, own);
+    if (!alone) return;
+    forget(before);
+    await this.api.remove(before).catch(() => undefined);
   }
 
   /** Whether nobody else watches the session. Asked while our own stream still counts. */
   private async alone(id: string): Promise<boolean> {
-    const own = this.connection === 'connected' ? 1 : 0;
+    const own = this.client?.connections ?? 0;
     const { watchers } = await this.api.session(id);
     return watchers <= own;
   }
@@ -128,6 +171,13 @@ export class SessionStore {
     this.update(await this.api.command(this.target, 'reset'));
   }
 
+  /** Asks for the state of now, which the stream may bring later. */
+  async refresh(): Promise<SessionInfo> {
+    const info = await this.api.session(this.target);
+    this.update(info);
+    return info;
+  }
+
   async undo(): Promise<void> {
     this.update(await this.api.command(this.target, 'undo'));
   }
@@ -149,13 +199,25 @@ export class SessionStore {
   async setSpeed(speed: number): Promise<void> {
     const within = Math.min(SPEED.most, Math.max(SPEED.least, speed));
     this.speed = Number(within.toPrecision(2));
-    save('speed', this.speed);
+    this.keep();
     if (this.info?.state === 'playing') await this.play();
   }
 
   async push(axis: Axis, force: number): Promise<void> {
     const { tick } = await this.api.push(this.target, { axis, force, duration: PUSH_SECONDS });
     this.pushes = [...this.pushes, { time: tick * PERIOD, label: `push ${axis}` }];
+  }
+
+  /** Takes other what-if changes. */
+  setDraft(draft: Changes): void {
+    this.draft = draft;
+    if (this.id !== '') rememberDraft(this.id, draft);
+  }
+
+  /** Remembers what a path is called that what-if takes. */
+  namePath(path: GivenPath): void {
+    this.paths = withPath(this.paths, path);
+    this.keep();
   }
 
   /** Changes parameters of the running session; the server says at which tick. */
@@ -167,18 +229,24 @@ export class SessionStore {
 
   private update(info: SessionInfo): void {
     if (info.id !== this.info?.id || info.revision < this.info.revision) return;
+    this.noteChanges(info, this.info);
     this.info = info;
     this.keep();
   }
 
-  private adopt(info: SessionInfo, base: Scenario): void {
+  private adopt(info: SessionInfo, own: Partial<Own>): void {
     this.client?.close();
+    this.noteChanges(info, null);
     this.info = info;
-    this.base = base;
+    this.base = own.base ?? info.base;
+    this.draft = own.draft ?? {};
+    this.paths = own.paths ?? [];
+    this.speed = info.state === 'playing' ? info.speed : (own.speed ?? 1);
+    this.missing = '';
     this.pushes = [];
-    if (info.state === 'playing') this.speed = info.speed;
     setAddress({ session: info.id });
     this.keep();
+    rememberDraft(info.id, this.draft);
     const protocol = location.protocol === 'https:' ? 'wss' : 'ws';
     this.client = new StreamClient(
       `${protocol}://${location.host}${info.stream}`,
@@ -194,10 +262,19 @@ export class SessionStore {
     this.client.connect();
   }
 
+  /** An undo takes the change off the server's list: that it was, and when, is remembered here. */
+  private noteChanges(info: SessionInfo, before: SessionInfo | null): void {
+    const same = before !== null && before.timeline === info.timeline;
+    const undone = same && info.changes.length < before.changes.length;
+    const ticks = [...info.changes.map(({ tick }) => tick), ...(undone ? [info.tick] : [])];
+    const known = same ? this.changedAt : [];
+    const times = ticks.map((tick) => tick * PERIOD).filter((time) => !known.includes(time));
+    this.changedAt = [...known, ...times].slice(-MARKS);
+  }
+
   private keep(): void {
-    if (!this.info || !this.base) return;
-    const { id, scenario } = this.info;
-    save('session', { id, base: this.base, scenario } satisfies Kept);
+    const { id, start, base, paths, speed } = this;
+    if (start && base) remember({ id, scenario: start, base, paths, speed });
   }
 
   /** Whether the session is still there; makes it again when the server has lost it. */
@@ -208,24 +285,44 @@ export class SessionStore {
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
       if (error.status === 404 && id === this.info?.id) {
-        const { base, info } = this;
-        await this.recreate(base ? { id, base, scenario: info.scenario } : null);
-      } else if (error.status !== UNREACHABLE) {
+        const { base, start, draft, paths, speed } = this;
+        const kept = base && start && { id, scenario: start, base, draft, paths, speed };
+        await this.recreate(kept).catch((failure) => {
+          const silent = failure instanceof ApiError && failure.status === UNREACHABLE;
+          if (!silent) messages.error(this.missing);
+        });
+      } else if (!error.transient) {
         messages.error(error.message);
       }
       return false;
     }
   }
 
+  /**
+   * Makes a session in place of one that the server no longer has. Until that succeeds the page goes
+   * on showing the lost one, and commands are refused with the reason.
+   */
   private async recreate(kept: Kept | null): Promise<void> {
-    this.info = null;
+    this.missing = 'The server no longer has this session, and it is being made again.';
+    try {
+      await this.remake(kept);
+    } catch (error) {
+      this.missing =
+        'The server no longer has this session, and could not yet make it again: ' +
+        `${reason(error)}. The page keeps trying.`;
+      throw error;
+    }
+  }
+
+  private async remake(kept: Kept | null): Promise<void> {
     if (!kept) {
       await this.create({});
       messages.info('The session of this address no longer exists. A new one was made.');
       return;
     }
     try {
-      await this.create({ scenario: kept.scenario }, kept.base);
+      await this.create({ scenario: kept.scenario }, kept);
+      forget(kept.id);
     } catch (error) {
       if (!(error instanceof ApiError) || error.status !== 422) throw error;
       // What an older version or a damaged storage has kept must not keep the page from opening.
@@ -235,7 +332,10 @@ export class SessionStore {
     }
     messages.info(
       'The session was gone: another tab has left it, the server was restarted, or it had been idle ' +
-        'for long. It was made again from the scenario and the changes kept here, and is paused at 0 s.',
+        'for long. It was made again from the scenario and the changes kept here, and is paused at ' +
+        '0 s. Undo begins anew: changes made before stay.',
+      [],
+      { stays: true },
     );
   }
 }

@@ -1,7 +1,9 @@
 /** The Monte Carlo study of the Lab screen: asked for, watched, and whether it is of what is shown. */
 
-import type { Axis, Changes, MonteCarlo, Scenario } from '../api/types';
+import type { Axis, MonteCarlo } from '../api/types';
+import { equal } from '../api/paths';
 import { JobStore } from '../jobs/job.svelte';
+import { sourceOf, wholeOf, type Source as Asked } from '../jobs/request';
 import { lab } from '../lab/lab.svelte';
 import type { Ribbon } from '../scope/ribbon';
 import type { Source } from '../scope/source';
@@ -10,13 +12,10 @@ import { covers, ribbons, type Spec } from './spread';
 
 export const CASES = [100, 300, 1000] as const;
 
-interface Question {
-  scenario: Scenario;
-  set: Changes;
-}
-
 class Study {
-  readonly job = new JobStore(lab.api, 'monte-carlo');
+  readonly job = new JobStore(lab.api, 'monte-carlo', ({ cases }) => {
+    if (typeof cases === 'number') this.setCases(cases);
+  });
   cases = $state<number>(load('montecarlo.cases', 300));
   /** Largest following error allowed, m. */
   spec = $state.raw<Spec>(load('montecarlo.spec', {}));
@@ -24,7 +23,7 @@ class Study {
   drawn = $state(load('montecarlo.drawn', true));
   readonly result = $derived<MonteCarlo | null>(this.job.report?.result ?? null);
 
-  private readonly question = $derived.by((): Question | null => {
+  private readonly question = $derived.by((): Asked | null => {
     const scenario = lab.session.info?.scenario;
     return scenario ? { scenario, set: lab.draft } : null;
   });
@@ -33,8 +32,14 @@ class Study {
   readonly stale = $derived.by(() => {
     const { request } = this.job.report ?? {};
     if (!request || !this.question) return false;
-    const asked = { scenario: request.scenario, set: request.set };
-    return JSON.stringify(asked) !== JSON.stringify(this.question);
+    const asked = sourceOf(request);
+    if (!asked) return true; // by a scenario's name, from elsewhere
+    return !equal(wholeOf(asked, lab.resolved), wholeOf(this.question, lab.resolved));
+  });
+
+  readonly settings = $derived.by((): readonly string[] => {
+    const cases = this.job.report?.request.cases ?? this.cases;
+    return cases === this.cases ? [] : ['number of plants'];
   });
 
   private readonly bands = $derived.by((): Record<Axis, Ribbon[]> | null => {
@@ -62,10 +67,11 @@ class Study {
     save('montecarlo.drawn', drawn);
   }
 
-  /** The bands behind a scope of what-if curves; none where they are of another stretch of time. */
+  /** The bands behind a scope of what-if curves; none where they belong to other curves. */
   behind(scope: string, source: Source | null): readonly Ribbon[] {
     const axis = scope === 'ex' ? 'x' : scope === 'ey' ? 'y' : null;
     if (!axis || !this.drawn || !this.bands || !source || lab.mode !== 'whatif') return NONE;
+    if (this.stale) return NONE;
     const end = source.start + source.last * source.step;
     return covers(this.result?.time ?? [], source.start, end) ? this.bands[axis] : NONE;
   }

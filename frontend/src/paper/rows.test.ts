@@ -4,12 +4,13 @@ import {
   bandSign,
   comesToHold,
   countOf,
+  isLax,
   isOfKind,
   kindsOf,
   linesOf,
   numberOf,
   passes,
-  pretty,
+  remarkOf,
   standingOf,
   summaryOf,
   TOLD,
@@ -19,13 +20,13 @@ import {
 const row = (id: string, comparison: PaperRow['comparison'] = 'at_most'): PaperRow =>
   ({ id, comparison, unit: 'm', known: null }) as PaperRow;
 const judged = (id: string, fields: Partial<JudgedRow>): JudgedRow =>
-  ({ ...row(id), status: 'holds', holds: true, better: false, ...fields }) as JudgedRow;
+  ({ ...row(id), status: 'holds', holds: true, better: false, lax: '', ...fields }) as JudgedRow;
 
 const LINES = linesOf(
   [row('a'), row('b'), row('c'), row('d', 'none'), row('e')],
   [
     judged('a', {}),
-    judged('b', { better: true }),
+    judged('b', { better: true, lax: 'the bound is 8 times ours' }),
     judged('c', { status: 'known_failure', holds: false, known: 'so' }),
   ],
 );
@@ -49,6 +50,7 @@ describe('rows', () => {
     expect(ids('judged')).toEqual(['a', 'b', 'c', 'e']);
     expect(ids('red')).toEqual(['c']);
     expect(ids('better')).toEqual(['b']);
+    expect(ids('lax')).toEqual(['b']);
     expect(ids('none')).toEqual(['d']);
   });
 
@@ -72,6 +74,17 @@ describe('rows', () => {
     ]);
     expect(lines.filter((line) => isOfKind(line, 'fit'))).toHaveLength(2);
     expect(lines.filter((line) => isOfKind(line, 'all'))).toHaveLength(3);
+  });
+
+  it('say of what kind they are, and that they are lax', () => {
+    const of = (kind: PaperRow['kind'], lax: string) => {
+      const found = judged('a', { kind, lax });
+      return { row: found, judged: found, standing: 'holds' as const };
+    };
+    expect(remarkOf(of('printed', ''), 'printed value')).toBe('');
+    expect(remarkOf(of('printed', 'why'), 'printed value')).toBe('lax');
+    expect(remarkOf(of('claim', 'why'), 'claim')).toBe('claim, lax');
+    expect(LINES.filter((line) => isLax(line.judged)).map((line) => line.row.id)).toEqual(['b']);
   });
 
   it('are red too when a known failure has come to hold', () => {
@@ -109,12 +122,6 @@ describe('numbers', () => {
     expect(unitOf({ unit: '1', printed: '145 turns' })).toBe('1');
     expect(numberOf(0.725, '%')).toEqual({ number: '72.5', unit: '%' });
     expect(numberOf([0.0003, 0.1111], '%')).toEqual({ number: '0.03 … 11.11', unit: '%' });
-  });
-
-  it('are written as people write them', () => {
-    expect(pretty('tau = p + s, sigma_1')).toBe('τ = p + s, σ_1');
-    expect(pretty('[-14.2, 14.3] um')).toBe('[−14.2, 14.3] µm');
-    expect(pretty('+-0.4 m/s^2, twice-differenced')).toBe('±0.4 m/s², twice-differenced');
   });
 
   it('say what a band does to a bound', () => {

@@ -4,7 +4,7 @@ import type { JudgedRow, PaperKind, PaperRow } from '../api/types';
 import { digits, minus, prettyUnit, scaleFor, type Quantity } from '../units';
 
 export type Standing = JudgedRow['status'] | 'better' | 'waiting';
-export type Filter = 'all' | 'judged' | 'red' | 'better' | 'none';
+export type Filter = 'all' | 'judged' | 'red' | 'better' | 'lax' | 'none';
 export type KindFilter = PaperKind['id'] | 'all';
 export type Range = number | readonly number[] | null;
 
@@ -36,6 +36,7 @@ export const FILTERS: readonly { value: Filter; name: string; title: string }[] 
   { value: 'judged', name: 'Judged', title: 'Without what cannot be compared' },
   { value: 'red', name: 'Red', title: 'Failures, known ones among them' },
   { value: 'better', name: 'Better', title: 'Ours stays well inside of a bound' },
+  { value: 'lax', name: 'Lax', title: 'Rows that hold, but would with nearly any model' },
   { value: 'none', name: 'Rest', title: 'Not comparable: what the text gives no way to compute' },
 ];
 
@@ -63,6 +64,8 @@ export function passes({ standing, judged }: Line, filter: Filter): boolean {
       return standing === 'fails' || standing === 'known_failure' || comesToHold(judged);
     case 'better':
       return standing === 'better';
+    case 'lax':
+      return isLax(judged);
     case 'none':
       return standing === 'not_comparable';
   }
@@ -70,6 +73,17 @@ export function passes({ standing, judged }: Line, filter: Filter): boolean {
 
 export function isOfKind({ row }: Line, kind: KindFilter): boolean {
   return kind === 'all' || row.kind === kind;
+}
+
+/** Nearly any model would hold it: `lax` of the row says why. */
+export function isLax(judged: JudgedRow | null): boolean {
+  return judged !== null && judged.lax !== '';
+}
+
+/** What stands below a row's state: its kind, unless it is the plain one, and that it is lax. */
+export function remarkOf({ row, judged }: Line, title: string): string {
+  const kind = row.kind === 'printed' ? [] : [title];
+  return [...kind, ...(isLax(judged) ? ['lax'] : [])].join(', ');
 }
 
 /** Rows of a kind: how many hold, how many are red, and how many are neither. */
@@ -121,18 +135,6 @@ export function countOf(lines: readonly Line[]): Record<Standing, number> {
 /** The unit a row is shown in: a share that the paper prints in per cent stays so. */
 export function unitOf(row: Pick<PaperRow, 'unit' | 'printed'>): string {
   return row.unit === '1' && row.printed.includes('%') ? '%' : row.unit;
-}
-
-const GREEK: Readonly<Record<string, string>> = { sigma: 'σ', tau: 'τ', lambda: 'λ', gamma: 'γ' };
-
-/** Writes a text of the server, which keeps to ASCII, as people do. */
-export function pretty(text: string): string {
-  return text
-    .replace(/\bum\b/g, 'µm')
-    .replace(/\b(sigma|tau|lambda|gamma)(?![a-z])/g, (name) => GREEK[name] ?? name)
-    .replace(/\^[234]/g, (power) => ({ '^2': '²', '^3': '³', '^4': '⁴' })[power] ?? power)
-    .replace(/\+-/g, '±')
-    .replace(/(^|[[\s(=])-(?=\d)/g, '$1−');
 }
 
 /**

@@ -76,6 +76,11 @@ export class PlaneView {
     c.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0);
     c.clearRect(0, 0, size.width, size.height);
     this.grid();
+    // What is drawn stays between the axes.
+    c.save();
+    c.beginPath();
+    c.rect(LEFT, 0, size.width - LEFT - RIGHT, size.height - BOTTOM);
+    c.clip();
     this.path(this.reference, this.palette.reference, 1);
     const inks = [this.palette.a, this.palette.b];
     this.variants.slice(0, 2).forEach((_, i) => {
@@ -84,6 +89,7 @@ export class PlaneView {
       if (i === 1) this.markers(mover, inks[i] as string);
     });
     this.places(source, at, inks);
+    c.restore();
   }
 
   /** Fills reference and movers; the movers hold errors until the factor is known. */
@@ -103,7 +109,7 @@ export class PlaneView {
       middle(`${variant}.y.following_error`, (this.movers[i] as Trail).y);
     });
     const largest = this.largestError();
-    this.chooseBox();
+    this.chooseBox(this.factor * largest);
     this.chooseFactor(largest);
     for (const mover of this.movers) {
       for (let i = 0; i < this.count; i++) {
@@ -125,7 +131,8 @@ export class PlaneView {
     return largest;
   }
 
-  private chooseBox(): void {
+  /** Chooses what is in view: the reference, and beside it what movers stray, `reach` at most. */
+  private chooseBox(reach: number): void {
     const box: Box = { x: empty(), y: empty() };
     for (let i = 0; i < this.count; i++) {
       widen(box.x, this.reference.x[i] as number);
@@ -142,10 +149,10 @@ export class PlaneView {
     // Calm: the view stays until the path leaves it or has become much smaller.
     const stays =
       present &&
-      present.x.from <= box.x.from &&
-      present.x.to >= box.x.to &&
-      present.y.from <= box.y.from &&
-      present.y.to >= box.y.to &&
+      present.x.from <= box.x.from - reach &&
+      present.x.to >= box.x.to + reach &&
+      present.y.from <= box.y.from - reach &&
+      present.y.to >= box.y.to + reach &&
       extent > 0.4 * Math.max(present.x.to - present.x.from, present.y.to - present.y.from);
     if (!stays) this.box = wanted;
   }

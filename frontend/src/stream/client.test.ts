@@ -165,6 +165,51 @@ describe('StreamClient', () => {
     expect(events.reset).toHaveBeenCalledOnce();
   });
 
+  it('draws skipped ticks as a gap until they are fetched over a second connection', async () => {
+    const { client, newest, sockets } = setUp();
+    newest().hello(0);
+    newest().say(subscribed(0));
+    newest().frame(0, 0, [
+      [1, 2],
+      [3, 4],
+    ]);
+    newest().say({ type: 'gap', from_tick: 2, to_tick: 4, frames: 1 });
+    newest().frame(1, 4, [[5], [6]]);
+    expect(client.ring.at('p', 3)).toBeNaN();
+    expect(client.connections).toBe(1);
+    await vi.advanceTimersByTimeAsync(1100);
+    expect([sockets.length, client.connections]).toEqual([2, 2]);
+    const [live, late] = sockets as [FakeSocket, FakeSocket];
+    late.hello(5);
+    expect(late.sent).toEqual([{ type: 'subscribe', columns: ['p', 'q'], from_tick: 2 }]);
+    // Live frames go on meanwhile.
+    live.frame(2, 5, [[7], [8]]);
+    late.say(subscribed(2));
+    late.frame(0, 2, [
+      [20, 30, 5],
+      [40, 50, 6],
+    ]);
+    expect([2, 3, 4, 5].map((tick) => client.ring.at('p', tick))).toEqual([20, 30, 5, 7]);
+    expect(client.connections).toBe(1);
+  });
+
+  it('fetches nothing of what another subscription or timeline has made void', async () => {
+    const { client, newest, sockets } = setUp();
+    newest().hello(0);
+    newest().say(subscribed(0));
+    newest().frame(0, 0, [[1], [2]]);
+    newest().say({ type: 'gap', from_tick: 1, to_tick: 4, frames: 1 });
+    newest().frame(1, 4, [[5], [6]]);
+    client.subscribe({ columns: ['r'], differences: [] });
+    newest().say(subscribed(0, ['r']));
+    newest().frame(2, 0, [[1, 1, 1, 1, 1]]);
+    await vi.advanceTimersByTimeAsync(10_000);
+    newest().say({ type: 'gap', from_tick: 5, to_tick: 9, frames: 1 });
+    newest().say({ type: 'reset' });
+    await vi.advanceTimersByTimeAsync(10_000);
+    expect(sockets.length).toBe(1);
+  });
+
   it('asks for other columns from the oldest tick, one question at a time', () => {
     const { client, newest } = setUp();
     newest().hello(0);

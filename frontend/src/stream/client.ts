@@ -1,11 +1,12 @@
 /**
  * One session's stream: connects, subscribes, acknowledges, and comes back by itself.
  *
- * After a lost connection it asks for the ticks from where the ring ends; what the server no longer
- * has stays a gap.
+ * After a lost connection it asks for the ticks from where the ring ends; ticks that the server skipped
+ * as the page was slow are fetched later. What the server no longer has stays a gap.
  */
 
 import type { ClientMessage, ServerMessage, SessionInfo } from '../api/types';
+import { Backfill } from './backfill';
 import { Backoff } from './backoff';
 import { decodeFrame } from './frame';
 import { Ring, type Difference } from './ring';
@@ -35,7 +36,10 @@ export interface Socket {
 }
 
 export interface StreamOptions {
-  /** Asked before each further attempt: whether the session is still worth connecting to. */
+  /**
+   * Asked before each further attempt: whether the session is still worth connecting to. A failure
+   * counts as no.
+   */
   alive(): Promise<boolean>;
   capacity: number;
   socket?: (url: string) => Socket;
@@ -60,6 +64,10 @@ export class StreamClient {
   /** Which of the session's timelines the ring holds. */
   private timeline = 0;
   private readonly backoff: Backoff;
+  private readonly backfill = new Backfill(
+    () => this.newSocket(),
+    () => this.ring,
+  );
 
   constructor(
     private readonly url: string,
@@ -79,6 +87,8 @@ export class StreamClient {
   close(): void {
     this.closed = true;
     if (this.timer !== null) clearTimeout(this.timer);
+    this.backfill.clear();
+    this.greeted = false;
     this.socket?.close();
     this.socket = null;
     this.events.connection('closed');
@@ -93,9 +103,17 @@ export class StreamClient {
     if (this.greeted && !same && this.wanted === null) this.send();
   }
 
+  /** Connections of this page to the session: a second one while skipped ticks are fetched. */
+  get connections(): number {
+    return (this.greeted ? 1 : 0) + (this.backfill.connected ? 1 : 0);
+  }
+
+  private newSocket(): Socket {
+    return this.options.socket ? this.options.socket(this.url) : new WebSocket(this.url);
+  }
+
   private open(): void {
-    const make = this.options.socket ?? ((url) => new WebSocket(url));
-    const socket = make(this.url);
+    const socket = this.newSocket();
     this.socket = socket;
     this.greeted = false;
     this.confirmed = null;
@@ -113,12 +131,17 @@ export class StreamClient {
 
   private lost(): void {
     this.socket = null;
+    this.greeted = false;
+    this.backfill.suspend();
     this.events.connection('lost');
     this.timer = setTimeout(() => void this.retry(), this.backoff.next());
   }
 
   private async retry(): Promise<void> {
-    const alive = await this.options.alive();
+    const alive = await this.options.alive().catch((error: unknown) => {
+      this.events.problem(error instanceof Error ? error.message : String(error));
+      return false;
+    });
     if (this.closed) return;
     if (!alive) {
       this.lost();
@@ -151,7 +174,7 @@ export class StreamClient {
         this.events.connection('connected');
         this.events.session(message.session);
         // The session may have been reset while nobody listened.
-        if (message.session.timeline !== this.timeline) this.ring.clear();
+        if (message.session.timeline !== this.timeline) this.clear();
         this.timeline = message.session.timeline;
         if (this.subscription.columns.length > 0) this.send();
         break;
@@ -162,8 +185,10 @@ export class StreamClient {
           message.columns.length === this.ring.names.length &&
           message.columns.every((column, i) => column === this.ring.names[i]);
         if (!same) {
+          this.backfill.clear();
           this.ring = new Ring(this.options.capacity, message.columns, wanted.differences);
         }
+        this.backfill.resume();
         this.confirmed = wanted;
         this.wanted = null;
         if (this.subscription.columns.join() !== wanted.columns.join()) this.send();
@@ -171,13 +196,14 @@ export class StreamClient {
       }
       case 'gap':
         this.counts.dropped += message.frames;
+        this.backfill.skipped(message.from_tick, message.to_tick, this.timeline);
         break;
       case 'session':
         this.timeline = message.session.timeline;
         this.events.session(message.session);
         break;
       case 'reset':
-        this.ring.clear();
+        this.clear();
         this.events.reset();
         break;
       case 'error':
@@ -187,6 +213,11 @@ export class StreamClient {
       default:
         message satisfies never;
     }
+  }
+
+  private clear(): void {
+    this.backfill.clear();
+    this.ring.clear();
   }
 
   private frame(data: ArrayBuffer): void {

@@ -70,6 +70,45 @@ describe('Ring', () => {
     expect(ring.end).toBe(20);
   });
 
+  it('takes in late what was skipped, with differences and extremes, and leaves the rest', () => {
+    const late = new Ring(256, ['A', 'B'], [{ name: 'A-B', minuend: 'A', subtrahend: 'B' }]);
+    const whole = new Ring(256, ['A', 'B'], [{ name: 'A-B', minuend: 'A', subtrahend: 'B' }]);
+    const a = Float32Array.from({ length: 700 }, (_, i) => Math.sin(i) * i);
+    const b = Float32Array.from({ length: 700 }, (_, i) => Math.cos(i) * i);
+    const part = (from: number, to: number) => [a.slice(from, to), b.slice(from, to)];
+    whole.write(0, [a, b]);
+    late.write(0, part(0, 500));
+    late.write(620, part(620, 700));
+    expect(late.at('A-B', 550)).toBeNaN();
+    // Out of order, in pieces, and beyond what is missing on both sides.
+    late.patch(560, part(560, 640));
+    late.patch(300, part(300, 570));
+    for (const name of ['A', 'B', 'A-B']) {
+      for (let tick = 440; tick < 710; tick++) {
+        expect(late.at(name, tick)).toEqual(whole.at(name, tick));
+      }
+      for (const [from, size] of [
+        [441, 7],
+        [448, 16],
+        [448, 32],
+      ] as const) {
+        expect(reduce(late, name, from, size, 8)).toEqual(reduce(whole, name, from, size, 8));
+      }
+    }
+    expect([late.start, late.end]).toEqual([444, 700]);
+  });
+
+  it('does not go back or on with what comes late', () => {
+    const ring = new Ring(64, ['p']);
+    ring.write(1000, [ramp(1000, 100)]);
+    const { version } = ring;
+    ring.patch(900, [ramp(900, 100)]);
+    ring.patch(1100, [ramp(1100, 10)]);
+    expect([ring.start, ring.end, ring.version]).toEqual([1036, 1100, version]);
+    ring.patch(1090, [ramp(0, 100)]);
+    expect([ring.end, ring.at('p', 1090), ring.at('p', 1099)]).toEqual([1100, 0, 9]);
+  });
+
   it('takes a frame longer than itself', () => {
     const ring = new Ring(64, ['p']);
     ring.write(0, [ramp(0, 200)]);

@@ -81,6 +81,28 @@ export class Ring {
     if (tick > this.end) {
       for (const column of this.columns.values()) this.fill(column, this.end, tick);
     }
+    this.store(tick, columns);
+    this.end = Math.max(this.end, tick + count);
+    this.start = Math.max(this.start, this.end - this.capacity);
+    for (const column of this.columns.values()) this.summarise(column, first, tick + count);
+  }
+
+  /** Takes in a frame that comes late: only the ticks within what the ring holds. */
+  patch(tick: number, columns: readonly Float32Array[]): void {
+    const from = Math.max(tick, this.start);
+    const to = Math.min(tick + (columns[0]?.length ?? 0), this.end);
+    if (from >= to) return;
+    this.version = ++writes;
+    this.store(
+      from,
+      columns.map((values) => values.subarray(from - tick, to - tick)),
+    );
+    for (const column of this.columns.values()) this.summarise(column, from, to);
+  }
+
+  /** Copies samples to their places and computes the differences there. */
+  private store(tick: number, columns: readonly Float32Array[]): void {
+    const count = columns[0]?.length ?? 0;
     for (let i = 0; i < this.order.length; i++) {
       const column = this.order[i];
       const values = columns[i];
@@ -92,9 +114,6 @@ export class Ring {
         target.samples[slot] = (a.samples[slot] ?? Number.NaN) - (b.samples[slot] ?? Number.NaN);
       }
     }
-    this.end = Math.max(this.end, tick + count);
-    this.start = Math.max(this.start, this.end - this.capacity);
-    for (const column of this.columns.values()) this.summarise(column, first, tick + count);
   }
 
   /**
@@ -171,6 +190,8 @@ export class Ring {
     const { samples, minimum, maximum } = column;
     const begin = Math.max(from, this.start);
     for (let base = begin - (begin % BLOCK); base < to; base += BLOCK) {
+      // In a full ring the oldest block may have given its place to the newest one.
+      if (base + this.capacity < this.end) continue;
       let least = Number.POSITIVE_INFINITY;
       let most = Number.NEGATIVE_INFINITY;
       const stop = Math.min(base + BLOCK, this.end);

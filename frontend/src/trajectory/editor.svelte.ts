@@ -3,11 +3,13 @@
 import { ApiError } from '../api/client';
 import { equal } from '../api/paths';
 import type { Changes, ProblemField, Trajectory } from '../api/types';
+import type { GivenPath } from '../lab/kept';
 import { lab } from '../lab/lab.svelte';
 import { Newest, Turns } from '../tuning/newest';
 import { WhatIf } from '../tuning/whatif.svelte';
 import { messages } from '../ui/messages.svelte';
 import { load, save } from '../ui/storage';
+import { fieldWords, wordsOf } from '../ui/words';
 import { readChecked, type Checked } from './check';
 import { History } from './history';
 import { asPath, asTable, fewest, keptTable, repeated, type DrawnPath, type Table } from './path';
@@ -31,6 +33,8 @@ export class Editor {
   /** Grid that points snap to, m. */
   step = $state(load('path-step', 1e-3));
   name = $state(load('path-name', ''));
+  /** What was opened or saved last, and as what. */
+  private saved = $state.raw<GivenPath | null>(load('path-saved', null));
   /** What the server found about `checkedOf`. */
   found = $state.raw<Checked | null>(null);
   private checkedOf = $state.raw<Table | null>(null);
@@ -49,6 +53,12 @@ export class Editor {
   private readonly turns = new Turns();
 
   readonly path = $derived(asPath(this.table));
+
+  /** The table with its saved name, as the Lab takes it. */
+  readonly given = $derived.by((): GivenPath => {
+    const name = equal(this.table, this.saved?.table) ? (this.saved?.name ?? '') : '';
+    return { name, table: this.table };
+  });
 
   /** Whether what the server found is of the path as it stands. */
   readonly fresh = $derived(this.checkedOf === this.table);
@@ -127,13 +137,16 @@ export class Editor {
       const { trajectory } = await lab.api.trajectory(name);
       this.set(trajectory);
       this.selected = null;
-      this.named(name);
+      this.named(name, trajectory);
     });
   }
 
-  named(name: string): void {
+  /** Takes the name that a table has on the server. */
+  named(name: string, table: Table): void {
     this.name = name;
+    this.saved = { name, table };
     save('path-name', name);
+    save('path-saved', this.saved);
   }
 
   private adopt(table: Table): void {
@@ -173,8 +186,7 @@ export class Editor {
       if (!this.moving || found.duration <= LONGEST.moving) this.simulate(table);
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
-      const fields = error.problem.errors.map(({ loc, message }) => `${loc}: ${message}`);
-      this.show(turn, table, this.found, fields.join('; ') || error.message);
+      this.show(turn, table, this.found, wordsOf(error));
     }
   }
 
@@ -196,7 +208,7 @@ export class Editor {
   }
 
   private complain(fields: readonly ProblemField[], detail: string): void {
-    this.problem = fields.map(({ loc, message }) => `${loc}: ${message}`).join('; ') || detail;
+    this.problem = fields.length > 0 ? fieldWords(fields) : detail;
   }
 }
 

@@ -65,6 +65,12 @@ export function marginRows(present: LookedAt | null, chosen: LookedAt | null): F
   }));
 }
 
+/** Says at which velocity the margins hold. */
+export function marginNote({ figures }: LookedAt): string {
+  if (!figures) return '';
+  return `Sliding at ${digits(figures.velocity * 1e3)} mm/s, four Stribeck velocities; the candidates’ are the worst from 0.5 to 4.`;
+}
+
 /** What the equations say of one loop, beside the simulation without friction and as it is. */
 export function promiseRows({ accuracy, figures }: LookedAt): FigureRow[] {
   const { sine } = accuracy;

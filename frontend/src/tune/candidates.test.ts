@@ -1,6 +1,17 @@
 import { expect, it } from 'vitest';
-import type { Candidate, TuneGroup } from '../api/types';
-import { bestSoFar, inDecibels, linesOf, pickedLine } from './candidates';
+import type { Candidate, GainMargins, TuneGroup } from '../api/types';
+import { bestSoFar, inDecibels, linesOf, pickedLine, placesOf } from './candidates';
+
+const at = (value: number, velocity: number) => ({ value, velocity });
+const MARGINS: Record<string, GainMargins> = {
+  'motor 0': {
+    stable: true,
+    gain_margin: at(2.64, 0.1),
+    phase_margin: at(0.58, 0.1),
+    Ms: at(2, 0.1),
+  },
+  'motor 1': { stable: true, gain_margin: at(2.22, 0.03), phase_margin: null, Ms: at(1.9, 0.1) },
+};
 
 function candidate(origin: Candidate['origin'], start: number | null, peaks: (number | null)[]) {
   const metrics = Object.fromEntries(
@@ -9,7 +20,7 @@ function candidate(origin: Candidate['origin'], start: number | null, peaks: (nu
       { peak, rms: peak, itae: 1, settling: 1, effort: 3, force: 5, saturated: 0 },
     ]),
   );
-  const tuned = { k_p: 2e5, k_d: 1500, metrics, margins: null };
+  const tuned = { k_p: 2e5, k_d: 1500, metrics, margins: MARGINS };
   return {
     origin,
     start,
@@ -42,8 +53,18 @@ it('lists the present gains, the paper’s and the candidates in their order', (
 
 it('tells the error on the worst motor, and none where one ran away', () => {
   const [, , worst, away] = linesOf([GROUP], 'x');
-  expect(worst?.peak).toBe(4e-6);
-  expect(away?.peak).toBeNull();
+  expect(worst?.peak).toEqual({ value: 4e-6, motor: 'motor 1', velocity: null });
+  expect(away?.peak).toEqual({ value: null, motor: 'motor 1', velocity: null });
+});
+
+it('tells each margin on the motor where it is least', () => {
+  const line = linesOf([GROUP], 'x')[2];
+  expect(line?.stable).toBe(true);
+  expect(line?.gainMargin).toEqual({ value: 2.22, motor: 'motor 1', velocity: 0.03 });
+  expect(line?.phaseMargin).toEqual({ value: 0.58, motor: 'motor 0', velocity: 0.1 });
+  expect(line && placesOf(line)).toBe(
+    'peak motor 1, rms motor 1, GM motor 1 at 30.0 mm/s, PM motor 0 at 100 mm/s',
+  );
 });
 
 it('makes a line of gains that were picked, with what choosing them sets', () => {

@@ -1,10 +1,19 @@
 /** Sets of gains side by side: the present ones, the paper's, what the simplex found, what is picked. */
 
-import type { Axis, Candidate, Changes, TuneGroup } from '../api/types';
+import type { Axis, Candidate, Changes, TuneGroup, TunedAxis } from '../api/types';
 import { digits } from '../units';
 
 /** What is thought of a set of gains; null of one that was not tried. */
 export type Verdict = Pick<Candidate, 'cost' | 'feasible' | 'violations'>;
+
+/** The worst of a quantity over the motors, and on which motor that is. */
+export interface Worst {
+  /** SI; null where it ran away. */
+  value: number | null;
+  motor: string;
+  /** Sliding velocity at which a margin is worst, m/s. */
+  velocity: number | null;
+}
 
 export interface Line {
   /** Identifies the line within its group. */
@@ -13,14 +22,15 @@ export interface Line {
   /** Gains of the axis that is looked at. */
   k_p: number;
   k_d: number;
-  /** Largest and root mean square error on the worst motor, m; null where it ran away. */
-  peak: number | null;
-  rms: number | null;
-  /** N */
-  effort: number | null;
-  gainMargin: number | null;
+  /** Largest and root mean square error, m; null of what was not tried. */
+  peak: Worst | null;
+  rms: Worst | null;
+  /** Whether the loop is so on every motor, at every sliding velocity; null without a loop. */
+  stable: boolean | null;
+  /** Null where nothing crosses. */
+  gainMargin: Worst | null;
   /** rad */
-  phaseMargin: number | null;
+  phaseMargin: Worst | null;
   cost: number | null;
   verdict: Verdict | null;
   /** What choosing it puts into the scenario. */
@@ -33,9 +43,27 @@ export interface Picked {
   cost: number | null;
 }
 
-function worst(values: readonly (number | null)[]): number | null {
-  const known = values.filter((value) => value !== null);
-  return known.length < values.length || known.length === 0 ? null : Math.max(...known);
+function largest({ metrics }: TunedAxis, metric: 'peak' | 'rms'): Worst | null {
+  const all = Object.entries(metrics).map(([motor, one]) => ({
+    value: one[metric],
+    motor,
+    velocity: null,
+  }));
+  const away = all.find(({ value }) => value === null);
+  return away ?? all.sort((a, b) => (b.value ?? 0) - (a.value ?? 0))[0] ?? null;
+}
+
+function least({ margins }: TunedAxis, margin: 'gain_margin' | 'phase_margin'): Worst | null {
+  const all = Object.entries(margins).flatMap(([motor, one]) => {
+    const found = one[margin];
+    return found ? [{ ...found, motor }] : [];
+  });
+  return all.sort((a, b) => a.value - b.value)[0] ?? null;
+}
+
+function isStable({ margins }: TunedAxis): boolean | null {
+  const all = Object.values(margins);
+  return all.length > 0 ? all.every(({ stable }) => stable) : null;
 }
 
 export function idOf({ origin, start }: Candidate): string {
@@ -45,18 +73,18 @@ export function idOf({ origin, start }: Candidate): string {
 function lineOf(candidate: Candidate, axis: Axis): Line | null {
   const tuned = candidate.axes[axis];
   if (!tuned) return null;
-  const metrics = Object.values(tuned.metrics);
+  const stable = isStable(tuned);
   const id = idOf(candidate);
   return {
     id,
     name: id,
     k_p: tuned.k_p,
     k_d: tuned.k_d,
-    peak: worst(metrics.map(({ peak }) => peak)),
-    rms: worst(metrics.map(({ rms }) => rms)),
-    effort: worst(metrics.map(({ effort }) => effort)),
-    gainMargin: tuned.margins?.gain_margin ?? null,
-    phaseMargin: tuned.margins?.phase_margin ?? null,
+    peak: largest(tuned, 'peak'),
+    rms: largest(tuned, 'rms'),
+    stable,
+    gainMargin: stable ? least(tuned, 'gain_margin') : null,
+    phaseMargin: stable ? least(tuned, 'phase_margin') : null,
     cost: candidate.cost,
     verdict: candidate,
     set: candidate.set,
@@ -83,7 +111,7 @@ export function pickedLine({ k_p, k_d, cost }: Picked, variant: string, axis: Ax
     k_d,
     peak: null,
     rms: null,
-    effort: null,
+    stable: null,
     gainMargin: null,
     phaseMargin: null,
     cost,
@@ -99,6 +127,17 @@ export function bestSoFar(cost: readonly (number | null)[]): (number | null)[] {
     if (value !== null && (best === null || value < best)) best = value;
     return best;
   });
+}
+
+/** Where a quantity is worst: `matched`, or `matched at 17.6 mm/s`. */
+export function placeOf({ motor, velocity }: Worst): string {
+  return velocity === null ? motor : `${motor} at ${digits(velocity * 1e3)} mm/s`;
+}
+
+/** Says on which motor each quantity of a line is worst. */
+export function placesOf({ peak, rms, gainMargin, phaseMargin }: Line): string {
+  const worst = Object.entries({ peak, rms, GM: gainMargin, PM: phaseMargin });
+  return worst.flatMap(([name, found]) => (found ? [`${name} ${placeOf(found)}`] : [])).join(', ');
 }
 
 /** A gain margin in decibels; one that is infinite, because nothing crosses, as such. */

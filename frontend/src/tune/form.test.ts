@@ -1,6 +1,15 @@
 import { expect, it } from 'vitest';
 import type { Scenario } from '../api/types';
-import { complaint, decibels, DEFAULT, factorOf, landscapeBody, tuneBody, variantOf } from './form';
+import {
+  complaint,
+  decibels,
+  DEFAULT,
+  factorOf,
+  formOf,
+  landscapeBody,
+  tuneBody,
+  variantOf,
+} from './form';
 
 const controller = { disturbance_observer: { enabled: true } };
 const scenario = { variants: { A: { controller: {} }, B: { controller } } } as unknown as Scenario;
@@ -48,4 +57,34 @@ it('names the range that is the wrong way round', () => {
 it('turns decibels into factors and back', () => {
   expect(decibels(factorOf(6))).toBeCloseTo(6);
   expect(factorOf(20)).toBe(10);
+});
+
+it('shows what was asked for', () => {
+  const form = {
+    ...DEFAULT,
+    variant: 'B',
+    axis: 'x' as const,
+    weights: { peak: 1, effort: 0.5 },
+    limits: { ...DEFAULT.limits, Ms: 1.8, force: null },
+    k_p: [2e4, 1e6] as const,
+    observer: true,
+    plants: ['matched'],
+    window: [1, 3] as const,
+    starts: 2,
+    evaluations: 40,
+  };
+  const asked = JSON.parse(JSON.stringify(tuneBody(form, source, scenario))) as object;
+  expect({ ...DEFAULT, ...formOf(asked as Record<string, unknown>) }).toEqual(form);
+  const bare = JSON.parse(JSON.stringify(tuneBody(DEFAULT, source, scenario))) as object;
+  expect({ ...form, ...formOf(bare as Record<string, unknown>) }).toEqual({
+    ...DEFAULT,
+    variant: 'B',
+  });
+  // A landscape has no limits, so those of the form stay.
+  const map = landscapeBody(DEFAULT, source) as Record<string, unknown>;
+  expect({ ...form, ...formOf(map) }).toMatchObject({
+    limits: form.limits,
+    starts: 2,
+    axis: 'both',
+  });
 });

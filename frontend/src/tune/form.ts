@@ -1,7 +1,8 @@
 /** What the controls of a search for gains say, and what is asked of the server for it. */
 
 import { at } from '../api/paths';
-import type { Axis, Changes, ProblemField, Scenario } from '../api/types';
+import type { Axis, ProblemField, Scenario } from '../api/types';
+import type { Source } from '../jobs/request';
 import { clean, digits, prettyUnit } from '../units';
 
 export const METRICS = ['peak', 'rms', 'itae', 'settling', 'effort'] as const;
@@ -70,11 +71,6 @@ export const OBSERVER = 'disturbance_observer.bandwidth';
 /** Hz */
 const OBSERVER_RANGE = [5, 300];
 
-export interface Source {
-  scenario: Scenario;
-  set: Changes;
-}
-
 /** The variant that a form means, of those that a scenario has. */
 export function variantOf(form: Form, scenario: Scenario): string {
   const letters = Object.keys(scenario.variants);
@@ -117,6 +113,48 @@ export function tuneBody(form: Form, source: Source, shown: object): object {
 
 export function landscapeBody(form: Form, source: Source): object {
   return { ...common(form, source), points: 64 };
+}
+
+/** Settings of a landscape, and further ones of a search, by their key in a request. */
+export const SETTINGS = {
+  landscape: {
+    variant: 'controller',
+    axis: 'axis',
+    objective: 'objective',
+    bounds: 'ranges of the gains',
+    window: 'window',
+  },
+  search: {
+    constraints: 'limits',
+    also: 'observer',
+    plants: 'motors',
+    starts: 'starts',
+    evaluations: 'evaluations',
+  },
+};
+
+/** Returns what a search or a landscape was asked for as the form shows it; not its scenario. */
+export function formOf(request: Readonly<Record<string, unknown>>): Partial<Form> {
+  const asked = request as Partial<Common> & {
+    constraints?: Partial<Form['limits']>;
+    also?: object;
+  } & Partial<Pick<Form, 'plants' | 'starts' | 'evaluations'>>;
+  const { bounds, window, constraints, also } = asked;
+  const form: { [Key in keyof Form]?: Form[Key] | undefined } = {
+    variant: asked.variant,
+    axis: asked.axis,
+    weights: asked.objective,
+    limits: constraints && { ...DEFAULT.limits, ...constraints },
+    k_p: bounds?.k_p,
+    k_d: bounds?.k_d,
+    observer: also && OBSERVER in also,
+    plants: asked.plants,
+    window: window === undefined ? undefined : window && [window.start, window.end],
+    starts: asked.starts,
+    evaluations: asked.evaluations,
+  };
+  const said = Object.entries(form).filter(([, value]) => value !== undefined);
+  return Object.fromEntries(said) as Partial<Form>;
 }
 
 const NAMES: Record<string, string> = {

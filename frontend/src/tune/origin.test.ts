@@ -1,6 +1,7 @@
 import { describe, expect, it } from 'vitest';
 import type { Scenario } from '../api/types';
-import { loopOf, otherWords, othersOf, sourceOf, wholeOf } from './origin';
+import { sourceOf, wholeOf } from '../jobs/request';
+import { loopOf, otherWords, othersOf } from './origin';
 
 const ALL = ['motor', 'load', 'motion', 'controller', 'gains'] as const;
 const NOW = {
@@ -54,7 +55,7 @@ it('says of what a job was', () => {
   expect(otherWords(then, NOW, 'B', ALL)).toBe('another motor (matched) and other gains');
   expect(otherWords(then, NOW, 'B', ['motion'])).toBe('');
   const heavier = changed({ 'plant.x.mass': 11 });
-  expect(otherWords(heavier, NOW, 'B', ALL)).toBe('the motor nominal with other numbers');
+  expect(otherWords(heavier, NOW, 'B', ALL)).toBe('the motor nominal with other numbers than now');
 });
 
 it('knows only requests that carry their scenario', () => {

@@ -1,10 +1,7 @@
 /** Whether what a job found is of the loop that is looked at now: same motor, motion and controller. */
 
-import { at, difference, equal, withChanges } from '../api/paths';
-import type { Scenario, Value } from '../api/types';
-import type { Source } from './form';
-
-type Parts = Readonly<Record<string, Value>>;
+import { at, difference, equal } from '../api/paths';
+import type { Scenario } from '../api/types';
 
 /** What can be another one. */
 export type Other = 'motor' | 'load' | 'motion' | 'controller' | 'gains';
@@ -12,19 +9,6 @@ export type Other = 'motor' | 'load' | 'motion' | 'controller' | 'gains';
 /** What decides a loop, and what the cost over gains. */
 export const LOOP: readonly Other[] = ['motor', 'load', 'controller', 'gains'];
 export const MAP: readonly Other[] = ['motor', 'load', 'motion', 'controller'];
-
-/** Returns a source with its changes; a part that only the server knows is left as its name. */
-export function wholeOf({ scenario, set }: Source, parts: Parts): Scenario {
-  const named = Object.entries(set).flatMap(([path, value]) =>
-    typeof value === 'string' ? [[`${path}=${value}`, { name: value }] as const] : [],
-  );
-  return withChanges(scenario, set, { ...Object.fromEntries(named), ...parts });
-}
-
-/** Returns the source of a job's request; null where another program asked by a scenario's name. */
-export function sourceOf({ scenario, set = {} }: Record<string, unknown>): Source | null {
-  return typeof scenario === 'object' && scenario !== null ? ({ scenario, set } as Source) : null;
-}
 
 /** Lists what differs between the whole scenario of a job and the present one. */
 export function othersOf(then: Scenario, now: Scenario, variant: string): Set<Other> {
@@ -70,7 +54,9 @@ export function otherWords(
     if (!others.has(other) || !matter.includes(other)) return [];
     if (other !== 'motor') return [word];
     return [
-      same ? `the motor ${then.plant.name} with other numbers` : `${word} (${then.plant.name})`,
+      same
+        ? `the motor ${then.plant.name} with other numbers than now`
+        : `${word} (${then.plant.name})`,
     ];
   });
   return words.join(' and ');

@@ -12,6 +12,7 @@ import type {
   Value,
 } from '../api/types';
 import { JobStore } from '../jobs/job.svelte';
+import { differing, sourceOf, wholeOf, type Source } from '../jobs/request';
 import { lab, type Mode } from '../lab/lab.svelte';
 import { WhatIf } from '../tuning/whatif.svelte';
 import { load, save } from '../ui/storage';
@@ -21,21 +22,22 @@ import { comparison } from './compare';
 import {
   complaint,
   DEFAULT,
+  formOf,
   landscapeBody,
+  SETTINGS,
   tuneBody,
   variantOf,
   type Form,
-  type Source,
 } from './form';
 import { costAt } from './landscape';
 import { LoopStore } from './loops.svelte';
-import { loopOf, MAP, otherWords, sourceOf, wholeOf, type Swept } from './origin';
+import { loopOf, MAP, otherWords, type Swept } from './origin';
 
 type Choice = Partial<Record<Axis, string>>;
 
 class Tuner {
-  readonly search = new JobStore(lab.api, 'tune');
-  readonly map = new JobStore(lab.api, 'landscape');
+  readonly search = new JobStore(lab.api, 'tune', (request) => this.change(formOf(request)));
+  readonly map = new JobStore(lab.api, 'landscape', (request) => this.change(formOf(request)));
   readonly sweep = new JobStore(lab.api, 'sweep');
   readonly loops = new LoopStore(lab.api);
   readonly whatif = new WhatIf(lab.api, (fields, detail) => {
@@ -128,6 +130,24 @@ class Tuner {
 
   /** In what the last search was not of what is tuned now. */
   readonly searchOther = $derived(this.result ? this.otherThan(this.search.report) : '');
+
+  /** Settings in which the form differs from the last search, and from the cost map. */
+  readonly searchSettings = $derived.by(() => {
+    const { request } = this.search.report ?? {};
+    const { source, scenario } = this;
+    if (!request || !source || !scenario) return [];
+    const names = { ...SETTINGS.landscape, ...SETTINGS.search };
+    const body = (form: Form) => tuneBody(form, source, scenario);
+    return differing(request, body(this.form), body(DEFAULT), names);
+  });
+
+  readonly mapSettings = $derived.by(() => {
+    const { request } = this.map.report ?? {};
+    const { source } = this;
+    if (!request || !source) return [];
+    const body = (form: Form) => landscapeBody(form, source);
+    return differing(request, body(this.form), body(DEFAULT), SETTINGS.landscape);
+  });
 
   /** Whether the gains that a job began with are those that are there now. */
   readonly stale = $derived.by(() => {

@@ -22,15 +22,21 @@ export const MEANINGS: Record<Metric, string> = {
 export const LIMITS: Record<Constraint, { name: string; title: string; unit: string }> = {
   gain_margin: {
     name: 'gain margin ≥',
-    title: 'By which the loop’s gain may grow, or fall, to the edge of stability',
+    title:
+      'By which the loop’s gain may grow, or fall, to the edge of stability; from 0.5 to 4 Stribeck velocities',
     unit: 'dB',
   },
   phase_margin: {
     name: 'phase margin ≥',
-    title: 'Distance of the open loop from −180° where its gain is one',
+    title:
+      'Distance of the open loop from −180° where its gain is one; from 0.5 to 4 Stribeck velocities',
     unit: '°',
   },
-  Ms: { name: 'M_s ≤', title: 'Peak of the sensitivity 1/(1 + L)', unit: '' },
+  Ms: {
+    name: 'M_s ≤',
+    title: 'Peak of the sensitivity 1/(1 + L), from 0.5 to 4 Stribeck velocities',
+    unit: '',
+  },
   saturated: {
     name: 'saturated ≤',
     title: 'Share of ticks with force or current at its limit',

@@ -1,7 +1,7 @@
 /** How each number of a scenario is called and in which unit a person meets it. */
 
 import type { ProblemField, Value } from '../api/types';
-import { clean, digits, minus, prettyUnit } from '../units';
+import { clean, digits, minus, pretty, prettyUnit } from '../units';
 import { LAWS, SHARINGS } from './gains';
 
 export interface Field {
@@ -59,8 +59,8 @@ const FIELDS: Record<string, Entry> = {
   'trajectory.duration': ['duration', 's', 1],
   'trajectory.lead_in': ['lead-in', 's', 1],
   'trajectory.edge_time': ['time of an edge', 's', 1],
-  'trajectory.v_max': ['largest speed', 'mm/s', 1e3],
-  'trajectory.a_max': ['largest acceleration', 'm/s²', 1],
+  'trajectory.v_max': ['max speed', 'mm/s', 1e3],
+  'trajectory.a_max': ['max accel.', 'm/s²', 1],
   'center.x': ['centre x', ...MM],
   'center.y': ['centre y', ...MM],
   'start.x': ['start x', ...MM],
@@ -151,7 +151,8 @@ export function show(path: string, value: Value | undefined, significant = 4): s
 }
 
 /** Writes what is wrong with a field, its range in the unit of the screen. */
-export function refusal({ loc, message, value, range, unit }: ProblemField): string {
+export function refusal({ loc, message: plain, value, range, unit }: ProblemField): string {
+  const message = pretty(plain);
   const words = message.charAt(0).toUpperCase() + message.slice(1).replace(/\.$/, '');
   const text = `${words}${typeof value === 'number' ? `: ${amount(loc, value, unit)}` : ''}.`;
   if (range === undefined || range === '') return text;

@@ -17,6 +17,7 @@ export const LAWS = [
   { law: 'lugre-observer', name: 'LuGre observer, K = 0' },
   { law: 'residual-k', name: 'K from the residual' },
   { law: 'canudas-de-wit', name: 'Canudas de Wit' },
+  { law: 'reversed-k', name: 'K, sign reversed' },
   { law: 'published-k', name: 'K as published' },
 ] as const;
 

@@ -5,6 +5,7 @@
 export class Newest<T> {
   private running = 0;
   private waiting: { value: T } | null = null;
+  private idlers: (() => void)[] = [];
 
   constructor(
     private readonly job: (value: T) => Promise<void>,
@@ -22,6 +23,12 @@ export class Newest<T> {
     return this.waiting !== null;
   }
 
+  /** Resolves when no job runs or waits. */
+  idle(): Promise<void> {
+    if (!this.busy) return Promise.resolve();
+    return new Promise((resolve) => this.idlers.push(resolve));
+  }
+
   push(value: T): void {
     this.waiting = { value };
     if (this.running < this.atOnce) void this.work();
@@ -36,6 +43,8 @@ export class Newest<T> {
       await this.job(value).catch(console.error);
     }
     this.running -= 1;
+    if (this.busy) return;
+    for (const resolve of this.idlers.splice(0)) resolve();
   }
 }
 

@@ -2,6 +2,7 @@
 
 import { ApiError, type Api } from '../api/client';
 import type { Changes, ProblemField, Scenario } from '../api/types';
+import { Backoff } from '../stream/backoff';
 import { wordsOf } from '../ui/words';
 import { Newest } from './newest';
 import { readPreview, type Preview } from './preview';
@@ -13,6 +14,8 @@ const FINE = 20_000;
 /** So long after the last question it counts as the last, ms. */
 const REST = 200;
 const TIMEOUT = 60_000;
+/** Wait before a question is asked again that a busy or unreachable server did not answer, ms. */
+const AGAIN = { first: 250, longest: 4000 };
 
 export interface Question {
   scenario: Scenario;
@@ -31,18 +34,23 @@ export interface Answered extends Preview {
 
 /**
  * `waiting`: nothing yet. `preview`: curves stand that the last change has not reached, or a control
- * still moves. `exact`: what stands is the result of what the controls say. `failed`: the last
- * question has no answer; what stands is older.
+ * still moves. `exact`: what stands is the result of what the controls say. `retrying`: the server is
+ * busy or out of reach and the last question is asked again; what stands is older. `failed`: the last
+ * question was refused; what stands is older.
  */
-export type Standing = 'waiting' | 'preview' | 'exact' | 'failed';
+export type Standing = 'waiting' | 'preview' | 'exact' | 'retrying' | 'failed';
 
 export class WhatIf {
   answer = $state.raw<Answered | null>(null);
   standing = $state<Standing>('waiting');
   /** ms from question to answer, for the newest. */
   took = $state(0);
+  /** Why the last question has to be asked again. */
+  reason = $state('');
   private readonly queue = new Newest<Job>((job) => this.run(job));
   private rest: ReturnType<typeof setTimeout> | null = null;
+  private again: ReturnType<typeof setTimeout> | null = null;
+  private readonly backoff = new Backoff(AGAIN.first, AGAIN.longest);
 
   constructor(
     private readonly api: Api,
@@ -55,12 +63,20 @@ export class WhatIf {
     if (this.rest !== null) clearTimeout(this.rest);
     this.rest = setTimeout(() => {
       this.rest = null;
-      this.queue.push({ question, points: FINE });
+      this.push({ question, points: FINE });
     }, REST);
-    this.queue.push({ question, points: COARSE });
+    this.push({ question, points: COARSE });
   }
 
-  private async run({ question, points }: Job): Promise<void> {
+  /** Puts a job into the queue, in place of one that waits to be asked again. */
+  private push(job: Job): void {
+    if (this.again !== null) clearTimeout(this.again);
+    this.again = null;
+    this.queue.push(job);
+  }
+
+  private async run(job: Job): Promise<void> {
+    const { question, points } = job;
     const begin = performance.now();
     try {
       const signal = AbortSignal.timeout(TIMEOUT);
@@ -70,10 +86,18 @@ export class WhatIf {
       if (!exact) this.took = performance.now() - begin;
       // Too long a scenario never runs from its start: what stands then is as good as it gets.
       if (exact && this.rest === null && !this.queue.superseded) this.standing = 'exact';
+      this.backoff.reset();
       this.refused([], '');
     } catch (error) {
       // A newer question is on its way; its answer counts.
       if (this.queue.superseded) return;
+      if (error instanceof ApiError && error.transient) {
+        this.standing = 'retrying';
+        this.reason = error.message;
+        const wait = this.backoff.next();
+        this.again = setTimeout(() => this.push(job), error.retryAfter ?? wait);
+        return;
+      }
       this.standing = 'failed';
       if (this.rest !== null) clearTimeout(this.rest);
       this.rest = null;

@@ -1,32 +1,79 @@
-/** Messages that stay until they are dismissed. */
+/** Notices, which go by themselves, and errors, which stay until they are dismissed. */
+
+/** What a person can do about a message; it goes when that is done. */
+export interface Action {
+  name: string;
+  run: () => void;
+}
 
 export interface Message {
   id: number;
   kind: 'error' | 'info';
   text: string;
+  actions: readonly Action[];
+  /** Whether it stays until it is dismissed. */
+  stays: boolean;
 }
 
+/** A notice stays for as long as it takes to read it, ms, and no less than this. */
+const LEAST = 5000;
+const A_CHARACTER = 60;
+/** One that can be acted on stays longer, ms. */
+const TO_DECIDE = 12_000;
+
 class Messages {
+  /** Oldest first. */
   list = $state.raw<readonly Message[]>([]);
   private last = 0;
+  private held = false;
+  private readonly timers = new Map<number, ReturnType<typeof setTimeout>>();
 
   error(text: string): void {
-    this.add('error', text);
+    this.add({ kind: 'error', text, actions: [], stays: true });
   }
 
-  info(text: string): void {
-    this.add('info', text);
+  /** Tells something; what matters to a person who has been away `stays`. */
+  info(text: string, actions: readonly Action[] = [], { stays = false } = {}): void {
+    this.add({ kind: 'info', text, actions, stays });
   }
 
   dismiss(id: number): void {
+    clearTimeout(this.timers.get(id));
+    this.timers.delete(id);
     this.list = this.list.filter((message) => message.id !== id);
+    // What has gone cannot say that pointer or focus have left it.
+    if (this.list.length === 0) this.held = false;
   }
 
-  private add(kind: Message['kind'], text: string): void {
-    // The same again says nothing new.
-    if (this.list.some((message) => message.text === text)) return;
+  act(id: number, action: Action): void {
+    this.dismiss(id);
+    action.run();
+  }
+
+  /** Keeps notices while the pointer or the focus is on them. */
+  hold(held: boolean): void {
+    this.held = held;
+    for (const message of this.list) this.time(message);
+  }
+
+  private add(told: Omit<Message, 'id'>): void {
+    // The same again replaces what it repeats.
+    const same = this.list.find(({ text }) => text === told.text);
+    if (same) this.dismiss(same.id);
     this.last += 1;
-    this.list = [...this.list, { id: this.last, kind, text }];
+    const message = { id: this.last, ...told };
+    this.list = [...this.list, message];
+    this.time(message);
+  }
+
+  private time({ id, text, actions, stays }: Message): void {
+    clearTimeout(this.timers.get(id));
+    if (stays || this.held) return;
+    const stay = Math.max(actions.length > 0 ? TO_DECIDE : LEAST, A_CHARACTER * text.length);
+    this.timers.set(
+      id,
+      setTimeout(() => this.dismiss(id), stay),
+    );
   }
 }
 

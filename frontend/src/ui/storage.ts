@@ -31,6 +31,14 @@ export function save(key: string, value: unknown): void {
   }
 }
 
+export function discard(key: string): void {
+  try {
+    localStorage.removeItem(PREFIX + key);
+  } catch {
+    // Forbidden: nothing was kept either.
+  }
+}
+
 /** Puts parameters into the address, so that a reload or a copied link finds the same view. */
 export function setAddress(parameters: Record<string, string>): void {
   const url = new URL(location.href);
