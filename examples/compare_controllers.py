@@ -15,6 +15,7 @@ from typing import Any
 from motionlab.analysis.frequency import margins
 from motionlab.config.load import load_scenario
 from motionlab.errors import ConfigError
+from motionlab.simulation.family import SPEEDS
 from motionlab.simulation.linear import linearise
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
@@ -30,15 +31,14 @@ TRAJECTORIES = (
     ("stair-y-50mm", "y"),
     ("trapezoid-y", "y"),
 )
-LETTERS = "ABCDEF"
+LETTERS = "ABCDEFG"
 BEST = "lugre-reference-notch"
 GAINS = {"x": {"k_p": 200300.0, "k_d": 1530.0}, "y": {"k_p": 280500.0, "k_d": 1080.0}}
-FACTORS = (0.5, 0.7, 1.0, 4.0)
-"""Sliding velocities at which margins are taken, in Stribeck velocities."""
 CONTROLLERS = {
     "off": "off",
     "lugre-observer": "the paper's observer, K = 0",
     "published-k": "K as published",
+    "reversed-k": "K reversed",
     "lugre-full": "lugre-full",
     "lugre-reference": "lugre-reference",
     BEST: BEST,
@@ -82,18 +82,18 @@ def loop(plant: str, controller: str, axis: str) -> str:
     )
     v_s = getattr(scenario.plant, axis).friction.v_s
     try:
-        loops = [linearise(scenario, "A", axis, v=factor * v_s) for factor in FACTORS]
+        loops = [linearise(scenario, "A", axis, v=factor * v_s) for factor in SPEEDS]
     except ConfigError:
         return "none: K is a quotient"
-    if not all(each.stable for each in loops):
+    if not loops[-1].stable:
         return "unstable"
     found = [margins(each.open) for each in loops]
     gain = [min(m.gain_margin or math.inf, 1.0 / (m.gain_reduction or 1e-9)) for m in found]
     phase = [math.degrees(m.phase_margin or math.pi) for m in found]
     decibels = [20.0 * math.log10(factor) for factor in gain]
-    return (
-        f"{decibels[-1]:.1f} dB, {phase[-1]:.0f} deg ({min(decibels):.1f} dB, {min(phase):.0f} deg)"
-    )
+    least = f"{min(decibels):.1f} dB, {min(phase):.0f} deg"
+    within = least if all(each.stable for each in loops) else "unstable"
+    return f"{decibels[-1]:.1f} dB, {phase[-1]:.0f} deg ({within})"
 
 
 if __name__ == "__main__":

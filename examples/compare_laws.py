@@ -28,6 +28,7 @@ ROWS: list[tuple[str, str, dict[str, Any]]] = [
         {"compensation.bristle_limit": 1.0},
     ),
     ("K from the explicit residual", "residual-k", {}),
+    ("K with its sign reversed", "reversed-k", {}),
     ("Canudas de Wit, K = 300/s e", "canudas-de-wit", {}),
     ("disturbance observer 30 Hz alone", "off", OBSERVER),
     ("acceleration feedforward alone", "off", FEEDFORWARD),
@@ -38,10 +39,16 @@ ROWS: list[tuple[str, str, dict[str, Any]]] = [
         FEEDFORWARD | OBSERVER,
     ),
     ("residual K + both", "residual-k", FEEDFORWARD | OBSERVER),
+    ("reversed K + both", "reversed-k", FEEDFORWARD | OBSERVER),
     ("Canudas de Wit + both", "canudas-de-wit", FEEDFORWARD | OBSERVER),
     (
         "LuGre on the reference's velocity + feedforward + disturbance observer 80 Hz",
         "lugre-observer",
+        REFERENCE | FEEDFORWARD | OBSERVER | FASTER,
+    ),
+    (
+        "reversed K on the reference's velocity + feedforward + disturbance observer 80 Hz",
+        "reversed-k",
         REFERENCE | FEEDFORWARD | OBSERVER | FASTER,
     ),
 ]
