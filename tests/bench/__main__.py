@@ -15,6 +15,8 @@ from tests.bench.accuracy import accuracy
 from tests.bench.batch import batch
 from tests.bench.command import command
 from tests.bench.controllers import controllers
+from tests.bench.coverage import coverage
+from tests.bench.hold import hold
 from tests.bench.identify import identify
 from tests.bench.machine import AVX2_ENVIRONMENT, description, load
 from tests.bench.maps import maps
@@ -34,6 +36,7 @@ _KERNEL: dict[str, Callable[[str], Iterator[Row]]] = {
     "command": lambda _: command(),
     "tuning": tuning,
     "identify": lambda _: identify(),
+    "coverage": lambda _: coverage(),
     "controllers": lambda _: controllers(),
     "maps": lambda _: maps(),
     "plates": lambda _: plates(),
@@ -43,6 +46,7 @@ _LAB: dict[str, Callable[[], Iterator[Row]]] = {
     "stream": stream,
     "page": page,
     "scene": scene,
+    "hold": hold,
 }
 
 

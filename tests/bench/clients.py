@@ -21,7 +21,7 @@ import numpy as np
 from motionlab.config.timing import CONTROL_PERIOD
 
 COLUMNS = 24
-_TEXT, _BINARY = 1, 2
+_TEXT, _BINARY, _PING, _PONG = 1, 2, 9, 10
 _FRAME = struct.Struct("<4sHHIIQ")  # docs/stream.md
 _PATIENCE = 30.0  # s
 _SLEEP = 1.0 / 60.0  # s
@@ -76,6 +76,8 @@ class Client:
                 self._say(b'{"type": "ack", "sequence": %d}' % sequence)
             elif kind == _TEXT:
                 self._message(json.loads(self._data[start:stop]))
+            elif kind == _PING:
+                self._say(bytes(self._data[start:stop]), _PONG)
             del self._data[:stop]
 
     def _end(self) -> tuple[int, int] | None:
@@ -102,13 +104,13 @@ class Client:
         elif message["type"] == "gap":
             self.dropped += message["frames"]
 
-    def _say(self, payload: bytes) -> None:
-        """Send a text message, masked with zeros, which changes nothing."""
+    def _say(self, payload: bytes, kind: int = _TEXT) -> None:
+        """Send a message, masked with zeros, which changes nothing."""
         length = len(payload)
         head = (
-            bytes((0x81, 0x80 | length))
+            bytes((0x80 | kind, 0x80 | length))
             if length < 126
-            else struct.pack(">BBH", 0x81, 0x80 | 126, length)
+            else struct.pack(">BBH", 0x80 | kind, 0x80 | 126, length)
         )
         self.stream.sendall(head + bytes(4) + payload)
 

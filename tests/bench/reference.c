@@ -15,7 +15,7 @@
 #define TWO_PI 6.283185307179586
 #define HALF_SQRT3 0.8660254037844386
 
-enum law { OFF, OBSERVER, PUBLISHED, RESIDUAL, CANUDAS_DE_WIT };
+enum law { OFF, OBSERVER, PUBLISHED, RESIDUAL, CANUDAS_DE_WIT, REVERSED };
 
 struct lugre { double sigma_0, sigma_1, sigma_2, F_c, F_s, v_s; };
 struct force_map { double tau, offset, F_pk, N_pk, I_pk, I_knee, h_2, h_3; };
@@ -32,7 +32,8 @@ struct parameters {
     } controller;
     struct { double b_0, b_1, b_2, a_1, a_2; } notch;
     struct {
-        double law, enabled, from_reference, gain, residual_alpha, regularisation, z_limit;
+        double law, enabled, from_reference, gain, residual_alpha, regularisation, z_limit,
+            k_d_share;
     } compensation;
     struct lugre model_friction;
     struct force_map model_map;
@@ -216,6 +217,17 @@ static double lane(
                 : s.residual + par->compensation.residual_alpha * (balance - s.residual);
             if (D < 0)
                 K = par->compensation.gain * D * s.residual / (D * D + floor * floor);
+            break;
+        }
+        case REVERSED: {
+            double D = model.sigma_1 * rate - model.sigma_0;
+            double balance = model_M * a - (s.f_acting - s.f_hat_acting);
+            double slope = model.sigma_1
+                + par->compensation.k_d_share * k_d * e / (fabs(u) < 1e-12 ? 1e-12 : u) * D;
+            s.residual = first
+                ? 0
+                : s.residual + par->compensation.residual_alpha * (balance - s.residual);
+            K = fabs(slope) < 1e-12 ? 0 : -s.residual / slope;
             break;
         }
         case CANUDAS_DE_WIT:

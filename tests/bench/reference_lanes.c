@@ -37,7 +37,8 @@ struct parameters {
     } controller;
     struct { lanes b_0, b_1, b_2, a_1, a_2; } notch;
     struct {
-        lanes law, enabled, from_reference, gain, residual_alpha, regularisation, z_limit;
+        lanes law, enabled, from_reference, gain, residual_alpha, regularisation, z_limit,
+            k_d_share;
     } compensation;
     struct lugre model_friction;
     struct force_map model_map;
@@ -226,7 +227,8 @@ void run_lanes(
             double v_ref = in->v_ref[axis];
             double v_hat = par->compensation.from_reference[l] > 0 ? v_ref : v;
             double rate = s_0 * fabs(v_hat) / stribeck(&par->model_friction, &model, v_hat, l);
-            double balance = inertia - (s->f_acting[l] - s->f_hat_acting[l]) - s_1 * s->K_acting[l];
+            double balance = inertia - (s->f_acting[l] - s->f_hat_acting[l]);
+            balance = law == 5 ? balance : balance - s_1 * s->K_acting[l];
             double alpha = par->compensation.residual_alpha[l];
             double residual = s->residual[l] + alpha * (balance - s->residual[l]);
             residual = first ? 0 : residual;
@@ -236,9 +238,13 @@ void run_lanes(
             denominator = fabs(denominator) < 1e-12 ? 1e-12 : denominator;
             double published = u * (inertia - u) / denominator;
             double explicit = gain * D * residual / (D * D + floor * floor);
+            double share = par->compensation.k_d_share[l] * k_d * e;
+            double slope = s_1 + share / (fabs(u) < 1e-12 ? 1e-12 : u) * D;
+            double reversed = fabs(slope) < 1e-12 ? 0 : -residual / slope;
             double K = law == 2 ? published : 0;
             K = (law == 3) & (D < 0) ? explicit : K;
             K = law == 4 ? gain * e : K;
+            K = law == 5 ? reversed : K;
             double hold = exponential(-rate * T_S), z_limit = par->compensation.z_limit[l];
             double z_hat = s->z_hat[l] * hold + T_S * (v_hat + K) * phi(rate * T_S, hold);
             z_hat = clip(z_hat, -z_limit, z_limit);

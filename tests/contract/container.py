@@ -21,7 +21,8 @@ import time
 from pathlib import Path
 from typing import Any
 
-from tests.contract.dockerfile import ROOT, Stage, command, copied, is_ignored, stages
+from tests.contract.dockerfile import ROOT, Stage, command, copy, stages
+from tests.contract.tour import look_at_everything
 
 # What apt, pip and npm need of the machine: names, certificates, their own settings. Shown
 # read-only, and the certificates not to apt: a package's script would rewrite the machine's own.
@@ -86,31 +87,11 @@ def _walk(stage: Stage, root: Path, others: dict[str, Path]) -> None:
             here = argument
             (root / here.lstrip("/")).mkdir(parents=True, exist_ok=True)
         elif instruction == "COPY":
-            _copy(argument, root, here, others)
+            copy(argument, root, here, others)
         elif instruction == "RUN":
             begun = time.perf_counter()
             _inside(root, argument, environment, here)
             print(f"  {time.perf_counter() - begun:6.1f} s  {argument[:90]}")
-
-
-def _copy(argument: str, root: Path, here: str, others: dict[str, Path]) -> None:
-    stage, sources, target = copied(argument)
-    into = root / os.path.join(here, target).lstrip("/")
-    for source in sources:
-        origin = others[stage] / source.lstrip("/") if stage else ROOT / source
-
-        def kept_out(folder: str, names: list[str], whole: bool = bool(stage)) -> set[str]:
-            inside = Path(folder)
-            return {
-                n for n in names if not whole and is_ignored(str((inside / n).relative_to(ROOT)))
-            }
-
-        if origin.is_dir():
-            shutil.copytree(origin, into, symlinks=True, ignore=kept_out, dirs_exist_ok=True)
-        else:
-            name = origin.name if target.endswith("/") else ""
-            (into / name).parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy(origin, into / name)
 
 
 def _install(root: Path, *packages: str) -> None:
@@ -232,12 +213,9 @@ class _Served:
         assert code == 0
 
     def look_at(self) -> None:
-        """Ask for the page, the token, a result and a session that plays."""
+        """Ask for the page, the token, a result, a session that plays, and every route."""
         status, page, _ = self._ask("GET", "/", token=False)
-        assert status == 200, status
-        assert b'<div id="app">' in page, page
-        for asset in re.findall(rb'(?:src|href)="(/assets/[^"]+)"', page):
-            assert self._ask("GET", asset.decode(), token=False)[0] == 200, asset
+        assert (status, b'<div id="app">' in page) == (200, True), page
         assert self._ask("GET", "/api/v1/scenarios", token=False)[0] == 401
         status, _, cookie = self._ask("POST", "/api/v1/login", {"token": _TOKEN}, token=False)
         assert (status, "HttpOnly" in cookie) == (204, True), status
@@ -253,6 +231,7 @@ class _Served:
             assert time.perf_counter() - begun < _PATIENCE, "the session does not play"
             time.sleep(0.05)
         assert self._ask("GET", f"{path}/telemetry?format=parquet")[0] == 200
+        look_at_everything(lambda *asked: self._ask(*asked)[:2])
 
     def _healthy(self) -> bool:
         """Run HEALTHCHECK, on the network that it sees."""

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import shlex
+import shutil
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
@@ -58,6 +60,38 @@ def copied(argument: str) -> tuple[str, list[str], str]:
     words = shlex.split(argument)
     stage = words.pop(0).removeprefix("--from=") if words[0].startswith("--from=") else ""
     return stage, words[:-1], words[-1]
+
+
+def copy(argument: str, root: Path, here: str, others: dict[str, Path]) -> None:
+    """Carry out a COPY, without what .dockerignore keeps out.
+
+    Parameters
+    ----------
+    argument : str
+        What follows COPY.
+    root : Path
+        Root folder of the stage.
+    here : str
+        WORKDIR.
+    others : dict of str to Path
+        Root folders of earlier stages, by name.
+    """
+    stage, sources, target = copied(argument)
+    into = root / os.path.join(here, target).lstrip("/")
+
+    def kept_out(folder: str, names: list[str]) -> set[str]:
+        inside = Path(folder)
+        return {n for n in names if is_ignored(str((inside / n).relative_to(ROOT)))}
+
+    for source in sources:
+        origin = others[stage] / source.lstrip("/") if stage else ROOT / source
+        if origin.is_dir():
+            ignore = None if stage else kept_out
+            shutil.copytree(origin, into, symlinks=True, ignore=ignore, dirs_exist_ok=True)
+        else:
+            name = origin.name if target.endswith("/") else ""
+            (into / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(origin, into / name)
 
 
 def command(argument: str) -> list[str]:

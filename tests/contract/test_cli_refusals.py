@@ -85,7 +85,7 @@ BAD: dict[str, tuple[list[str], list[str]]] = {
         ["circle", "--set", "window.start=1.0", "--set", "window.end=11.0"],
         ["window.end", "after the end", "11.0", "<= 10.5 s"],
     ),
-    "no equals sign": (["circle", "--set", "seed"], ["--set", "key=value", "'seed'"]),
+    "no equals sign": (["circle", "--set", "seed"], ["--set", "KEY=VALUE", "'seed'"]),
     "a key set twice": (["circle", "--set", "seed=1", "--set", "seed=2"], ["seed", "twice"]),
     "an unknown kind of file": (
         ["circle", "--out", "run.txt"],
@@ -151,3 +151,17 @@ def test_as_a_user_meets_it(tmp_path: Path) -> None:
         f"motionlab: {GAIN}: must be a number; got 'stiff'; allowed >= 0 and <= 1000000000 N/m"
     ]
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--spec", "x"], "motionlab: --spec: needs KEY=VALUE; got 'x'\n"),
+        (["--spec", "x=1e-6", "--spec", "x=2e-6"], "motionlab: --spec: sets x twice; got '2e-6'\n"),
+    ],
+)
+def test_montecarlo_names_the_option_that_is_wrong(
+    arguments: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["montecarlo", *arguments]) == 2
+    assert capsys.readouterr().err == said

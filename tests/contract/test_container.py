@@ -231,3 +231,9 @@ def test_a_name_that_no_host_can_have_is_refused(name, monkeypatch):
         with pytest.raises(ConfigError, match="MOTIONLAB_HOSTS: is no host name") as caught:
             serve("127.0.0.1", taken.getsockname()[1], frozenset())
     assert [error.value for error in caught.value.errors] == [name]
+
+
+def test_the_pages_packages_come_without_addresses_and_run_no_scripts():
+    assert '"resolved"' not in (ROOT / "frontend" / "package-lock.json").read_text()
+    settings = (ROOT / "frontend" / ".npmrc").read_text().splitlines()
+    assert {"omit-lockfile-registry-resolved=true", "ignore-scripts=true"} <= set(settings)

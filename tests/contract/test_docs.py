@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from motionlab.service.app import create_app
+from tests.e2e.pictures import PICTURES
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -57,6 +58,11 @@ def test_every_picture_is_shown():
         for target in LINK.findall(page.read_text())
     }
     assert {*(ROOT / "docs").glob("*.png")} <= shown
+
+
+def test_every_picture_can_be_taken_or_drawn_again():
+    drawn = {file.name for file in (ROOT / "docs").glob("physics-*.png")}  # by docs/plots.py, below
+    assert {file.name for file in (ROOT / "docs").glob("*.png")} - drawn == PICTURES
 
 
 def test_the_plots_are_drawn_and_print_what_the_pages_quote(tmp_path):

@@ -9,14 +9,14 @@ from typing import Any
 import pytest
 
 from motionlab.config.load import load_scenario
-from motionlab.config.schema import schema_text
+from motionlab.config.schema import scenario_schema
 from motionlab.errors import ConfigError, Infeasible
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.report import report
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run
 
-SCHEMA: dict[str, Any] = json.loads(schema_text())
+SCHEMA: dict[str, Any] = scenario_schema()
 MOTION = {
     "kind": "sequence",
     "parts": [

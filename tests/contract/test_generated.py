@@ -47,7 +47,9 @@ def test_the_types_of_the_page_are_those_of_the_document(
     source, made = tmp_path / "openapi.json", tmp_path / "schema.d.ts"
     source.write_text(json.dumps(document))
     command = [NPM, "exec", "--", "openapi-typescript", source, "--output", made]
-    subprocess.run(command, check=True, capture_output=True)
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    lines = (done.stdout + done.stderr).lower().splitlines()
+    assert [line for line in lines if "warn" in line and not line.startswith("npm")] == []
     assert made.read_text() == (API_TYPES / "schema.d.ts").read_text(), "run make types"
 
 
@@ -190,6 +192,11 @@ def test_the_page_names_every_call_and_no_other(document: dict[str, Any]) -> Non
         for method in operations
     }
     assert calls == described
+
+
+def test_the_page_lists_every_call_once() -> None:
+    listed = re.findall(r"^\| `([A-Z]+ /\S*?)`", REST, re.MULTILINE)
+    assert [call for call in listed if listed.count(call) > 1] == []
 
 
 def test_the_page_names_every_query_and_key(document: dict[str, Any]) -> None:

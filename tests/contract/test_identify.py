@@ -212,7 +212,7 @@ def test_a_scenario_of_ones_own(capsys: pytest.CaptureFixture[str], tmp_path: Pa
         (["--time-max", "0"], "time_max: "),
         (["--places", "6"], "places = 6 all see the same part"),
         (["--apply-to", "Z"], "apply_to: is no variant of the scenario; got 'Z'"),
-        (["--set", "plant.x.stroke"], "needs key=value"),
+        (["--set", "plant.x.stroke"], "needs KEY=VALUE"),
     ],
 )
 def test_bad_input_ends_with_two(

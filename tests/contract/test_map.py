@@ -109,7 +109,7 @@ def test_a_target_that_cannot_be_is_refused_first(target, message, capsys, tmp_p
 def test_a_folder_that_cannot_be_written_fails(capsys, tmp_path):
     (tmp_path / "data").write_text("")
     assert main(PREVIEW) == 1
-    assert "cannot be made" in capsys.readouterr().err
+    assert "cannot be written" in capsys.readouterr().err
 
 
 def test_a_map_survives_its_file(preview, tmp_path):

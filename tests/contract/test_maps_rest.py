@@ -14,11 +14,10 @@ import pytest
 
 from motionlab.cli import main
 from motionlab.design.fem import compute as computing
-from motionlab.design.fem.compute import Preset
 from motionlab.design.fem.geometry import Geometry
-from motionlab.design.fem.mesh import Resolution
 from motionlab.service.settings import Settings
-from tests.processes import workers_of
+from motionlab.store.maps import FOLDER_MOST
+from tests.processes import children_of, runs, workers_of
 from tests.service.live import API, until
 from tests.service.openapi import Contract
 from tests.service.servers import PATIENCE, Server
@@ -44,16 +43,8 @@ def client(
         yield client
 
 
-@pytest.fixture
-def _quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let the default preset be a coarse one."""
-    monkeypatch.setattr(computing, "CURRENTS", 3)
-    coarse = Preset(Resolution(12, 1), "finite elements, coarse")
-    monkeypatch.setitem(computing.PRESETS, "default", coarse)
-
-
 def computed(client: httpx.Client, geometry: dict[str, Any]) -> dict[str, Any]:
-    response = client.post(MAPS, json={"geometry": geometry})
+    response = client.post(MAPS, json={"preset": "preview", "geometry": geometry})
     assert response.status_code == 202, response.text
     location = response.headers["location"]
     until(lambda: client.get(location).json()["state"] in {"done", "failed"})
@@ -64,13 +55,12 @@ def computed(client: httpx.Client, geometry: dict[str, Any]) -> dict[str, Any]:
     return report["result"]
 
 
-@pytest.mark.usefixtures("_quick")
 def test_a_map_is_computed_once_then_listed_read_and_deleted(
     client: httpx.Client, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert client.get(MAPS).status_code == 200
     entry = computed(client, SMALL)
-    again = client.post(MAPS, json={"geometry": SMALL})
+    again = client.post(MAPS, json={"preset": "preview", "geometry": SMALL})
     assert again.status_code == 200
     assert again.json() == entry
     assert entry["published"] == []  # the paper has three teeth a limb
@@ -88,7 +78,7 @@ def test_a_map_is_computed_once_then_listed_read_and_deleted(
 
     file = client.get(f"{MAPS}/{name}/file").json()
     arguments = [word for key, value in SMALL.items() for word in ("--set", f"{key}={value}")]
-    assert main(["map", "--json", *arguments]) == 0
+    assert main(["map", "--json", "--preset", "preview", *arguments]) == 0
     assert json.loads(capsys.readouterr().out) == file
 
     assert client.delete(f"{MAPS}/{name}").status_code == 204
@@ -114,16 +104,16 @@ def test_a_shipped_map_is_listed_and_stays(
     assert client.get(f"{MAPS}/..%2Fours").status_code in {404, 422}
 
 
-def test_no_room_is_told_before_anything_is_computed(
-    client: httpx.Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("motionlab.store.maps.FOLDER_MOST", 10)
+def test_no_room_is_told_before_anything_is_computed(client: httpx.Client, tmp_path: Path) -> None:
     (tmp_path / "maps").mkdir()
-    (tmp_path / "maps" / "large.json").write_text(11 * " ")
+    with (tmp_path / "maps" / "large.json").open("wb") as file:
+        file.truncate(FOLDER_MOST + 1)
     with httpx.Client(base_url=client.base_url, timeout=PATIENCE) as unchecked:
         response = unchecked.post(MAPS, json={})
     assert response.status_code == 507
-    assert "11 bytes of force maps, 10 are the most; delete some" in response.json()["detail"]
+    detail = response.json()["detail"]
+    told = f"force maps take {FOLDER_MOST + 1} bytes, {FOLDER_MOST} are the most; delete some"
+    assert told in detail
 
 
 def test_a_preview_comes_at_once_and_is_not_kept(client: httpx.Client, tmp_path: Path) -> None:
@@ -163,12 +153,19 @@ def test_bad_input_is_refused(
 
 
 @pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="one core has no workers")
-def test_a_cancelled_map_leaves_no_worker_and_no_file(client: httpx.Client, tmp_path: Path) -> None:
+def test_a_cancelled_map_leaves_no_worker_and_no_file(
+    server: Server, client: httpx.Client, tmp_path: Path
+) -> None:
+    def workers() -> list[int]:
+        jobs = children_of(server.app.state.workers.forks.pid, "forkserver")
+        return [worker for job in jobs for worker in workers_of(job)]
+
     response = client.post(MAPS, json={})  # the true default: 40 s on four cores
     location = response.headers["location"]
-    until(lambda: len(workers_of(os.getpid())) > 0)
+    until(lambda: len(workers()) > 1)
+    started = workers()
     assert client.delete(location).json()["state"] == "cancelled"
-    until(lambda: not workers_of(os.getpid()))
+    until(lambda: not any(map(runs, started)))
     assert client.get(location).json()["result"] is None
     assert list(tmp_path.glob("maps/*")) == []
 

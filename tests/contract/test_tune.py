@@ -79,6 +79,9 @@ def test_the_text_names_gains_margins_and_why_each_start_ended(
     [
         (["--bounds", "k_p=1e6:1e5"], ["bounds.k_p", "1e+06 to 100000"]),
         (["--bounds", "k_p=1e6"], ["bounds.k_p", "LOW:HIGH"]),
+        (["--bounds", "k_p"], ["--bounds", "GAIN=LOW:HIGH", "'k_p'"]),
+        (["--bounds", "k_p=1:2", "--bounds", "k_p=1:3"], ["--bounds", "k_p twice", "'1:3'"]),
+        (["--objective", "rms,rms=2"], ["--objective", "rms twice"]),
         (["--objective", "speed"], ["objective.speed", "one of peak, rms, itae, settling, effort"]),
         (["--objective", "peek"], ["objective.peek", "did you mean 'peak'?"]),
         (["--objective", "rms=often"], ["objective.rms", "often"]),

@@ -61,9 +61,12 @@ class Server:
     ----------
     data : Path
         Folder of what it keeps, and of what it writes to stderr.
+    **variables : str
+        Of its environment.
     """
 
-    def __init__(self, data: Path) -> None:
+    def __init__(self, data: Path, **variables: str) -> None:
+        self._variables = variables
         self._process: subprocess.Popen[bytes] | None = None
         self._data = data
         self.port = 0
@@ -82,7 +85,7 @@ class Server:
     def start(self) -> None:
         command = [sys.executable, "-m", "motionlab", "serve", "--port", str(self.port)]
         environment = {k: v for k, v in os.environ.items() if k != "MOTIONLAB_TOKEN"}
-        environment["MOTIONLAB_DATA"] = str(self._data)
+        environment |= {"MOTIONLAB_DATA": str(self._data)} | self._variables
         told = self._data / "stderr.txt"  # a pipe that nobody reads would fill up and block it
         with told.open("wb") as stderr:
             self._process = subprocess.Popen(command, stderr=stderr, env=environment)

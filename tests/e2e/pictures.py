@@ -5,13 +5,37 @@ from __future__ import annotations
 import contextlib
 import sys
 import tempfile
+import time
 from collections.abc import Callable
 from pathlib import Path
 
 from playwright.sync_api import Browser, expect, sync_playwright
 
-from tests.e2e.actions import LONG, region, state, wait_for_clock
+from tests.e2e.actions import API, LONG, region, state, wait_for_clock
 from tests.e2e.conftest import CHROMIUM, FLAGS, ROOT, SOFTWARE_GL, Server
+
+DOCS = ROOT / "docs"
+_GARDEN = {
+    "kind": "path",
+    "points": [
+        [0.06, 0.0],
+        [0.045, 0.05],
+        [0.0, 0.03],
+        [-0.03, 0.09],
+        [-0.06, 0.04],
+        [-0.05, -0.02],
+        [-0.065, -0.07],
+        [-0.01, -0.05],
+        [0.03, -0.1],
+        [0.055, -0.05],
+    ],
+    "closed": True,
+    "geometry": "spline",
+    "law": "constant_speed",
+    "v_max": 0.062,
+    "a_max": 0.8,
+    "laps": 2,
+}
 
 
 def main() -> int:
@@ -32,8 +56,12 @@ def main() -> int:
                 if name == "stage":
                     flags = [flag for flag in FLAGS if flag != "--disable-gpu"] + SOFTWARE_GL
                 browser = playwright.chromium.launch(executable_path=CHROMIUM, args=flags)
-                _TAKES[name](browser, server)
+                begun = time.time()
+                take, files = _TAKES[name]
+                take(browser, server)
                 browser.close()
+                stale = [file for file in files if (DOCS / file).stat().st_mtime < begun]
+                assert not stale, f"{name} has not taken {stale}"
     return 0
 
 
@@ -48,7 +76,7 @@ def _lab(browser: Browser, server: Server) -> None:
         page.keyboard.press("Space")
         state(page, "paused")
         page.wait_for_timeout(1200)  # The readings follow the curves within a second.
-        page.screenshot(path=ROOT / "docs" / f"lab-{theme}.png")
+        page.screenshot(path=DOCS / f"lab-{theme}.png")
         page.close()
 
 
@@ -65,7 +93,20 @@ def _stage(browser: Browser, server: Server) -> None:
     page.wait_for_timeout(9000)  # The trace is 4 s long; drawing in software is slow.
     page.locator(".mantine-Notification-closeButton").first.click()
     page.wait_for_timeout(2500)
-    page.screenshot(path=ROOT / "docs" / "stage.png")
+    page.screenshot(path=DOCS / "stage.png")
+    page.close()
+
+
+def _trajectories(browser: Browser, server: Server) -> None:
+    """Open a smooth path with one bend that needs too much thrust."""
+    page = browser.new_page(viewport={"width": 1440, "height": 900}, color_scheme="light")
+    page.request.put(f"{server.url}{API}/trajectories/garden", data=_GARDEN)
+    page.goto(f"{server.url}/?screen=trajectories")
+    page.get_by_label("Open a path").select_option("garden")
+    limits = region(page, "Limits")
+    expect(limits).to_contain_text("y needs too much thrust", timeout=LONG)
+    page.wait_for_timeout(1500)
+    page.screenshot(path=DOCS / "trajectories-light.png")
     page.close()
 
 
@@ -79,7 +120,7 @@ def _identify(browser: Browser, server: Server) -> None:
     region(page, "Compare").get_by_text("B vs A").wait_for(timeout=120_000)
     page.get_by_role("button", name="Apply 12 values").click()
     page.wait_for_timeout(1500)
-    page.screenshot(path=ROOT / "docs" / "identify-light.png")
+    page.screenshot(path=DOCS / "identify-light.png")
     page.close()
 
 
@@ -91,11 +132,11 @@ def _tune(browser: Browser, server: Server) -> None:
     for name in ("Search gains", "Map the cost"):
         page.get_by_role("button", name=name, exact=True).click()
     page.get_by_role("progressbar").first.wait_for()
-    page.wait_for_function("!document.querySelector('progress')", timeout=300_000)
+    expect(page.get_by_role("progressbar")).to_have_count(0, timeout=300_000)
     page.get_by_role("button", name="Sweep", exact=True).click()
     page.get_by_role("button", name="Compare", exact=True).click()
     page.wait_for_timeout(8000)
-    page.screenshot(path=ROOT / "docs" / "tune.png")
+    page.screenshot(path=DOCS / "tune.png")
     page.close()
 
 
@@ -113,7 +154,7 @@ def _motor(browser: Browser, server: Server) -> None:
             page.get_by_role("checkbox", name="sine").check()
             page.get_by_role("figure", name="sine", exact=True).wait_for(timeout=120_000)
         page.wait_for_timeout(2500)
-        page.screenshot(path=ROOT / "docs" / f"motor-{tab}-{theme}.png")
+        page.screenshot(path=DOCS / f"motor-{tab}-{theme}.png")
         page.close()
 
 
@@ -125,18 +166,25 @@ def _paper(browser: Browser, server: Server) -> None:
     region(page, "Run").get_by_text("took").wait_for(timeout=300_000)
     page.get_by_role("link", name="Position errors").click()
     page.wait_for_timeout(1500)
-    page.screenshot(path=ROOT / "docs" / "paper-light.png")
+    page.screenshot(path=DOCS / "paper-light.png")
     page.close()
 
 
-_TAKES: dict[str, Callable[[Browser, Server], None]] = {
-    "lab": _lab,
-    "identify": _identify,
-    "tune": _tune,
-    "motor": _motor,
-    "paper": _paper,
-    "stage": _stage,
+_TAKES: dict[str, tuple[Callable[[Browser, Server], None], tuple[str, ...]]] = {
+    "lab": (_lab, ("lab-light.png", "lab-dark.png")),
+    "trajectories": (_trajectories, ("trajectories-light.png",)),
+    "identify": (_identify, ("identify-light.png",)),
+    "tune": (_tune, ("tune.png",)),
+    "motor": (
+        _motor,
+        ("motor-sizing-light.png", "motor-field-dark.png", "motor-sharing-light.png"),
+    ),
+    "paper": (_paper, ("paper-light.png",)),
+    "stage": (_stage, ("stage.png",)),
 }
+
+PICTURES = {file for _, files in _TAKES.values() for file in files}
+"""Every picture of docs/ that is taken here."""
 
 
 if __name__ == "__main__":

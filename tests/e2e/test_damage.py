@@ -9,12 +9,16 @@ from playwright.sync_api import Page, expect
 
 from tests.e2e.actions import region, set_field
 
-DAMAGED = {
-    "draft": None,
-    "sets": None,
-    "push": {"x": 5},
-    "path": {"kind": "path", "points": 5},
-    "session": {"id": "gone", "base": {}, "scenario": {}},
+DAMAGED: dict[str, dict[str, object]] = {
+    "sets": {"sets": None},
+    "push": {"push": {"x": 5}},
+    "path": {"path": {"kind": "path", "points": 5}},
+    "sessions": {"sessions": {"gone": 5}},
+    "session": {
+        "sessions": ["gone"],
+        "session.gone": {"base": {}, "scenario": {}, "paths": 5},
+        "draft.gone": None,
+    },
 }
 
 
@@ -23,12 +27,15 @@ def test_the_page_opens_over_damaged_storage(page: Page, refusals: list[str], ke
     refusals += ["404", "422"]  # of the session that is gone, and of what was kept of it
     first = page.url
     page.goto("about:blank")  # whose leaving keeps nothing
-    text = json.dumps(json.dumps(DAMAGED[key]))
-    page.add_init_script(
-        f"if (!sessionStorage.damaged && location.host) {{ sessionStorage.damaged = 1;"
-        f" localStorage.setItem('motionlab.{key}', {text}) }}"
+    entries = json.dumps(
+        {f"motionlab.{name}": json.dumps(value) for name, value in DAMAGED[key].items()}
     )
-    page.goto(first.split("?")[0] if key == "session" else first)
+    page.add_init_script(
+        "if (!sessionStorage.damaged && location.host) { sessionStorage.damaged = 1;"
+        f" for (const [name, text] of Object.entries({entries}))"
+        " localStorage.setItem(name, text) }"
+    )
+    page.goto(first.split("?")[0] if key.startswith("session") else first)
     expect(page.get_by_text("connected", exact=True)).to_be_visible()
     page.get_by_role("link", name="Trajectories").click()
     expect(region(page, "Path")).to_be_visible()

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import re
+import struct
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Page, Route, expect
+from playwright.sync_api import Browser, Page, Route, WebSocket, expect
 
 from tests.e2e.actions import (
     API,
@@ -20,6 +22,7 @@ from tests.e2e.actions import (
     set_field,
     stands_at,
     state,
+    until,
     wait_for_clock,
 )
 from tests.e2e.conftest import Server
@@ -362,3 +365,38 @@ def test_another_tab_keeps_its_session(page: Page, server: Server) -> None:
     name = session(other, server)["id"]
     other.close()
     page.request.delete(f"{server.url}{API}/sessions/{name}")
+
+
+def test_skipped_ticks_are_fetched_once_the_page_keeps_up(page: Page) -> None:
+    gaps: list[tuple[int, int]] = []
+    fetched: set[int] = set()
+    closed: list[bool] = []
+
+    def first(message: str | bytes) -> None:
+        if isinstance(message, str) and '"gap"' in message:
+            gap = json.loads(message)
+            gaps.append((gap["from_tick"], gap["to_tick"]))
+
+    def second(message: str | bytes) -> None:
+        if isinstance(message, bytes):
+            samples, tick = struct.unpack_from("<IQ", message, 12)
+            fetched.update(range(tick, tick + samples))
+
+    def opened(socket: WebSocket) -> None:
+        socket.on("framereceived", first if not streams else second)
+        if streams:
+            socket.on("close", lambda _: closed.append(True))
+        streams.append(socket)
+
+    streams: list[WebSocket] = []
+    page.on("websocket", opened)
+    page.reload()
+    page.get_by_text("connected", exact=True).wait_for()
+    button(page, "Play")
+    wait_for_clock(page, 0.5)
+    page.evaluate(
+        "() => { const end = performance.now() + 1500; while (performance.now() < end); }"
+    )
+    until(page, lambda: bool(gaps) and len(closed) > 0)
+    assert sum(end - begin for begin, end in gaps) > 500
+    until(page, lambda: all(fetched.issuperset(range(*gap)) for gap in gaps))

@@ -6,7 +6,8 @@ import re
 
 from playwright.sync_api import Page, expect
 
-from tests.e2e.actions import LONG, button, region, serious, set_field
+from tests.e2e.actions import API, LONG, button, region, serious, set_field, until
+from tests.e2e.conftest import Server
 
 PATIENT = 120_000  # ms; the first study of a new model compiles its kernel
 
@@ -42,7 +43,7 @@ def test_bands_spec_and_stale_draft_survive_a_reload(page: Page) -> None:
 
     set_field(page, "B k_p x, N/mm", "312")
     expect(panel).to_contain_text("Of another scenario or draft", timeout=LONG)
-    expect(scope).to_contain_text("stale")
+    expect(scope).not_to_contain_text("of 100 plants")
     assert serious(page, within='[aria-label="Monte Carlo"]') == []
 
     page.reload()
@@ -50,6 +51,39 @@ def test_bands_spec_and_stale_draft_survive_a_reload(page: Page) -> None:
     expect(panel).to_contain_text("Of another scenario or draft", timeout=LONG)
     button(page, "Discard")
     expect(panel).not_to_contain_text("Of another scenario or draft", timeout=LONG)
+    expect(scope).to_contain_text("of 100 plants")
+
+    # A setting that the result was not asked for with is named, and can be had back.
+    plants = panel.get_by_role("combobox", name="Number of plants")
+    plants.select_option("1000")
+    expect(panel).to_contain_text("other settings than the form shows: number of plants")
+    button(page, "Show them")
+    expect(plants).to_have_value("100")
+
+
+def test_a_fresh_browser_takes_up_no_study_of_others(page: Page, server: Server) -> None:
+    session = page.evaluate("new URL(location.href).searchParams.get('session')")
+    scenario = page.request.get(f"{server.url}{API}/sessions/{session}").json()["scenario"]
+    asked = {"scenario": scenario, "set": {}, "cases": 20}
+    job = page.request.post(f"{server.url}{API}/montecarlo", data=asked).json()["id"]
+    url = f"{server.url}{API}/jobs/{job}"
+    until(page, lambda: page.request.get(url).json()["state"] == "done", PATIENT)
+    page.keyboard.press("w")
+    page.reload()
+    panel = region(page, "Monte Carlo")
+    panel.locator("summary").first.click()
+    earlier = panel.get_by_role("combobox", name="Monte Carlo: earlier results")
+    expect(earlier).to_be_visible(timeout=LONG)
+    expect(panel).to_contain_text("How sure are these numbers?")
+    scope = page.get_by_role("region", name=re.compile("^Following error x"))
+    expect(scope).not_to_contain_text("of 20 plants")
+
+    # Chosen by the user it is shown, with what it was asked for, and found again.
+    earlier.select_option(job)
+    expect(scope).to_contain_text("of 20 plants", timeout=LONG)
+    expect(panel.get_by_role("combobox", name="Number of plants")).to_have_value("20")
+    page.reload()
+    expect(scope).to_contain_text("of 20 plants", timeout=LONG)
 
 
 def test_a_study_is_cancelled(page: Page) -> None:

@@ -32,7 +32,7 @@ def computed(page: Page, server: Server, *only: str) -> None:
     url = f"{server.url}{API}/jobs/{job}"
     until(page, lambda: page.request.get(url).json()["state"] == "done", SLOW)
     # As the next page opens: this one may still be reading an older record, and would keep it.
-    page.add_init_script("localStorage.removeItem('motionlab.job.reproduce')")
+    page.add_init_script(f"localStorage.setItem('motionlab.job.reproduce', '\"{job}\"')")
     page.reload()
 
 
@@ -72,6 +72,24 @@ def test_a_record_is_shown_at_once_with_its_failures_red(paper: Page, server: Se
     expect(row(paper, "Turns of a phase N")).to_contain_text("145")
 
 
+def test_what_others_have_computed_is_listed_and_shown_when_chosen(
+    paper: Page, server: Server
+) -> None:
+    name = "Turns of a phase N"
+    answer = paper.request.post(f"{server.url}{API}/reproduce", data={"only": ["sizing"]})
+    url = f"{server.url}{API}/jobs/{answer.json()['id']}"
+    until(paper, lambda: paper.request.get(url).json()["state"] == "done", SLOW)
+    paper.reload()
+    earlier = paper.get_by_role("combobox", name="Reproduction: earlier results")
+    expect(earlier).to_be_visible(timeout=LONG)
+    expect(earlier.locator("optgroup")).to_have_attribute("label", "Started elsewhere")
+    expect(row(paper, name)).to_contain_text("not computed")
+    earlier.select_option(answer.json()["id"])
+    expect(row(paper, name)).not_to_contain_text("not computed")
+    paper.reload()
+    expect(row(paper, name)).not_to_contain_text("not computed", timeout=LONG)
+
+
 def test_rows_are_shown_by_kind(paper: Page, server: Server) -> None:
     computed(paper, server, "sizing")
     expect(row(paper, "Mover height h")).to_contain_text(re.compile("✓holds +fit"), timeout=LONG)
@@ -83,7 +101,22 @@ def test_rows_are_shown_by_kind(paper: Page, server: Server) -> None:
     expect(row(paper, "Mover height h")).to_be_visible(timeout=LONG)
     expect(row(paper, "Turns of a phase N")).to_have_count(0)
     paper.get_by_role("button", name="all rows").click()
-    expect(row(paper, "Turns of a phase N")).to_be_visible()
+    expect(row(paper, "Turns of a phase N")).to_contain_text(re.compile("✓holds +arithmetic"))
+
+
+def test_lax_rows_say_why(paper: Page, server: Server) -> None:
+    computed(paper, server, "sizing")
+    loading = row(paper, "Electric loading A")
+    expect(loading).to_contain_text("arithmetic, lax", timeout=LONG)
+    paper.get_by_role("radio", name="Lax").click()
+    expect(row(paper, "Turns of a phase N")).to_have_count(0)
+    loading.get_by_role("button").click()
+    expect(region(paper, "Row")).to_contain_text("nearly any model would hold this row")
+    paper.get_by_role("radio", name="All").click()
+
+
+def test_a_number_that_is_no_number_is_shown_as_printed(paper: Page) -> None:
+    expect(row(paper, "suspended motors of")).to_contain_text("in the centimeter range")
 
 
 def test_a_recipe_opens_in_the_lab(paper: Page, server: Server) -> None:

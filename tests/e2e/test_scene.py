@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 from collections.abc import Iterator
 
@@ -12,12 +13,14 @@ from imageio.v3 import imread
 from numpy.typing import NDArray
 from playwright.sync_api import Browser, Page, expect
 
-from tests.e2e.actions import LONG, button, clock, until, wait_for_clock
+from tests.e2e.actions import LONG, button, clock, stands_at, state, until, wait_for_clock
 from tests.e2e.conftest import CHROMIUM, FLAGS, SOFTWARE_GL, Server
 from tests.processes import children_of
 
 # A page without a GPU says so; viser's own remarks are not the lab's.
 HARMLESS = ("GPU", "WebGL", "swiftshader", "WebSocket connection", "503")
+BLIND = (*HARMLESS, "THREE", "batched_colors")
+"""What viser says besides where nothing can be drawn in 3-D."""
 
 
 @pytest.fixture
@@ -106,3 +109,73 @@ def test_what_is_not_available_is_said_with_a_way_back(stage: Page) -> None:
     stage.unroute("**/scene/**")
     stage.get_by_role("button", name="Try again").press("Enter")
     expect(stage.locator("iframe")).to_be_visible(timeout=LONG)
+
+
+def opened(page: Page) -> Page:
+    """Play and open the 3-D view; return the page once the view takes mouse and keys."""
+    button(page, "Play")
+    state(page, "playing")
+    page.get_by_role("radio", name="Stage 3-D").press("Space")
+    expect(page.locator("iframe:not([inert])")).to_be_visible(timeout=3 * LONG)
+    return page
+
+
+def focused(page: Page) -> str:
+    return page.evaluate("document.activeElement.tagName")
+
+
+def expect_stopped(page: Page) -> None:
+    status = page.locator(".bar").get_by_role("status")
+    expect(status).to_have_text(re.compile("stopping|stopped"), timeout=LONG)
+
+
+def test_esc_is_stop_after_a_click_in_the_stage(stage: Page) -> None:
+    page = opened(stage)
+    page.frame_locator("iframe").locator("canvas").first.wait_for(timeout=3 * LONG)
+    page.locator("iframe").click(position={"x": 200, "y": 150})
+    until(page, lambda: focused(page) == "BODY")  # the mouse gives the focus back
+    page.keyboard.press("Escape")
+    expect_stopped(page)
+
+
+def test_keys_act_while_the_stage_has_the_focus(
+    page: Page, server: Server, refusals: list[str]
+) -> None:
+    refusals += BLIND
+    opened(page)
+    view = page.locator("iframe")
+    view.focus()
+    assert focused(page) == "IFRAME"
+    page.keyboard.press("Space")
+    state(page, "paused")
+    before = stands_at(page, server)
+    page.keyboard.press("s")  # the camera's
+    page.keyboard.press("S")
+    page.keyboard.press("?")
+    sheet = page.get_by_role("dialog", name="Keys and help")
+    expect(sheet).to_be_visible()
+    assert stands_at(page, server) == before
+    page.keyboard.press("Escape")
+    expect(sheet).to_have_count(0)
+
+    view.focus()  # the same view still: playing and pausing load no other
+    page.keyboard.press("Space")
+    state(page, "playing")
+    page.keyboard.press("Escape")
+    expect_stopped(page)
+
+
+def test_esc_is_stop_in_a_control_of_the_stage(page: Page, refusals: list[str]) -> None:
+    refusals += BLIND
+    opened(page)
+    page.evaluate(
+        "() => { const view = document.querySelector('iframe').contentDocument;"
+        " view.body.insertAdjacentHTML('beforeend', '<input id=typed>');"
+        " view.getElementById('typed').focus() }"
+    )
+    assert focused(page) == "IFRAME"
+    page.keyboard.type("l w")
+    assert page.frame_locator("iframe").locator("#typed").input_value() == "l w"
+    state(page, "playing")
+    page.keyboard.press("Escape")
+    expect_stopped(page)

@@ -18,11 +18,7 @@ SLOW = 240_000  # ms; a search or a map on a machine that does much else
 def tune(page: Page, server: Server) -> Iterator[Page]:
     """The Tune screen, with searches that are soon over."""
     state(page, "paused")
-    with page.expect_response("**/jobs?kind=tune") as listed:
-        page.get_by_role("link", name="Tune", exact=True).click()
-    if any(job["state"] == "done" for job in listed.value.json()):
-        # what an earlier test has found is shown
-        expect(region(page, "Candidates").locator("tbody tr")).not_to_have_count(0)
+    page.get_by_role("link", name="Tune", exact=True).click()
     set_field(page, "starts", "2")
     set_field(page, "evaluations of a start", "40")
     page.get_by_role("checkbox", name="window", exact=True).check()
@@ -49,6 +45,12 @@ def test_search_reload_compare_apply_and_undo(tune: Page) -> None:
     rows = searched(page)
     expect(rows.first).to_contain_text("present")
     expect(candidates.locator("tr.chosen")).to_contain_text("start")
+    search = region(page, "Search")
+    set_field(page, "starts", "3")
+    expect(search).to_contain_text("other settings than the form shows: starts")
+    search.get_by_role("button", name="Show them").click()
+    expect(page.get_by_role("textbox", name="starts", exact=True)).to_have_value("2")
+    expect(search).not_to_contain_text("other settings")
     chosen = candidates.locator("tr.chosen").inner_text()
 
     page.reload()
@@ -128,10 +130,6 @@ def test_the_loop_is_drawn_with_a_sweep_and_told_in_figures(tune: Page) -> None:
     page = tune
     figures = region(page, "Loop figures")
     expect(figures).to_contain_text("crossover (39)", timeout=LONG)
-    # of the present gains, whatever an earlier search has found
-    present = line(page, "present").get_by_role("radio")
-    if present.count():
-        present.check()
     sine = figures.locator("tr", has_text="error of the sine (41)")
     expect(sine).to_contain_text("1.94", timeout=LONG)
     loop = region(page, "Loop over frequency")

@@ -106,6 +106,7 @@ def lane(axis: Axis, law: float = OFF, changes: Mapping[str, float] | None = Non
             residual_alpha=nominal.low_pass(30.0),
             regularisation=0.3,
             z_limit=math.inf,
+            k_d_share=0.0,
         ),
         model_friction=friction,
         model_force_map=force_map,

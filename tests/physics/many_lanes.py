@@ -12,7 +12,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.control.compensation import CANUDAS_DE_WIT, OBSERVER, OFF, PUBLISHED, RESIDUAL
+from motionlab.control.compensation import (
+    CANUDAS_DE_WIT,
+    OBSERVER,
+    OFF,
+    PUBLISHED,
+    RESIDUAL,
+    REVERSED,
+)
 from motionlab.control.notch import sampled_notch
 from motionlab.simulation.layout import INPUT_ROWS, Inputs, Parameters
 from tests.physics.lane_case import Array, at_rest, circle, inputs, lane, rows, run
@@ -59,6 +66,17 @@ def published_lanes() -> list[Parameters]:
     return [lane(axis, PUBLISHED, _PUBLISHED_K) for axis in (X, Y)] * 4
 
 
+def reversed_lanes() -> list[Parameters]:
+    """Return eight lanes with K reversed: plain, with k_d and a bound, delayed, imperfect."""
+    four = (
+        {},
+        {"compensation.k_d_share": 1e-3, "compensation.z_limit": 3e-5},
+        {"controller.delay": 1.0, "controller.observer": 1.0},
+        _IMPERFECT,
+    )
+    return [lane(axis, REVERSED, changes) for changes in four for axis in (X, Y)]
+
+
 def ride() -> tuple[Array, Array]:
     """Return initial state and inputs: a cold start into a moving circle, with noise and load."""
     motion = circle(4300 + TICKS)[4300:]  # x turns round halfway
@@ -85,6 +103,7 @@ def results() -> dict[str, NDArray[Any]]:
         "exact": lanes(0.0),
         "counts": lanes(50e-9),
         "published": published_lanes(),
+        "reversed": reversed_lanes(),
         "tables": table_lanes(0.0),
     }
     for name, case in cases.items():

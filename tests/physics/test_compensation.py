@@ -45,6 +45,7 @@ TABLE: dict[str, tuple[dict[str, Any], float, float, float]] = {
         0.089,
     ),
 }
+LAWS = ["lugre-observer", "residual-k", "canudas-de-wit", "reversed-k", "published-k"]
 ENCODER_COUNT = 0.05  # um
 
 
@@ -111,7 +112,7 @@ def test_k_as_published_at_rest_is_a_number(resolution: float) -> None:
     assert not played.channel("B", "position", "x").any()
 
 
-@pytest.mark.parametrize("law", ["lugre-observer", "residual-k", "canudas-de-wit", "published-k"])
+@pytest.mark.parametrize("law", LAWS)
 def test_a_law_that_is_switched_off_runs_but_adds_nothing(law: str) -> None:
     played = play(
         "circle",

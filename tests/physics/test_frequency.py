@@ -79,7 +79,7 @@ def test_the_kernel_loses_stability_where_the_poles_leave_the_circle(
         assert (late > early or not np.isfinite(error[-1])) == grows
 
 
-CONTROLLERS = ["pd", "lugre-observer", "lugre-full", "canudas-de-wit", "residual-k"]
+CONTROLLERS = ["pd", "lugre-observer", "lugre-full", "canudas-de-wit", "residual-k", "reversed-k"]
 
 
 @pytest.mark.parametrize("controller", CONTROLLERS)

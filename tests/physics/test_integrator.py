@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from tests.physics import lane_case
-from tests.physics.lane_case import IDEAL, at_rest, inputs, off_and_observer, positions, rows
 from tests.physics.nominal import Y_TRAPEZOID, Axis, X, Y
 from tests.physics.plant_case import Array, pushed, steady_bristle
-from tests.physics.stiff_reference import Loop, hold
+from tests.physics.stiff_cases import CASES, Case, compare, overload
+from tests.physics.stiff_reference import hold
 
 AXES = pytest.mark.parametrize("axis", [X, Y], ids=["x", "y"])
 
@@ -68,24 +68,33 @@ def test_error_falls_with_the_square_of_the_step(axis: Axis) -> None:
     assert trend[:, REVERSES] == pytest.approx(2.0, abs=0.1)
 
 
-@pytest.mark.parametrize("compensated", [False, True], ids=["pd", "observer"])
+CIRCLE = lane_case.circle(4700)  # both axes have turned round
+TRAPEZOID = lane_case.trapezoid(1800)  # break-away and 0.15 m/s
+
+
+@pytest.mark.parametrize("law", ["off", "observer"])
 @pytest.mark.parametrize(
-    ("motion", "x", "y", "driven"),
-    [
-        (lane_case.circle(4700), X, Y, "xy"),  # both axes have turned round
-        (lane_case.trapezoid(1800), X, Y_TRAPEZOID, "y"),  # break-away and 0.15 m/s
-    ],
-    ids=["circle", "trapezoid"],
+    ("motion", "y", "axis"),
+    [(CIRCLE, Y, 0), (CIRCLE, Y, 1), (TRAPEZOID, Y_TRAPEZOID, 1)],
+    ids=["circle x", "circle y", "trapezoid y"],
 )
 def test_closed_loop_follows_the_stiff_solver_within_5_nm(
-    motion: Array, x: Axis, y: Axis, driven: str, compensated: bool
+    motion: Array, y: Axis, axis: int, law: str
 ) -> None:
-    lanes = rows(off_and_observer(x, y, IDEAL))
-    reached = positions(lanes, at_rest(motion[0, 0]), inputs(motion))
-    for axis_name in driven:
-        axis = "xy".index(axis_name)
-        p_ref = motion[:, 0, axis]
-        expected = Loop((x, y)[axis], float(p_ref[0]), compensated=compensated).follow(p_ref)
-        difference = np.abs(reached[:, 2 * compensated + axis] - expected)
-        assert np.abs(p_ref - expected).max() > 1e-6  # it was a task
-        assert difference.max() < 5e-9
+    found = compare(Case(law, y=y), motion, axis)
+    assert found.error.max() > 1e-6  # it was a task
+    assert found.difference.max() < 5e-9
+
+
+@pytest.mark.parametrize("name", ["residual-k", "reversed-k", "delay", "resonance", "matched"])
+def test_laws_delay_resonance_and_currents_follow_it_too(name: str) -> None:
+    found = compare(CASES[name], CIRCLE[:3300], 1)  # y has turned round
+    assert found.error.max() > 1e-6
+    assert found.difference.max() < 5e-9
+
+
+def test_where_currents_jump_to_their_limit_the_error_stays_below_a_thousandth() -> None:
+    rest, load = overload(800)
+    found = compare(Case("off", phases=True), rest, 1, load)
+    assert found.error.max() > 5e-3
+    assert 1e-7 < found.difference.max() < 1e-3 * found.error.max()

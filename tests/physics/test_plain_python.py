@@ -55,10 +55,11 @@ def test_the_ride_is_rough(compiled: Arrays) -> None:
     assert (np.abs(channel(samples, "position")[:, 4]) > 0.0148).any()
     assert (np.abs(channel(samples, "K")[:, [0, 2, 3]]).max(axis=0) > 1e-5).all()
     assert np.abs(channel(compiled["published_samples"], "K")).max() > 1e-3
+    assert (np.abs(channel(compiled["reversed_samples"], "K")).max(axis=0) > 1e-4).all()
     assert np.isfinite(samples).all()
 
 
-@pytest.mark.parametrize("case", ["exact", "counts", "published", "tables"])
+@pytest.mark.parametrize("case", ["exact", "counts", "published", "reversed", "tables"])
 def test_compiled_kernel_agrees_with_plain_python(
     case: str, plain: Arrays, compiled: Arrays
 ) -> None:

@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from motionlab.analysis.frequency import margins
+from motionlab.analysis.frequency import Margins, margins
 from motionlab.config.load import load_scenario
-from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError
-from motionlab.simulation.family import LoopFamily, with_gains
+from motionlab.simulation.family import SPEEDS, LoopFamily, with_gains
 from motionlab.simulation.linear import SLIDING, linearise
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
@@ -26,6 +25,7 @@ from motionlab.tune.search import tune
 from tests.runs import IDEAL
 
 SHORT: dict[str, Any] = {"trajectory.frequency": 2.0, "trajectory.radius": 0.002}
+TOLD_GAIN, TOLD_PHASE = 5e-3, 3e-3  # share; rad
 FREE = {"gain_margin": None, "phase_margin": None, "saturated": None}
 """No constraint but stability."""
 
@@ -41,23 +41,24 @@ def mapped(**request: Any) -> LandscapeDocument:
     return landscape(plan(read_request(LandscapeRequest, wanted)))
 
 
-def sliding(scenario: Scenario, axis: str) -> float:
-    return SLIDING * getattr(scenario.plant, axis).friction.v_s
-
-
 # -- the loops over the gains ---------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("law", ["pd", "lugre-full", "residual-k", "canudas-de-wit"])
+@pytest.mark.parametrize(
+    "law", ["pd", "lugre-full", "lugre-reference-notch", "residual-k", "canudas-de-wit"]
+)
 @pytest.mark.parametrize("delay", [0, 1])
 @pytest.mark.parametrize("plant", ["nominal", "matched-resonant"])
-def test_a_family_holds_the_loop_of_any_gains(law: str, delay: int, plant: str) -> None:
+@pytest.mark.parametrize("speed", [0.7, SLIDING])
+def test_a_family_holds_the_loop_of_any_gains(
+    law: str, delay: int, plant: str, speed: float
+) -> None:
     changes = {"variants.B.controller": law, "variants.B.controller.delay": delay}
     scenario = load_scenario("circle", changes | {"plant": plant})
-    family = LoopFamily.of(scenario, "B", "x")
+    family = LoopFamily.of(scenario, "B", "x", (speed,))
     for k_p, k_d in ((2e5, 1530.0), (8.1e5, 1643.0), (1.1e6, 2900.0), (4e4, 800.0)):
         changed = with_gains(scenario, "B", "x", k_p, k_d)
-        loop = linearise(changed, "B", "x", v=sliding(scenario, "x"))
+        loop = linearise(changed, "B", "x", v=speed * scenario.plant.x.friction.v_s)
         poles = np.abs(np.linalg.eigvals(loop.closed())).max()
         assert family.radius(np.array(k_p), np.array(k_d)) == pytest.approx(poles, rel=1e-9)
         if poles >= 1.0:
@@ -65,9 +66,12 @@ def test_a_family_holds_the_loop_of_any_gains(law: str, delay: int, plant: str) 
         exact, read = margins(loop.open), family.figures(k_p, k_d)
         ways = [exact.gain_margin, exact.gain_reduction and 1.0 / exact.gain_reduction]
         least = min((factor for factor in ways if factor is not None), default=math.inf)
-        assert read.gain_margin == pytest.approx(least, rel=5e-3)
-        assert read.phase_margin == pytest.approx(exact.phase_margin, abs=3e-3)
-        assert pytest.approx(exact.Ms, rel=2e-2) == read.Ms
+        # a notch lets arg L touch 180 degrees twice between two frequencies, which may be missed
+        near = 0.06 if law == "lugre-reference-notch" else TOLD_GAIN
+        assert read.gain_margin.value == pytest.approx(least, rel=near)
+        assert read.phase_margin.value == pytest.approx(exact.phase_margin, abs=TOLD_PHASE)
+        if exact.Ms < 4.0:  # closer to -1 both are read off too few frequencies
+            assert pytest.approx(exact.Ms, rel=2e-2) == read.Ms.value
 
 
 def test_the_edge_lies_where_the_largest_pole_has_modulus_one() -> None:
@@ -134,10 +138,63 @@ def test_a_search_betters_the_present_gains_within_every_constraint() -> None:
         assert best.cost is not None and present.cost is not None
         assert best.cost < 0.5 * present.cost
         ((axis, tuned),) = best.axes.items()
-        assert tuned.margins is not None and tuned.margins.stable
-        assert tuned.margins.gain_margin is not None and tuned.margins.gain_margin >= 1.99
-        assert tuned.margins.phase_margin is not None and tuned.margins.phase_margin >= 0.52
+        assert tuned.margins["nominal"].stable
         assert found.set[f"variants.B.controller.{axis}.k_p"] == tuned.k_p
+
+
+ROBUST = ("nominal", "as-measured", "matched", "matched-resonant")
+
+
+@pytest.mark.parametrize("law", ["lugre-observer", "residual-k"])
+def test_gains_found_keep_their_margins_at_any_velocity_on_every_motor(law: str) -> None:
+    found = searched(plants=ROBUST[1:], set={"variants.B.controller": law}, starts=1)
+    assert tuple(found.plants) == ROBUST
+    between = np.geomspace(SPEEDS[0], SPEEDS[-1], 4 * len(SPEEDS) - 3)
+    for group in found.groups:
+        best = group.candidates[0]
+        assert best.feasible
+        ((axis, tuned),) = best.axes.items()
+        least: dict[str, list[Margins]] = {}
+        for plant in ROBUST:
+            changes = SHORT | {"variants.B.controller": law} | best.set | {"plant": plant}
+            scenario = load_scenario("circle", changes)
+            v_s = getattr(scenario.plant, axis).friction.v_s
+            loops = [linearise(scenario, "B", axis, v=speed * v_s) for speed in between]
+            assert all(loop.stable for loop in loops)
+            least[plant] = [margins(loop.open) for loop in loops]
+        for plant, every in least.items():
+            gain = min(factor(one) for one in every)
+            phase = min(one.phase_margin or math.inf for one in every)
+            # as near as the figures come that the search reads off: docs/tune.md
+            assert gain >= 2.0 * (1.0 - TOLD_GAIN)
+            assert phase >= 0.5236 - TOLD_PHASE
+            told = tuned.margins[plant]
+            assert told.gain_margin is not None and told.phase_margin is not None
+            assert told.gain_margin.value == pytest.approx(gain, rel=TOLD_GAIN)
+            assert told.phase_margin.value == pytest.approx(phase, abs=TOLD_PHASE)
+
+
+def test_margins_told_are_the_worst_over_the_velocities() -> None:
+    """Gains with 35 degrees at four Stribeck velocities have 27 below the Stribeck velocity."""
+    changes = {"variants.B.controller.x": {"k_p": 1.588e6, "k_d": 4183.0}, "plant": "matched"}
+    found = searched(set=changes, axis="x", starts=1, evaluations=10)
+    present = found.groups[0].present
+    assert present.violations == [
+        "x on matched: phase_margin = 0.474 rad at 17.8 mm/s, at least 0.524 wanted"
+    ]
+    told = present.axes["x"].margins["matched"].phase_margin
+    scenario = load_scenario("circle", changes)
+    at_four = margins(
+        linearise(scenario, "B", "x", v=SLIDING * scenario.plant.x.friction.v_s).open
+    ).phase_margin
+    assert told is not None and at_four is not None
+    assert told.value == pytest.approx(0.474, abs=1e-3)
+    assert at_four > 0.6
+
+
+def factor(one: Margins) -> float:
+    """Return the smallest factor, up or down, to the edge of stability."""
+    return min(one.gain_margin or math.inf, 1.0 / (one.gain_reduction or 1e-9))
 
 
 def test_a_candidate_has_the_metrics_of_a_run_with_its_gains() -> None:
@@ -220,7 +277,7 @@ def test_a_law_without_linearisation_is_tuned_by_simulation_alone() -> None:
     changes = SHORT | {"variants.B.controller": "published-k"}
     found = searched(axis="x", set=changes, constraints=FREE, starts=1, evaluations=20)
     assert any("no linearisation" in warning for warning in found.warnings)
-    assert found.groups[0].candidates[0].axes["x"].margins is None
+    assert found.groups[0].candidates[0].axes["x"].margins == {}
 
 
 def test_a_cancelled_search_ends() -> None:

@@ -10,9 +10,13 @@ from jsonschema import Draft202012Validator
 
 PROBLEM = "application/problem+json"
 HEADERS = {
-    "content-security-policy": "frame-ancestors 'self'",
+    "content-security-policy": "default-src 'self'; script-src 'self'; "
+    "style-src 'self' 'unsafe-inline'; img-src 'self' data:; object-src 'none'; base-uri 'none'; "
+    "form-action 'self'; frame-ancestors 'self'",
+    "cross-origin-resource-policy": "same-origin",
     "referrer-policy": "same-origin",
     "x-content-type-options": "nosniff",
+    "x-frame-options": "SAMEORIGIN",
 }
 
 
@@ -51,6 +55,7 @@ class Contract:
         response.read()
         for name, value in HEADERS.items():
             assert response.headers[name] == value
+        assert "server" not in response.headers
         assert response.status_code < 500, response.text
         operation = self.operation(response.request)
         media = response.headers.get("content-type", "").split(";")[0]

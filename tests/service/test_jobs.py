@@ -12,7 +12,7 @@ import pytest
 
 from motionlab.service.settings import Settings
 from tests.service.conftest import MakeServer
-from tests.service.live import API, Live, until
+from tests.service.live import API, until
 from tests.service.servers import PATIENCE
 
 ASYNC = {"prefer": "respond-async"}
@@ -96,7 +96,7 @@ def test_a_job_that_is_not_there(client: httpx.Client) -> None:
 
 
 def test_a_full_queue(make_server: MakeServer) -> None:
-    server = make_server(Settings(jobs_at_once=1, jobs_max=2, jobs_kept=2))
+    server = make_server(Settings(jobs_at_once=1, jobs_max=2))
     with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
         running, waiting = submit(client, LONG), submit(client, LONG)
         until(lambda: state(client, running) == "running")
@@ -111,24 +111,20 @@ def test_a_full_queue(make_server: MakeServer) -> None:
         third = submit(client, QUICK)
         client.delete(running)
         until(lambda: state(client, third) == "done")
-        # only so many results are kept, and the oldest goes first
-        last = ""
-        for _ in range(2):
-            last = submit(client, QUICK)
-            until(lambda last=last: state(client, last) == "done")
-        assert client.get(running).status_code == 404
-        assert state(client, last) == "done"
+        assert [state(client, each) for each in (running, waiting)] == ["cancelled", "cancelled"]
 
 
 def test_jobs_are_listed_and_recorded(
     make_server: MakeServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("MOTIONLAB_DATA", str(tmp_path))
-    with httpx.Client(base_url=make_server(Settings()).url, timeout=PATIENCE) as client:
+    server = make_server(Settings())
+    with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
         first, second = submit(client, QUICK), submit(client, {"set": QUICK["set"] | {"seed": 2}})
         until(lambda: state(client, first) == "done" and state(client, second) == "done")
         cancelled = submit(client, LONG)
         client.delete(cancelled)
+        until(lambda: not server.app.state.jobs._jobs)  # all are recorded
         report = client.get(first).json()
         assert report["kind"] == "simulate"
         assert report["request"] == {"scenario": "circle", **QUICK}
@@ -150,9 +146,9 @@ def test_jobs_are_listed_and_recorded(
         assert client.get(first).json() == report
         assert client.delete(first).json() == report
         ids = [f"{API}/jobs/{job['id']}" for job in client.get(f"{API}/jobs").json()]
-        assert ids == [second, first]
+        assert ids == [cancelled, second, first]
         assert client.get(f"{API}/jobs/AAAAAAAAAAAA").status_code == 404
-        assert client.get(cancelled).status_code == 404
+        assert client.get(cancelled).json()["state"] == "cancelled"
 
 
 def test_a_full_disk_loses_the_record_and_not_the_result(
@@ -160,31 +156,20 @@ def test_a_full_disk_loses_the_record_and_not_the_result(
 ) -> None:
     (tmp_path / "jobs").write_text("where the folder should be")
     monkeypatch.setenv("MOTIONLAB_DATA", str(tmp_path))
-    with httpx.Client(base_url=make_server(Settings()).url, timeout=PATIENCE) as client:
-        location = submit(client, QUICK)
-        until(lambda: state(client, location) == "done")
-        assert client.get(location).json()["result"]["scenario"] == "circle"
-
-
-def test_too_many_simulations_at_once(make_server: MakeServer) -> None:
-    server = make_server(Settings(running_max=1))
+    server = make_server(Settings(jobs_kept=2))
     with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
-
-        async def occupy() -> None:
-            await server.app.state.slots.acquire()
-
-        async def leave() -> None:
-            server.app.state.slots.release()
-
-        live = Live.create(client)
-        live.step(10)
-        server.call(occupy())
-        assert client.get(f"{live.path}/telemetry").status_code == 429
-        for path in ("/simulate", "/whatif"):
-            response = client.post(API + path, json=QUICK)
-            assert response.status_code == 429
-            assert response.headers["content-type"] == "application/problem+json"
-        server.call(leave())
-        assert client.get(f"{live.path}/telemetry").status_code == 200
-        for path in ("/simulate", "/whatif"):
-            assert client.post(API + path, json=QUICK).status_code == 200
+        locations: list[str] = []
+        report: dict[str, Any] = {}
+        for _ in range(3):
+            location = submit(client, QUICK)
+            until(lambda location=location: state(client, location) == "done")
+            report = client.get(location).json()
+            assert report["result"]["scenario"] == "circle"
+            assert report["unrecorded"] == "the record cannot be written: File exists"
+            locations.append(location)
+        # only so many are kept, and the oldest goes first
+        listed = client.get(f"{API}/jobs").json()
+        assert [f"{API}/jobs/{job['id']}" for job in listed] == locations[:0:-1]
+        assert listed[0]["request"] == report["request"]
+        assert listed[0]["unrecorded"] == report["unrecorded"]
+        assert client.get(locations[0]).status_code == 404

@@ -1,27 +1,15 @@
-"""Work that needs the kernels of batches waits for the process that compiles them."""
+"""The kernels of batches are compiled by a process of their own, once, and waited for."""
 
 from __future__ import annotations
 
 import sys
-import time
 from pathlib import Path
 
 import pytest
-from pydantic import BaseModel
 
 from motionlab.service import kernels
 from motionlab.service.kernels import Kernels
-
-
-class Done(BaseModel):
-    """What work returns."""
-
-    at: float
-
-
-def work(progress: kernels.Progress) -> Done:
-    progress(1.0)
-    return Done(at=time.monotonic())
+from tests.service.live import until
 
 
 @pytest.fixture
@@ -35,37 +23,25 @@ def compile_by(monkeypatch: pytest.MonkeyPatch, code: str) -> None:
     monkeypatch.setattr(kernels, "COMMAND", (sys.executable, "-c", code))
 
 
-def test_work_waits_for_the_kernels_and_can_be_cancelled_meanwhile(
-    mark: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_they_are_waited_for(mark: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     compile_by(monkeypatch, "import time; time.sleep(60)")
     compiling = Kernels()
+    assert not compiling.settled  # also before it is known who compiles them
     compiling.start()
-    shares: list[float] = []
-
-    def cancelled(share: float, partial: BaseModel | None = None) -> None:
-        shares.append(share)
-        if len(shares) == 3:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        compiling.before(work)(cancelled)
-    assert shares == [0.0, 0.0, 0.0]
+    assert not compiling.settled
     mark.touch()
-    shares.clear()
-    compiling.before(work)(lambda share, partial=None: shares.append(share))
-    assert shares == [1.0]
+    assert compiling.settled
     compiling.close()
 
 
 @pytest.mark.parametrize("code", ["import sys; sys.exit(1)", "pass"])
-def test_work_goes_on_where_nothing_was_compiled(
+def test_nothing_is_waited_for_where_nothing_was_compiled(
     mark: Path, monkeypatch: pytest.MonkeyPatch, code: str
 ) -> None:
     compile_by(monkeypatch, code)
     compiling = Kernels()
     compiling.start()
-    assert compiling.before(work)(lambda share, partial=None: None)
+    until(lambda: compiling.settled)
     compiling.close()
     assert not mark.exists()
 
@@ -77,6 +53,6 @@ def test_what_was_compiled_before_is_not_compiled_again(
     mark.touch()
     compiling = Kernels()
     compiling.start()
-    compiling.before(work)(lambda share, partial=None: None)
+    assert compiling.settled
     compiling.close()
     assert not (mark.parent / "again").exists()

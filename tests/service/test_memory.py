@@ -7,7 +7,6 @@ from pathlib import Path
 
 import httpx
 import pytest
-from pydantic import BaseModel
 
 from motionlab.config.load import load_scenario
 from motionlab.service import memory
@@ -51,7 +50,7 @@ def test_what_never_fits_is_refused_by_name(make_server: MakeServer, call: str) 
 
 def test_what_does_not_fit_now_is_told_to_come_again(make_server: MakeServer) -> None:
     size = CIRCLE.recording_size()
-    server = make_server(Settings(memory_max=size))
+    server = make_server(Settings(memory_max=size, jobs_at_once=1))
     held: Memory = server.app.state.memory
     with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
         with held.hold(1):
@@ -62,9 +61,15 @@ def test_what_does_not_fit_now_is_told_to_come_again(make_server: MakeServer) ->
             asks = {"prefer": "respond-async"}
             job = client.post(f"{API}/simulate", json={}, headers=asks).json()["id"]
             other = client.post(f"{API}/simulate", json={}, headers=asks).json()["id"]
-            until(lambda: client.get(f"{API}/jobs/{other}").json()["state"] == "running")
+            # while they wait for memory others have their turn
+            direct = client.post(f"{API}/loop/sweep", json={"frequencies": [40.0]})
+            location = direct.headers["location"]
+            until(lambda: client.get(location).json()["state"] == "done")
+            assert client.get(f"{API}/jobs/{job}").json()["state"] == "queued"
             assert client.delete(f"{API}/jobs/{other}").json()["state"] == "cancelled"
         until(lambda: client.get(f"{API}/jobs/{job}").json()["state"] == "done")
+        assert client.get(f"{API}/jobs/{other}").json()["state"] == "cancelled"
+        until(lambda: held._taken == 0)
 
 
 def test_sessions_take_theirs_and_give_it_back(make_server: MakeServer) -> None:
@@ -83,25 +88,12 @@ def test_sessions_take_theirs_and_give_it_back(make_server: MakeServer) -> None:
         assert "memory_max" in answer.json()["detail"]
 
 
-def test_work_that_fails_gives_back_what_it_held() -> None:
-    room = Memory(10)
-
-    def fail(_: object) -> BaseModel:
-        raise ZeroDivisionError
-
-    for _ in range(3):
-        with pytest.raises(ZeroDivisionError):
-            room.before(10, fail)(lambda share, partial=None: None)
-    with room.hold(10):
-        pass
-
-
 def test_no_two_take_the_last_byte() -> None:
     room, taken, begin = Memory(5), [], threading.Barrier(8)
 
     def take() -> None:
         begin.wait()
-        taken.append(room._take(1))
+        taken.append(room.try_to_take(1))
 
     threads = [threading.Thread(target=take) for _ in range(8)]
     for thread in threads:

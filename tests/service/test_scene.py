@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import os
 import signal
@@ -12,6 +13,7 @@ from collections.abc import Callable, Iterator
 import httpx
 import numpy as np
 import pytest
+from fastapi import HTTPException
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
@@ -199,6 +201,52 @@ def test_the_request_after_a_kill_gets_a_page(own: Server, own_live: Live) -> No
             (scene,) = own.app.state.scenes.all()
             os.kill(scene.pid, signal.SIGKILL)
         assert client.get(f"/scene/{own_live.id}/").status_code == 200
+
+
+def test_a_hung_process_is_replaced(own: Server, own_live: Live) -> None:
+    with httpx.Client(base_url=own.url, timeout=PATIENCE) as client:
+        assert client.get(f"/scene/{own_live.id}/").status_code == 200
+        hung = only(own).pid
+        assert hung is not None
+        os.kill(hung, signal.SIGSTOP)
+        assert client.get(f"/scene/{own_live.id}/").status_code == 200
+        assert only(own).pid != hung
+        until(lambda: gone(hung))
+
+
+def test_a_hung_process_ends_while_it_is_watched(
+    own: Server, own_live: Live, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(proxy, "HANG_SECONDS", 0.5)
+    with Viewer(address(own, own_live.id)) as viewer:
+        viewer.look()
+        hung = only(own).pid
+        assert hung is not None
+        os.kill(hung, signal.SIGSTOP)
+        with pytest.raises(ConnectionClosed):
+            viewer.drain(PATIENCE)
+    until(lambda: gone(hung))
+
+
+def test_a_scene_that_does_not_start_keeps_nobody_waiting(own: Server, own_live: Live) -> None:
+    """Every other scene starts, is watched and ends meanwhile."""
+    kept = own.app.state.scenes
+    never = (sys.executable, "-c", "import time; time.sleep(1000)")
+    with httpx.Client(base_url=own.url, timeout=PATIENCE) as client:
+        other = Live.create(client)
+        kept._command = never
+        waiting = asyncio.run_coroutine_threadsafe(
+            kept.of(own.app.state.sessions.find(own_live.id)), own.loop
+        )
+        until(lambda: len(kept.all()) == 1)
+        kept._command = scenes.COMMAND
+        assert client.get(f"/scene/{other.id}/").status_code == 200
+        own.call(_sweep_once(own))
+        assert not waiting.done()
+        stuck, _ = kept.all()
+        own.loop.call_soon_threadsafe(kept.drop, stuck)
+        with pytest.raises(HTTPException, match="ended before it was ready"):
+            waiting.result(PATIENCE)
 
 
 def test_a_scene_ends_with_its_session(own: Server, own_live: Live) -> None:

@@ -13,8 +13,10 @@ import pytest
 from motionlab.cli import main
 from motionlab.config.load import load_scenario
 from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.service.settings import Settings
 from motionlab.telemetry.channels import stream_columns
 from tests.runs import play
+from tests.service.conftest import MakeServer
 from tests.service.live import API
 
 QUICK: dict[str, Any] = {"trajectory.laps": 1, "trajectory.lead_in": 0.5}
@@ -176,6 +178,7 @@ def test_what_if_of_a_diverged_variant(client: httpx.Client) -> None:
     [
         ({"columns": ["A.x.nothing"]}, "columns.0"),
         ({"columns": ["A.x.position", "C.x.position"]}, "columns.1"),
+        ({"columns": ["A.x.position", "B.x.position", "A.x.position"]}, "columns.2"),
         ({"points": 0}, "points"),
         ({"points": 1e9}, "points"),
         ({"columns": "A.x.position"}, "columns"),
@@ -186,3 +189,14 @@ def test_what_if_refuses(client: httpx.Client, more: dict[str, Any], loc: str) -
     response = client.post(f"{API}/whatif", json={"set": QUICK} | more)
     assert response.status_code == 422
     assert response.json()["errors"][0]["loc"] == loc
+
+
+def test_the_size_of_an_answer_is_bounded(make_server: MakeServer) -> None:
+    body = {"set": QUICK, "columns": COLUMNS[:2], "points": 1000}
+    with httpx.Client(base_url=make_server(Settings(answer_max=16_000)).url, timeout=60) as client:
+        assert client.post(f"{API}/whatif", json=body).status_code == 200
+        answer = client.post(f"{API}/whatif", json=body | {"columns": COLUMNS[:3]})
+    assert answer.status_code == 422
+    (error,) = answer.json()["errors"]
+    assert (error["loc"], error["value"], error["range"]) == ("columns", 24_000, "<= 16000")
+    assert error["unit"] == "bytes"

@@ -21,6 +21,7 @@ SCENARIOS = [
     "circle-matched",
     "circle-published-k",
     "circle-resonant",
+    "circle-reversed-k",
     "fig5",
     "pentagram",
     "rhombus",
@@ -75,7 +76,7 @@ def test_shipped_controller_loads(name: str) -> None:
     controller = load_scenario(CIRCLE, changes).variants["A"].controller
     assert controller.name == name
     assert controller.description
-    if name in {"lugre-observer", "published-k", "residual-k", "canudas-de-wit"}:
+    if name in {"lugre-observer", "published-k", "residual-k", "canudas-de-wit", "reversed-k"}:
         assert controller.compensation.law == name
 
 
@@ -196,8 +197,14 @@ def test_assignment_without_key_or_value_is_refused(text: str) -> None:
 
 
 def test_a_key_set_twice_is_refused() -> None:
-    with pytest.raises(ConfigError, match="seed: is set twice"):
+    with pytest.raises(ConfigError, match="--set: sets seed twice"):
         parse_assignments(["seed=1", "seed = 2"])
+
+
+def test_errors_name_the_option_that_was_given() -> None:
+    for texts in (["x"], ["x=1", "x=2"]):
+        with pytest.raises(ConfigError, match=r"^--spec: "):
+            parse_assignments(texts, "--spec")
 
 
 def test_changes_apply_together_whatever_their_order() -> None:

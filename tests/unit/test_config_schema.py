@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import json
+import tomllib
 from collections.abc import Iterator
 from typing import Any
 
@@ -11,10 +13,12 @@ import pytest
 
 from motionlab.config.load import load_scenario
 from motionlab.config.scenario import Scenario
-from motionlab.config.schema import schema_text
+from motionlab.config.schema import scenario_schema, schema_text
 from motionlab.config.shipped import config_root, names
+from motionlab.errors import ConfigError
 
-SCHEMA: dict[str, Any] = json.loads(schema_text())
+SCHEMA: dict[str, Any] = scenario_schema()
+SOURCE: dict[str, Any] = json.loads(schema_text())
 LOWER, UPPER = {"minimum", "exclusiveMinimum"}, {"maximum", "exclusiveMaximum"}
 
 
@@ -85,9 +89,66 @@ def test_the_schema_that_ships_is_current() -> None:
     assert shipped == schema_text(), "run `make schema`"
 
 
-def test_the_schema_is_one() -> None:
-    jsonschema.Draft202012Validator.check_schema(SCHEMA)
-    assert SCHEMA["$schema"] == jsonschema.Draft202012Validator.META_SCHEMA["$id"]
+@pytest.mark.parametrize("schema", [SCHEMA, SOURCE])
+def test_the_schema_is_one(schema: dict[str, Any]) -> None:
+    jsonschema.Draft202012Validator.check_schema(schema)
+    assert schema["$schema"] == jsonschema.Draft202012Validator.META_SCHEMA["$id"]
+
+
+@pytest.mark.parametrize("name", names("scenarios"))
+def test_the_file_of_a_scenario_fits_the_schema_that_it_names(name: str) -> None:
+    path = config_root() / "scenarios" / f"{name}.toml"
+    first, *_ = path.read_text(encoding="utf-8").splitlines()
+    named = path.parent / first.removeprefix("#:schema ")
+    schema = json.loads(named.read_text(encoding="utf-8"))
+    tables = tomllib.loads(path.read_text(encoding="utf-8"))
+    jsonschema.Draft202012Validator(schema).validate(tables)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        'base = "circle"',
+        'base = "circle"\nplant.x.mass = 6.0\ntrajectory.laps = 5',
+        'base = "circle"\nplant = { base = "matched", force_map = "new-design" }',
+        'base = "circle"\nvariants.B.controller.model = "matched"',
+        'base = "circle"\nplant.x.force_map = "new-design"',
+        'base = "circle"\ntrajectory = { kind = "circle", radius = 0.01, frequency = 0.3 }',
+        'base = "circle"\n[[schedule]]\ntime = 1.0\nset = { "plant.x.mass" = 6.0 }',
+    ],
+)
+def test_what_builds_on_a_shipped_scenario_fits_the_schema(text: str) -> None:
+    tables = tomllib.loads(text)
+    load_scenario(copy.deepcopy(tables))
+    jsonschema.Draft202012Validator(SOURCE).validate(tables)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        'base = "circel"',
+        'titel = "no base"',
+        'plant = "nominal"\ntrajectory = "circle"',
+        'base = "circle"\nsead = 1',
+        'base = "circle"\nplant = "matchd"',
+        'base = "circle"\nplant.x.mas = 6.0',
+        'base = "circle"\nplant.x.mass = -6.0',
+        'base = "circle"\nplant.x.friction.F_z = 1.0',
+        'base = "circle"\ntrajectory.lap = 5',
+        'base = "circle"\ntrajectory = { base = "circle", lap = 5 }',
+        'base = "circle"\ntrajectory = { kind = "circle", raduis = 0.01 }',
+        'base = "circle"\nvariants.B.controler = "pd"',
+        'base = "circle"\nvariants.B.controller.x.kp = 1.0',
+        'base = "circle"\nvariants.B.controller = { base = "pd", x = { kp = 1.0 } }',
+        'base = "circle"\nvariants.bee.controller = "pd"',
+        'base = "circle"\nload.nose = 1.0',
+    ],
+)
+def test_a_mistake_in_a_file_is_refused(text: str) -> None:
+    tables = tomllib.loads(text)
+    with pytest.raises(ConfigError):
+        load_scenario(copy.deepcopy(tables))
+    assert not jsonschema.Draft202012Validator(SOURCE).is_valid(tables)
 
 
 @pytest.mark.parametrize("name", names("scenarios"))

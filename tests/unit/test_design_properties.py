@@ -193,6 +193,36 @@ def test_every_formula_agrees_with_its_unit(monkeypatch: pytest.MonkeyPatch) -> 
                     assert found == pytest.approx(value * scale(reading.unit), rel=1e-9), key
 
 
+@pytest.mark.parametrize("table", ["requirements", "dimensions"])
+@pytest.mark.parametrize("p", [1e-6, 0.3e-3, 6.9e-3, 7.199e-3])
+def test_a_ratio_that_follows_has_the_range_of_one_that_is_given(table: str, p: float) -> None:
+    with pytest.raises(ConfigError, match=r"must be >= 0\.05 and <= 20, as sigma"):
+        design({table: {"p": p}})
+
+
+@given(st.floats(0.05, 20))
+def test_what_is_answered_may_be_asked(sigma: float) -> None:
+    for asked in ({"sigma": sigma}, {"p": 7.2e-3 * sigma / (1 + sigma)}):
+        try:
+            found = design({"dimensions": asked, "requirements": asked})
+        except ConfigError:  # at an end of the range, by rounding
+            assert "sigma" not in asked
+            continue
+        again = {
+            "dimensions": found.dimensions.model_dump(by_alias=True),  # type: ignore[union-attr]
+            "requirements": found.requirements.model_dump(by_alias=True),
+        }
+        assert design(again).model_dump() == found.model_dump()
+
+
+def test_a_whole_number_may_have_a_point() -> None:
+    for field, value in (("N", 145), ("n", 3), ("limbs", 2)):
+        with_point = design({"dimensions": {field: float(value)}})
+        assert with_point == design({"dimensions": {field: value}})
+        with pytest.raises(ConfigError, match="must be a whole number"):
+            design({"dimensions": {field: value + 0.5}})
+
+
 # -- closed forms ---------------------------------------------------------------------------------
 
 

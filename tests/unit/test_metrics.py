@@ -106,6 +106,17 @@ def test_step_by_hand():
     assert x["steady_state_error"] == pytest.approx(0.3e-6)
 
 
+def test_rounding_at_rest_is_no_error():
+    # counts times their resolution is not to the last bit the reference that it stands on
+    error = STEP_ERROR.copy()
+    error[8:] = -1.7e-21
+    x = measure({"x.following_error": np.minimum(error, 0.0)}, STEP)["axes"]["x"]
+    assert x["steady_state_error"] == 0.0
+    error[:8] = 1.7e-21
+    x = measure({"x.following_error": error}, STEP)["axes"]["x"]
+    assert x["overshoot"] == x["relative_overshoot"] == 0.0
+
+
 def test_step_down_mirrors_step_up():
     down = on_x(-STEP.position[:, 0], holds=STEP.holds)
     up = measure({"x.following_error": STEP_ERROR}, STEP)["axes"]["x"]

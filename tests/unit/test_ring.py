@@ -85,6 +85,22 @@ def test_what_was_read_is_not_overwritten(columns):
     assert before.tolist() == [[0, 1, 2, 3]]
 
 
+def test_a_tick_overwritten_while_it_is_read_is_refused(monkeypatch):
+    ring = Ring(1, 4)
+    append(ring, np.arange(4, dtype=np.float32)[None])
+    copy = Ring._copy
+
+    def overtaken(self, columns, start, stop):
+        room = self.room(2)
+        assert self.first == 2  # given up before it is overwritten
+        room[:] = 9
+        return copy(self, columns, start, stop)
+
+    monkeypatch.setattr(Ring, "_copy", overtaken)
+    with pytest.raises(IndexError, match="ticks 0 to 4 of 2 to 4"):
+        ring.read([0], 0, 4)
+
+
 @given(pieces=st.lists(st.integers(0, 40), max_size=6))
 def test_memory_does_not_grow(pieces):
     ring = Ring(2, 8)

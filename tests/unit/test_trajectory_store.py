@@ -2,13 +2,17 @@
 
 import errno
 import os
+import subprocess
+import sys
 import tempfile
 from pathlib import Path
 
 import pytest
 
-from motionlab.errors import StoreError, StoreFull
+from motionlab.errors import ConfigError, StoreError, StoreFull
+from motionlab.store import files, trajectories
 from motionlab.store.files import data_root
+from motionlab.store.index import Index
 from motionlab.store.trajectories import SIZE_MAX, TrajectoryStore
 
 TABLE = {"kind": "path", "points": [[0.0, 0.0], [0.01, 0.02]], "v_max": 0.1, "a_max": 1.0}
@@ -86,6 +90,72 @@ def test_a_folder_that_cannot_be_written_is_told(store, monkeypatch):
     with pytest.raises(StoreError, match="cannot be deleted: Permission denied"):
         store.delete("mine")
     assert store.read("mine") == TABLE
+
+
+def test_the_kind_is_read_without_the_points(store, monkeypatch):
+    store.write("mine", TABLE)
+    monkeypatch.setattr(trajectories, "parse", None)
+    assert store.kind("mine") == "path"
+
+
+def test_a_file_is_looked_at_once_until_it_changes(store, monkeypatch):
+    parsed = []
+    parse = trajectories.parse
+    monkeypatch.setattr(trajectories, "parse", lambda *a, **k: parsed.append(1) or parse(*a, **k))
+    store.write("mine", TABLE)
+    path = store._folder / "mine.toml"
+    for text, kind in (('# by hand\nkind = "line"', "line"), ("damaged", ""), ("x = 1", "")):
+        path.write_text(text)
+        parsed.clear()
+        for _ in range(3):
+            assert store.kind("mine") == kind
+        assert len(parsed) == 1
+    path.unlink()
+    with pytest.raises(FileNotFoundError):
+        store.kind("mine")
+
+
+def test_a_file_too_large_is_not_read(store):
+    store.write("mine", TABLE)
+    (store._folder / "mine.toml").write_text('kind = "path"\n' + "#" * SIZE_MAX)
+    assert store.kind("mine") == ""
+    with pytest.raises(ConfigError, match="mine: is too large"):
+        store.read("mine")
+
+
+def test_an_index_is_bounded(tmp_path):
+    read = []
+    index = Index(lambda path: read.append(path.name) or path.name, most=2)
+    for name in "abc":
+        (tmp_path / name).write_text(name)
+    for name in "abbcb":
+        assert index.of(tmp_path / name) == name
+    assert read == ["a", "b", "c"]
+    index.of(tmp_path / "a")
+    assert read == ["a", "b", "c", "a"]
+
+
+def test_leftovers_of_a_killed_process_are_removed(tmp_path):
+    """A process that writes holds a lock; one that was killed has left it."""
+    writing = (
+        "import os, signal, sys\nfrom pathlib import Path\nfrom motionlab.store import files\n"
+        "os.fsync = lambda _: (print(flush=True), sys.stdin.read(1))\n"
+        "files.replace(Path(sys.argv[1]) / 'jobs' / 'x', b'1')"
+    )
+    command = [sys.executable, "-c", writing, str(tmp_path)]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        process.stdout.readline()
+        [part] = (tmp_path / "jobs").iterdir()
+        os.utime(part, (0, 0))
+        files.remove_leftovers(tmp_path)
+        assert part.exists()
+        process.kill()
+        process.wait()
+    (tmp_path / "jobs" / "kept.jsonl").touch()
+    files.remove_leftovers(tmp_path)
+    assert [path.name for path in (tmp_path / "jobs").iterdir()] == ["kept.jsonl"]
+    files.remove_leftovers(tmp_path / "not there")
 
 
 def test_the_folder_of_data_is_a_setting(monkeypatch):

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from motionlab.simulation.family import Figures
+from motionlab.simulation.family import Figures, Worst
 from motionlab.tune.request import Constraints
 from motionlab.tune.trials import RAN_AWAY, Outcome
 from motionlab.tune.verdict import Verdict, Violation, margin_violations, outcome_violations
@@ -15,26 +15,35 @@ WANTED = Constraints(gain_margin=2.0, phase_margin=0.5, Ms=2.0, saturated=0.1, f
 STILL = Outcome(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, diverged=False)
 
 
+def figures(gain_margin: float, phase_margin: float, Ms: float) -> Figures:
+    return Figures(*(Worst(value, 0.02) for value in (gain_margin, phase_margin, Ms)))
+
+
 def shares(violations: list[Violation]) -> dict[str, float]:
     return {one.words.split()[0]: one.share for one in violations}
 
 
 @pytest.mark.parametrize(
-    ("figures", "violations"),
+    ("margins", "violations"),
     [
-        (Figures(2.0, 0.5, 2.0), {}),
-        (Figures(math.inf, math.inf, 1.0), {}),  # no frequency at which it could become unstable
-        (Figures(1.0, 0.5, 2.0), {"gain_margin": math.log(2.0)}),
-        (Figures(2.0, 0.25, 4.0), {"phase_margin": math.log(2.0), "Ms": math.log(2.0)}),
+        (figures(2.0, 0.5, 2.0), {}),
+        (figures(math.inf, math.inf, 1.0), {}),  # no frequency at which it could become unstable
+        (figures(1.0, 0.5, 2.0), {"gain_margin": math.log(2.0)}),
+        (figures(2.0, 0.25, 4.0), {"phase_margin": math.log(2.0), "Ms": math.log(2.0)}),
     ],
 )
-def test_margins_that_fall_short(figures: Figures, violations: dict[str, float]) -> None:
-    assert shares(margin_violations(WANTED, figures)) == pytest.approx(violations)
+def test_margins_that_fall_short(margins: Figures, violations: dict[str, float]) -> None:
+    assert shares(margin_violations(WANTED, margins)) == pytest.approx(violations)
 
 
 def test_no_margin_at_all_is_a_finite_violation() -> None:
-    found = shares(margin_violations(WANTED, Figures(2.0, 0.0, 2.0)))
+    found = shares(margin_violations(WANTED, figures(2.0, 0.0, 2.0)))
     assert math.log(1e3) < found["phase_margin"] < math.inf
+
+
+def test_a_margin_that_falls_short_is_told_with_its_velocity() -> None:
+    (found,) = margin_violations(WANTED, figures(2.0, 0.25, 2.0))
+    assert found.words == "phase_margin = 0.250 rad at 20 mm/s, at least 0.500 wanted"
 
 
 def test_limits_that_are_exceeded() -> None:

@@ -1,0 +1,62 @@
+"""Everything that a served lab answers to GET, asked for once."""
+
+from __future__ import annotations
+
+import json
+import re
+import time
+from collections.abc import Callable
+from typing import Any
+
+Ask = Callable[..., tuple[int, bytes]]
+"""Sends method, path and possibly a body as JSON; returns status and content."""
+
+UNDESCRIBED = ("/", "/docs", "/asyncapi.json", "/metrics", "/scene/")
+_PATIENCE = 300.0
+_ENDED = {"done", "failed", "cancelled"}
+
+
+def look_at_everything(ask: Ask) -> list[str]:
+    """Ask for every GET of the OpenAPI document, for the pages and for what they load.
+
+    Returns
+    -------
+    list of str
+        The paths that were asked for; each answered 200.
+    """
+
+    def got(path: str) -> bytes:
+        status, content = ask("GET", path)
+        assert status == 200, f"{path}: {status} {content[:500]!r}"
+        asked.append(path)
+        return content
+
+    def first(collection: str) -> str:
+        entry = json.loads(got(collection))[0]
+        return entry.get("id") or entry["name"]
+
+    asked: list[str] = []
+    job = _created(ask, "/api/v1/reproduce", {"only": ["turns"]}, 202)
+    begun = time.monotonic()
+    while (report := json.loads(got(f"/api/v1/jobs/{job}")))["state"] not in _ENDED:
+        assert time.monotonic() - begun < _PATIENCE, report
+        time.sleep(0.2)
+    assert report["state"] == "done", report
+    session = f"/api/v1/sessions/{_created(ask, '/api/v1/sessions', {}, 201)}"
+    assert ask("POST", f"{session}/step", {"ticks": 20})[0] == 200
+    for path, operations in json.loads(got("/openapi.json"))["paths"].items():
+        if "get" in operations:
+            collection, parameter, rest = path.partition("/{")
+            below = rest.partition("}")[2]
+            got(f"{collection}/{first(collection)}{below}" if parameter else path)
+    for path in UNDESCRIBED:
+        page = got(path).decode()
+        for asset in re.findall(r'(?:src|href)="(/assets/[^"]+)"', page):
+            got(asset)
+    return asked
+
+
+def _created(ask: Ask, path: str, body: dict[str, Any], expected: int) -> str:
+    status, content = ask("POST", path, body)
+    assert status == expected, content
+    return json.loads(content)["id"]

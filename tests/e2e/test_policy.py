@@ -1,0 +1,86 @@
+"""The content security policy: no screen breaks it; and a browser that logs in and out."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from tests.e2e.conftest import Server
+
+TOKEN = "a-token-of-some-length"
+RECORD = """
+window.violations = [];
+document.addEventListener('securitypolicyviolation', (event) =>
+  window.violations.push(`${event.violatedDirective} ${event.blockedURI}`));
+"""
+INJECT = """
+document.head.append(
+  Object.assign(document.createElement('script'), { textContent: 'window.injected = 1' }));
+"""
+
+
+@pytest.fixture
+def watched(page: Page) -> Page:
+    """The lab, loaded anew with a record of what its policy refuses."""
+    page.add_init_script(RECORD)
+    page.reload()
+    page.get_by_text("connected", exact=True).wait_for()
+    return page
+
+
+def test_no_screen_breaks_the_policy(watched: Page, refusals: list[str]) -> None:
+    links = watched.get_by_role("navigation", name="Screens").get_by_role("link")
+    names = links.all_text_contents()
+    assert len(names) >= 5
+    for name in names:
+        links.filter(has_text=re.compile(f"^{name}$")).click()
+        watched.wait_for_load_state("networkidle")
+    assert watched.evaluate("violations") == []
+    refusals.append("Content Security Policy")
+    watched.evaluate(INJECT)
+    assert watched.evaluate("window.injected") is None
+    assert watched.evaluate("violations") == ["script-src-elem inline"]
+
+
+def test_the_documentation_keeps_to_its_policy(page: Page, server: Server) -> None:
+    page.add_init_script(RECORD)
+    page.goto(f"{server.url}/docs")
+    expect(page.locator(".swagger-ui").first).to_be_visible()
+    assert page.evaluate("violations") == []
+    page.goto(server.url)
+    page.get_by_text("connected", exact=True).wait_for()
+
+
+def test_the_theme_is_set_before_the_page_loads(page: Page, refusals: list[str]) -> None:
+    refusals.append("ERR_FAILED")
+    page.route("**/assets/*.js", lambda route: route.abort())
+    page.evaluate("localStorage.setItem('motionlab.theme', 'light')")
+    page.goto(page.url)
+    assert page.evaluate("document.documentElement.dataset.theme") == "light"
+
+
+@pytest.fixture
+def guarded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    server = Server(tmp_path_factory.mktemp("data"), MOTIONLAB_TOKEN=TOKEN)
+    yield server
+    server.stop()
+
+
+def test_a_browser_logs_in_and_out(browser: Browser, guarded: Server) -> None:
+    with browser.new_context() as context:
+        page = context.new_page()
+        page.goto(guarded.url)
+        for given in ("wrong", TOKEN):
+            page.get_by_label("Token", exact=True).fill(given)
+            page.get_by_role("button", name="Continue").click()
+            if given == "wrong":
+                expect(page.get_by_role("alert")).to_contain_text("not this server's token")
+        expect(page.get_by_text("connected", exact=True)).to_be_visible()
+        [cookie] = context.cookies()
+        assert TOKEN not in cookie.get("value", "")
+        page.get_by_role("button", name="Log out").click()
+        expect(page.get_by_role("heading", name="This server asks for its token")).to_be_visible()
+        assert context.cookies() == []

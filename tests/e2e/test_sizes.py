@@ -1,0 +1,146 @@
+"""The page on small screens: nothing is clipped or scrolls sideways, every screen is reached."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from tests.e2e.actions import LONG, button, region, set_field, state, tab_to
+from tests.e2e.conftest import CHROMIUM, FLAGS, Server
+
+TEN = {
+    "A k_p x, N/mm": "250.5",
+    "A k_d x, N s/mm": "2.125",
+    "A k_p y, N/mm": "250.5",
+    "B k_p x, N/mm": "619.5",
+    "B k_d x, N s/mm": "2.912",
+    "B k_p y, N/mm": "1500",
+    "stiction F_s x, N": "3.612",
+    "seed": "20190",
+}
+
+CLIPPED = """() => {
+  const name = (e) => `${e.tagName} ${e.getAttribute('aria-label') ?? ''} "${
+    (e.tagName === 'SELECT' ? e.selectedOptions[0]?.text : e.value ?? e.innerText ?? '').trim()
+  }"`;
+  const canvas = document.createElement('canvas').getContext('2d');
+  const found = [];
+  for (const e of document.querySelectorAll('body, main, .column, .centre, .panel, ul, .bar')) {
+    if (e.scrollWidth > e.clientWidth) found.push(`sideways: ${
+      e.className || e.tagName} ${e.scrollWidth} > ${e.clientWidth}`);
+  }
+  for (const e of document.querySelectorAll(
+    'button, select, input[type=text], label, summary, h2, h3, th, td, li, p, .note, .label, .unit'
+  )) {
+    const box = e.getBoundingClientRect();
+    if (box.width === 0 || e.closest('.hidden, .skips') || !e.checkVisibility()) continue;
+    const style = getComputedStyle(e);
+    let cut = e.scrollWidth > e.clientWidth + 1 && style.display !== 'inline';
+    if (e.tagName === 'SELECT') {
+      canvas.font = style.font;
+      const arrow = 18, sides = parseFloat(style.paddingLeft) + parseFloat(style.paddingRight);
+      const text = canvas.measureText(e.selectedOptions[0]?.text ?? '').width;
+      cut = text + arrow + sides > e.clientWidth;
+    }
+    const panel = e.closest('.panel, .bar')?.getBoundingClientRect();
+    if (panel && (box.right > panel.right + 0.5 || box.left < panel.left - 0.5)) cut = true;
+    if (cut) found.push(`clipped: ${name(e)}`);
+  }
+  return found;
+}"""
+"""Texts that are cut off, and boxes that scroll sideways."""
+
+
+@pytest.fixture
+def sized(browser: Browser, server: Server) -> Iterator[Page]:
+    """The lab in a browser whose scrollbars take room, as on a desktop."""
+    shown = browser.browser_type.launch(
+        executable_path=CHROMIUM, args=FLAGS, ignore_default_args=["--hide-scrollbars"]
+    )
+    page = shown.new_page(viewport={"width": 1440, "height": 900})
+    page.goto(server.url)
+    page.get_by_text("connected", exact=True).wait_for()
+    yield page
+    shown.close()
+
+
+@pytest.mark.parametrize(("width", "height"), [(1440, 900), (1280, 720)])
+def test_nothing_is_clipped_with_ten_changes(sized: Page, width: int, height: int) -> None:
+    page = sized
+    page.set_viewport_size({"width": width, "height": height})
+    assert page.evaluate(CLIPPED) == []
+    for label, value in TEN.items():
+        set_field(page, label, value)
+    page.get_by_role("combobox", name="A compensation law").select_option("residual-k")
+    page.get_by_role("combobox", name="B force sharing").select_option("force-per-ampere")
+    expect(region(page, "Changes").get_by_role("listitem")).to_have_count(10)
+    expect(region(page, "Metrics")).to_contain_text("exact", timeout=LONG)
+    assert page.evaluate(CLIPPED) == []
+    # The focus must not shift a column either.
+    region(page, "Controllers").get_by_role("button", name="Sets…").focus()
+    page.keyboard.press("m")
+    page.keyboard.press("m")
+    assert page.evaluate(CLIPPED) == []
+    button(page, "Play with 10 changes")
+    state(page, "playing")
+    button(page, "Pause")
+    state(page, "paused")
+    assert page.evaluate(CLIPPED) == []
+
+
+@pytest.mark.parametrize("scenario", ["stair-y-50mm", "fig5", "circle-resonant"])
+def test_no_scenario_is_clipped(sized: Page, scenario: str) -> None:
+    page = sized
+    page.set_viewport_size({"width": 1280, "height": 720})
+    page.get_by_role("combobox", name="Scenario").select_option(scenario)
+    expect(region(page, "Metrics")).to_contain_text("exact", timeout=LONG)
+    for summary in page.locator("summary").all():
+        summary.click()
+    assert page.evaluate(CLIPPED) == []
+
+
+@pytest.mark.parametrize(("width", "height"), [(390, 844), (720, 450)])
+def test_a_phone_and_a_page_at_200_percent_reach_every_screen(
+    page: Page, width: int, height: int
+) -> None:
+    page.set_viewport_size({"width": width, "height": height})
+    screens = page.get_by_role("combobox", name="Screen")
+    for title, what in (("Trajectories", "Path"), ("Tune", "Search"), ("Lab", "Plane")):
+        screens.select_option(title)
+        expect(region(page, what)).to_be_visible(timeout=LONG)
+        across = "document.documentElement.scrollWidth <= innerWidth"
+        assert page.evaluate(across), title
+    expect(page.get_by_role("button", name="STOP")).to_be_in_viewport(ratio=1)
+
+
+def test_space_plays_after_a_click_in_the_top_bar(page: Page) -> None:
+    page.get_by_role("link", name="Motor").click()
+    page.get_by_role("link", name="Lab", exact=True).click()
+    page.keyboard.press("Space")
+    state(page, "playing")
+    page.get_by_role("button", name="Dark theme").click()
+    page.keyboard.press("Space")
+    state(page, "paused")
+    expect(page.get_by_role("button", name="Light theme")).to_be_visible()
+
+
+def test_links_skip_to_the_screen_and_to_the_controllers(page: Page) -> None:
+    page.keyboard.press("Tab")
+    expect(page.get_by_role("link", name="Skip to Lab")).to_be_focused()
+    page.keyboard.press("Tab")
+    page.keyboard.press("Enter")
+    page.keyboard.press("Tab")
+    focused = page.evaluate("document.activeElement.closest('section')?.ariaLabel")
+    assert focused == "Controllers"
+    tab_to(page, "B k_p x")
+
+
+def test_compensation_is_not_ticked_beside_no_compensation(page: Page) -> None:
+    box = page.get_by_role("checkbox", name="A compensation")
+    expect(box).not_to_be_checked()
+    expect(box).to_be_disabled()
+    page.get_by_role("combobox", name="A compensation law").select_option("residual-k")
+    expect(box).to_be_checked()
+    expect(box).to_be_enabled()

@@ -1,0 +1,56 @@
+"""SIGTERM ends the server within its grace, whatever runs."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import urllib.request
+from pathlib import Path
+
+import pytest
+
+SERVE = """
+import threading, time
+from motionlab.service import app, serve
+
+serve._GRACE_SECONDS, serve._CLOSING_SECONDS = 1, 1.0
+make = app.create_app
+
+async def stuck():
+    time.sleep(600)
+
+def create_app(settings):
+    made = make(settings)
+    made.add_api_route("/thread", lambda: time.sleep(600))
+    made.add_api_route("/loop", stuck)
+    made.router.routes[:0] = [made.router.routes.pop(), made.router.routes.pop()]
+    return made
+
+serve.create_app = create_app
+serve.serve("127.0.0.1", 0, frozenset())
+"""
+
+
+@pytest.mark.parametrize(
+    ("stuck", "code"),
+    [(None, -signal.SIGTERM), ("thread", -signal.SIGTERM), ("loop", 128 + signal.SIGTERM)],
+)
+def test_sigterm_ends_it(tmp_path: Path, stuck: str | None, code: int) -> None:
+    environment = os.environ | {"MOTIONLAB_DATA": str(tmp_path)}
+    command = (sys.executable, "-c", SERVE)
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment) as server:
+        try:
+            assert server.stderr is not None
+            told = re.search(r"http://[^/]+", server.stderr.readline())
+            assert told is not None
+            urllib.request.urlopen(f"{told[0]}/api/v1/health", timeout=60.0).close()
+            if stuck:
+                with pytest.raises(TimeoutError):
+                    urllib.request.urlopen(f"{told[0]}/{stuck}", timeout=0.5)
+            server.send_signal(signal.SIGTERM)
+            assert server.wait(60.0) == code
+        finally:
+            server.kill()

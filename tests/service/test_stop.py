@@ -1,0 +1,154 @@
+"""STOP waits for nothing that a session prepares, computes or writes."""
+
+from __future__ import annotations
+
+import importlib
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import httpx
+import pytest
+
+from motionlab.errors import ConfigError, FieldError
+from motionlab.service.settings import Settings
+from tests.service.conftest import MakeLive, MakeServer
+from tests.service.live import API, Live, Stream, until
+from tests.service.servers import PATIENCE, Server
+
+MASS = {"plant.x.mass": 7.0}
+ENDS = {"trajectory": {"kind": "line", "end": {"x": 0.001}, "edge_time": 0.4, "dwell": 0.1}}
+
+
+class Gate:
+    """Holds up a function of the server until it is let through."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, module: str, name: str) -> None:
+        self.reached = threading.Event()
+        self.let_through = threading.Event()
+        held_up = getattr(importlib.import_module(module), name)
+
+        def gated(*args: Any, **kwargs: Any) -> Any:
+            self.reached.set()
+            assert self.let_through.wait(PATIENCE)
+            return held_up(*args, **kwargs)
+
+        monkeypatch.setattr(f"{module}.{name}", gated)
+
+
+def create(live: Live) -> None:
+    Live.create(live.client).delete()
+
+
+@pytest.mark.parametrize(
+    ("module", "name", "ask"),
+    [
+        ("motionlab.service.session", "changed", lambda live: live.change(MASS)),
+        ("motionlab.service.session", "ready", lambda live: live.change(MASS)),
+        ("motionlab.service.session", "Simulation", lambda live: live.do("reset")),
+        (
+            "motionlab.service.session",
+            "latest_metrics",
+            lambda live: live.client.get(f"{live.path}/metrics"),
+        ),
+        ("numpy", "save", lambda live: live.columns()),
+        ("motionlab.service.routes.sessions", "prepare_request", create),
+    ],
+    ids=["check", "lanes", "reset", "metrics", "telemetry", "create"],
+)
+def test_a_stop_does_not_wait_for(
+    monkeypatch: pytest.MonkeyPatch,
+    make_live: MakeLive,
+    module: str,
+    name: str,
+    ask: Callable[[Live], Any],
+) -> None:
+    live = make_live()
+    live.do("play")
+    gate = Gate(monkeypatch, module, name)
+    with ThreadPoolExecutor(1) as asked:
+        pending = asked.submit(ask, live)
+        try:
+            assert gate.reached.wait(PATIENCE)
+            assert live.do("stop")["state"] == "stopping"
+            until(lambda: live.state == "stopped")
+            assert not pending.done()
+        finally:
+            gate.let_through.set()
+        pending.result(PATIENCE)
+
+
+def test_a_stop_ends_a_step(make_live: MakeLive, server: Server) -> None:
+    live = make_live()
+    (session,) = [s for s in server.app.state.sessions.all() if s.id == live.id]
+    record = session.history.record
+    begun, go_on = threading.Event(), threading.Event()
+
+    def slowly(simulation: Any, ticks: int) -> None:
+        record(simulation, ticks)
+        if not begun.is_set():
+            begun.set()
+            assert go_on.wait(PATIENCE)
+
+    session.history.record = slowly
+    with ThreadPoolExecutor(2) as asked:
+        step = asked.submit(live.do, "step", ticks=20_000)
+        assert begun.wait(PATIENCE)
+        stop = asked.submit(live.do, "stop")
+        until(lambda: session._waiting == 1)  # the stop wants the slice to end
+        go_on.set()
+        assert stop.result(PATIENCE)["state"] == "stopping"
+        assert step.result(PATIENCE)["tick"] < 20_000
+    until(lambda: live.state == "stopped")
+
+
+def test_a_scheduled_change_is_published(server: Server, make_live: MakeLive) -> None:
+    schedule = [{"time": 0.1, "set": {"variants.A.controller.x.k_p": 250_000.0}}]
+    live = make_live(changes={"schedule": schedule})
+    with Stream(server, live.id) as stream:
+        stream.message("hello")
+        live.do("step", ticks=199)
+        before = stream.message("session")["session"]
+        assert k_p(before) != 250_000.0
+        live.do("play")
+        while k_p(shown := stream.message("session")["session"]) != 250_000.0:
+            pass
+        assert shown["revision"] > before["revision"]
+        assert shown["changes"] == []  # the schedule's are none of a user
+
+
+def k_p(session: dict[str, Any]) -> float:
+    return session["scenario"]["variants"]["A"]["controller"]["x"]["k_p"]
+
+
+@pytest.mark.parametrize("state", ["stopping", "stopped", "finished"])
+def test_a_push_that_cannot_act_is_refused(make_live: MakeLive, state: str) -> None:
+    live = make_live(changes=ENDS)
+    if state == "finished":
+        live.step(live.info()["ends"])
+    else:
+        live.do("play")
+        live.do("stop")
+    if state == "stopped":
+        until(lambda: live.state == "stopped")
+    answer = live.post("push", axis="x", force=10.0)
+    assert answer.status_code == 409
+    assert live.state in answer.json()["detail"] or state == "stopping"
+
+
+def test_a_refused_create_evicts_nobody(
+    make_server: MakeServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    server = make_server(Settings(sessions_max=1))
+    with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
+        idle = Live.create(client)
+        for session in server.app.state.sessions.all():
+            session.touched -= 1000.0
+
+        def check(_: int) -> None:
+            raise ConfigError(FieldError("trajectory", "takes more memory than may be used"))
+
+        monkeypatch.setattr(server.app.state.memory, "check", check)
+        assert client.post(f"{API}/sessions", json={}).status_code == 422
+        assert idle.state == "paused"
