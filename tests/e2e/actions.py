@@ -52,7 +52,7 @@ def until(page: Page, holds: Callable[[], bool], most: int = LONG) -> None:
         if holds():
             return
         page.wait_for_timeout(250)
-    raise AssertionError("it never came to pass")
+    raise AssertionError(f"not so within {most} ms")
 
 
 def wait_for_clock(page: Page, seconds: float) -> None:
