@@ -66,7 +66,7 @@ bench: $(SETUP_STAMP) $(PAGE) ## Measure speed, each figure beside its reference
 schema: $(SETUP_STAMP) ## Write configs/scenario.schema.json from the config models
 	@$(PY) -m motionlab.config.schema
 
-types: $(SETUP_STAMP) ## Write frontend/src/api/schema.d.ts from the OpenAPI document
+types: $(SETUP_STAMP) ## Write frontend/src/app/api/schema.d.ts from the OpenAPI document
 	@mkdir -p build
 	@.venv/bin/motionlab openapi > build/openapi.json
 	@frontend/npm run --silent types

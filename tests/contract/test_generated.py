@@ -24,7 +24,7 @@ from tests.fixtures.__main__ import QUESTION, WHAT_IF, what_if
 
 ROOT = Path(__file__).parents[2]
 NPM = ROOT / "frontend" / "npm"
-API_TYPES = ROOT / "frontend" / "src" / "api"
+API_TYPES = ROOT / "frontend" / "src" / "app" / "api"
 REST = (ROOT / "docs" / "rest.md").read_text()
 PREFIX = "/api/v1"
 
@@ -61,7 +61,7 @@ def test_the_stream_client_uses_the_generated_messages() -> None:
         used = re.findall(r"Schemas\['(\w+)'\]", definition[1])
         assert sorted(used) == sorted(model.__name__ for model in models)
     assert "type Schemas = components['schemas'];" in types
-    client = (ROOT / "frontend" / "src" / "stream" / "client.ts").read_text()
+    client = (ROOT / "frontend" / "src" / "app" / "stream" / "stream-client.ts").read_text()
     assert re.search(
         r"import type \{[^}]*ClientMessage, ServerMessage[^}]*\} from '../api/types'", client
     )
@@ -152,7 +152,7 @@ def test_the_fixture_of_a_what_if_byte_by_byte() -> None:
     assert list(head["result"]["variants"]) == ["A", "B"]
     assert [column["name"] for column in head["columns"]] == QUESTION["columns"]
     assert {column["unit"] for column in head["columns"]} == {"m"}
-    # The same numbers as in frontend/src/tuning/preview.test.ts.
+    # The same numbers as in frontend/src/app/whatif/whatif-answer.test.ts.
     for name, low, high in (
         ("x.position_reference", 1.4e-4, 1.45e-4),
         ("A.x.following_error", 3.145e-5, 3.225e-5),

@@ -1,7 +1,7 @@
 import { describe, expect, it } from 'vitest';
 import { bandPath, errorEnds, extentOf, linePath, nearest, stepped } from './curves';
-import { AxisScale } from './scale';
-import { columnsOf } from './table';
+import { AxisScale } from './axis-scale';
+import { columnsOf } from './table-columns';
 import type { Series } from './types';
 
 const x = new AxisScale({ label: 'x', unit: 'm' }, 0, 10, [0, 100]);

@@ -1,6 +1,6 @@
 /** Where the axes of a plot are, in a frame of some size. */
 
-import { AxisScale, ends, equalise, type Extent } from './scale';
+import { AxisScale, ends, equalise, type Extent } from './axis-scale';
 import type { Axis } from './types';
 
 export interface Asked {

@@ -1,6 +1,6 @@
 /** What Plot and HeatMap are given. All numbers are SI; the axes choose prefixes. */
 
-import type { Scale } from '../units';
+import type { Scale } from '../ui/units';
 
 /** A token of app.css: the colour follows the theme. */
 export type PlotInk =

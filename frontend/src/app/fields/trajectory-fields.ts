@@ -1,0 +1,89 @@
+/** The numbers of a trajectory, whatever its kind, as lines of a form. */
+
+import type { Axis, Value } from '../api/types';
+import { numberAt } from '../api/scenario-paths';
+import { extremes, type Source } from '../../plot/source';
+
+/** What a person changes first; the rest is folded away. */
+const MAIN = new Set([
+  'radius',
+  'circumradius',
+  'amplitude',
+  'frequency',
+  'laps',
+  'cycles',
+  'step',
+  'count',
+  'height',
+  'velocity',
+  'position',
+  'duration',
+  'start',
+  'end',
+  'edge_time',
+  'v_max',
+  'a_max',
+]);
+
+export type Line =
+  | { kind: 'number'; path: string; main: boolean }
+  | { kind: 'switch'; path: string; main: boolean; on: boolean }
+  | { kind: 'choice'; path: string; main: boolean; value: string; options: readonly string[] }
+  | { kind: 'list'; path: string; main: boolean; length: number };
+
+const CHOICES: Record<string, readonly string[]> = { direction: ['ccw', 'cw'] };
+
+/** Returns the lines for a trajectory's table, main ones first. */
+export function lines(trajectory: { [key: string]: Value }): Line[] {
+  const found: Line[] = [];
+  for (const [key, value] of Object.entries(trajectory)) {
+    const path = `trajectory.${key}`;
+    const main = MAIN.has(key);
+    const options = CHOICES[key];
+    if (typeof value === 'number' || value === null) {
+      found.push({ kind: 'number', path, main: main && value !== null });
+    } else if (typeof value === 'boolean') {
+      found.push({ kind: 'switch', path, main, on: value });
+    } else if (typeof value === 'string') {
+      if (options) found.push({ kind: 'choice', path, main, value, options });
+    } else if (Array.isArray(value)) {
+      found.push({ kind: 'list', path, main: true, length: value.length });
+    } else {
+      for (const axis of Object.keys(value)) {
+        found.push({ kind: 'number', path: `${path}.${axis}`, main });
+      }
+    }
+  }
+  return found.sort((a, b) => Number(b.main) - Number(a.main));
+}
+
+export interface Peaks {
+  velocity: number;
+  acceleration: number;
+  /** Largest share of the motor's limits that any of them takes. */
+  share: number;
+}
+
+/** Returns the reference's peaks over a source, and how much of the motor's limits they are. */
+export function peaks(source: Source, plant: object): Peaks | null {
+  const largest = (axis: Axis, what: string): number => {
+    const whole = { from: source.start, to: source.start + source.last * source.step };
+    return Math.max(...extremes(source, `${axis}.${what}_reference`, whole).map(Math.abs));
+  };
+  const found = (['x', 'y'] as const).map((axis) => {
+    const velocity = largest(axis, 'velocity');
+    const acceleration = largest(axis, 'acceleration');
+    const share = Math.max(
+      velocity / numberAt(plant, `${axis}.velocity_max`),
+      acceleration / numberAt(plant, `${axis}.acceleration_max`),
+    );
+    return { velocity, acceleration, share };
+  });
+  const most = (key: keyof Peaks) => Math.max(...found.map((each) => each[key]));
+  const result = {
+    velocity: most('velocity'),
+    acceleration: most('acceleration'),
+    share: most('share'),
+  };
+  return Number.isFinite(result.share) ? result : null;
+}

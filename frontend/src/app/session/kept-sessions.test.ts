@@ -1,0 +1,40 @@
+import { afterEach, beforeEach, expect, it, vi } from 'vitest';
+import type { Scenario } from '../api/types';
+import { forget, keptSessions, recall, remember, rememberDraft } from './kept-sessions';
+
+const scenario = { name: 'circle' } as Scenario;
+const own = { base: scenario, scenario, paths: [], speed: 2 };
+
+beforeEach(() => {
+  const kept = new Map<string, string>();
+  vi.stubGlobal('localStorage', {
+    getItem: (key: string) => kept.get(key) ?? null,
+    setItem: (key: string, text: string) => kept.set(key, text),
+    removeItem: (key: string) => kept.delete(key),
+  });
+});
+
+afterEach(() => vi.unstubAllGlobals());
+
+it('keeps what-if changes with their session, whichever was open last', () => {
+  remember({ id: 'first', ...own });
+  rememberDraft('first', { seed: 7 });
+  remember({ id: 'second', ...own });
+  expect(keptSessions()).toEqual(['second', 'first']);
+  expect(recall('first')).toMatchObject({ draft: { seed: 7 }, speed: 2 });
+  expect(recall('second')).toMatchObject({ draft: {} });
+  forget('first');
+  expect(recall('first')).toBeNull();
+});
+
+it('keeps the last few sessions only', () => {
+  for (let i = 0; i < 12; i++) remember({ id: `s${i}`, ...own });
+  expect(keptSessions()).toHaveLength(8);
+  expect(recall('s3')).toBeNull();
+  expect(recall('s11')).not.toBeNull();
+});
+
+it.each(['5', '{"base":5}', '{"scenario":{}}'])('does without a session kept as %s', (text) => {
+  localStorage.setItem('motionlab.session.gone', text);
+  expect(recall('gone')).toBeNull();
+});

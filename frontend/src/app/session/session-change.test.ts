@@ -1,0 +1,223 @@
+import { afterEach, describe, expect, it, vi } from 'vitest';
+import type { Changes, Scenario, SessionInfo } from '../api/types';
+import { messages } from '../messages.svelte';
+import { Lab } from '../store.svelte';
+
+vi.hoisted(() => {
+  vi.stubGlobal('location', { href: 'http://127.0.0.1/', protocol: 'http:', host: '127.0.0.1' });
+  vi.stubGlobal('history', { replaceState: () => undefined });
+  vi.stubGlobal(
+    'WebSocket',
+    class {
+      close() {}
+    },
+  );
+});
+
+const settled = () => new Promise((resolve) => setTimeout(resolve, 0));
+
+const K_P = 'variants.B.controller.x.k_p';
+
+function scenario(name: string, k_p = 200300): Scenario {
+  return { name, variants: { B: { controller: { x: { k_p } } } } } as unknown as Scenario;
+}
+
+/** A Lab on a server of its own, with a session of the circle that had a gain changed. */
+function tuned(): { lab: Lab; made: { scenario: unknown; set: Changes }[]; commands: string[] } {
+  const lab = new Lab();
+  const made: { scenario: unknown; set: Changes }[] = [];
+  const commands: string[] = [];
+  const info = (of: Scenario, base = of) =>
+    ({
+      id: `s${made.length}`,
+      state: 'paused',
+      time: 0,
+      speed: 1,
+      changes: [],
+      stream: '',
+      base,
+      scenario: of,
+      revision: made.length,
+    }) as unknown as SessionInfo;
+  const { api, session } = lab;
+  api.create = vi.fn(async ({ scenario: of = 'circle', set = {} }) => {
+    made.push({ scenario: of, set });
+    return info(typeof of === 'string' ? scenario(of) : of);
+  });
+  api.session = vi.fn(async () => ({ ...session.info, watchers: 1 }) as SessionInfo);
+  api.scenario = vi.fn(async (name: string) => scenario(name));
+  api.patch = vi.fn(async () => ({ tick: 0 }));
+  api.remove = vi.fn();
+  api.command = vi.fn(async (_: string, name: string) => {
+    commands.push(name);
+    return { ...session.info, state: name === 'play' ? 'playing' : 'paused' } as SessionInfo;
+  }) as unknown as typeof api.command;
+  session.info = info(scenario('circle', 619000), scenario('circle'));
+  session.base = scenario('circle');
+  session.missing = '';
+  return { lab, made, commands };
+}
+
+const notice = () => messages.list.at(-1);
+
+afterEach(() => {
+  for (const { id } of messages.list) messages.dismiss(id);
+});
+
+describe('another scenario', () => {
+  it('says what stays behind, and Undo brings it back', async () => {
+    const { lab, made } = tuned();
+    lab.setMode('whatif');
+    lab.set({ [K_P]: 700000 });
+    await lab.loadScenario('rhombus');
+    expect(lab.draft).toEqual({});
+    expect(notice()?.text).toMatch(/^circle was left with one change: B kp x/);
+    expect(notice()?.actions.map(({ name }) => name)).toEqual(['Undo', 'Keep the gains']);
+    expect(lab.canUndo).toBe(true);
+    await lab.undo();
+    expect(made.at(-1)?.scenario).toEqual(scenario('circle', 619000));
+    expect(lab.draft).toEqual({ [K_P]: 700000 });
+    expect(lab.changes).toMatchObject([{ path: K_P, from: 200300, to: 700000 }]);
+    expect(lab.goesBack).toBe(false);
+  });
+
+  it('can be gone back from after others, and leaves its gains to the one that is open', async () => {
+    const { lab, made } = tuned();
+    lab.setMode('whatif');
+    lab.set({ [K_P]: 700000 });
+    await lab.loadScenario('rhombus');
+    const [undo, keep] = notice()?.actions ?? [];
+    await lab.loadScenario('pentagram');
+    expect(lab.undoText).toBe('Go back to the session before, circle, at 0 s');
+    keep?.run();
+    expect(lab.draft).toEqual({ [K_P]: 700000 });
+    undo?.run();
+    await settled();
+    expect(made.at(-1)?.scenario).toEqual(scenario('circle', 619000));
+    expect(lab.draft).toEqual({ [K_P]: 700000 });
+    await lab.undo();
+    expect(lab.draft).toEqual({});
+    undo?.run(); // done already
+    await settled();
+    expect(made).toHaveLength(3);
+  });
+
+  it('takes the gains along as what-if changes', async () => {
+    const { lab } = tuned();
+    await lab.loadScenario('rhombus');
+    notice()?.actions[1]?.run();
+    expect(lab.mode).toBe('whatif');
+    expect(lab.draft).toEqual({ [K_P]: 619000 });
+  });
+
+  it('says nothing where nothing stays behind, and starts at real time', async () => {
+    const { lab } = tuned();
+    await lab.loadScenario('rhombus');
+    for (const { id } of messages.list) messages.dismiss(id);
+    lab.session.speed = 10;
+    await lab.loadScenario('circle');
+    expect(notice()).toBeUndefined();
+    expect(lab.session.speed).toBe(1);
+  });
+});
+
+it('makes what was applied a what-if change again', async () => {
+  const { lab, commands } = tuned();
+  const { session } = lab;
+  lab.setMode('whatif');
+  lab.set({ [K_P]: 700000 });
+  await lab.apply();
+  expect(lab.draft).toEqual({});
+  session.info = {
+    ...session.info,
+    changes: [{ tick: 0, set: { [K_P]: 700000 }, previous: { [K_P]: 619000 } }],
+  } as unknown as SessionInfo;
+  lab.setMode('live');
+  expect(lab.undoText).toBe('Take back Apply: B kp x');
+  await lab.undo();
+  expect(commands).toEqual(['undo']);
+  expect(lab.draft).toEqual({ [K_P]: 700000 });
+  lab.setMode('whatif');
+  session.info = { ...session.info, changes: [] } as unknown as SessionInfo;
+  expect(lab.undoText).toBe('Take back the what-if change of B kp x');
+  await lab.undo();
+  expect(lab.draft).toEqual({});
+});
+
+it('goes back from a given path while what-if changes wait', async () => {
+  const { lab, made } = tuned();
+  lab.setMode('whatif');
+  lab.set({ [K_P]: 700000 });
+  await lab.givePath({ name: '', table: { kind: 'path' } });
+  expect(lab.goesBack).toBe(true);
+  await lab.undo();
+  expect(made).toHaveLength(2);
+  expect(lab.draft).toEqual({ [K_P]: 700000 });
+});
+
+it('gives a path with all gains, what-if changes and the speed, and a way back', async () => {
+  const { lab, made } = tuned();
+  lab.setMode('whatif');
+  lab.set({ [K_P]: 700000, 'trajectory.radius': 0.02 });
+  lab.session.speed = 4;
+  await lab.givePath({ name: 'my-star', table: { kind: 'path' } });
+  expect(made.at(-1)).toEqual({
+    scenario: scenario('circle', 619000),
+    set: { trajectory: { kind: 'path' } },
+  });
+  expect(lab.draft).toEqual({ [K_P]: 700000 });
+  expect(lab.session.speed).toBe(4);
+  expect(notice()?.text).toBe('The session took my-star and went back to 0 s.');
+  notice()?.actions[0]?.run();
+  await settled();
+  expect(lab.draft).toEqual({ [K_P]: 700000, 'trajectory.radius': 0.02 });
+});
+
+it('remembers when a change was made and undone, until a reset', async () => {
+  const { lab } = tuned();
+  const { session, api } = lab;
+  const now = (info: Partial<SessionInfo>) => {
+    api.command = vi.fn(async () => ({ ...session.info, ...info }) as SessionInfo);
+  };
+  now({ tick: 3000, changes: [{ tick: 2000, set: {}, previous: {} }] });
+  await session.step(1);
+  now({ tick: 5000, changes: [] });
+  await session.undo();
+  expect(session.changedAt).toEqual([1, 2.5]);
+  now({ tick: 0, timeline: 1 });
+  await session.reset();
+  expect(session.changedAt).toEqual([]);
+});
+
+describe('play', () => {
+  it('gives what-if changes to the session first, or leaves them out', async () => {
+    const { lab, commands } = tuned();
+    lab.setMode('whatif');
+    lab.set({ [K_P]: 700000 });
+    await lab.play({ changed: false });
+    expect(lab.api.patch).not.toHaveBeenCalled();
+    expect(lab.pending).toBe(1);
+    await lab.playOrPause();
+    await lab.playOrPause();
+    expect(lab.api.patch).toHaveBeenCalledWith('s0', { [K_P]: 700000 });
+    expect(lab.pending).toBe(0);
+    expect(commands).toEqual(['play', 'pause', 'play']);
+  });
+
+  it('does not play where the changes are refused', async () => {
+    const { lab, commands } = tuned();
+    lab.setMode('whatif');
+    lab.set({ [K_P]: -5 });
+    lab.api.patch = vi.fn(() => Promise.reject(new Error('Is out of range')));
+    await lab.playOrPause();
+    expect(commands).toEqual([]);
+    expect(lab.pending).toBe(1);
+  });
+
+  it('starts a finished session again', async () => {
+    const { lab, commands } = tuned();
+    lab.session.info = { ...lab.session.info, state: 'finished' } as SessionInfo;
+    await lab.playOrPause();
+    expect(commands).toEqual(['reset', 'play']);
+  });
+});

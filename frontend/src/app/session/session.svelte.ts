@@ -1,0 +1,341 @@
+/** The session on the server: which one, its state, its stream, and how it is found again. */
+
+import { ApiError, UNREACHABLE, type Api, type ScenarioRequest } from '../api/client';
+import { atStart, withChanges } from '../api/scenario-paths';
+import type { Axis, Changes, Scenario, SessionInfo } from '../api/types';
+import type { Moment } from '../../plot/scope-chart';
+import { StreamClient, type Connection, type Subscription } from '../stream/stream-client';
+import { messages } from '../messages.svelte';
+import { fromAddress, setAddress } from '../storage';
+import {
+  forget,
+  keptSessions,
+  recall,
+  remember,
+  rememberDraft,
+  withPath,
+  type GivenPath,
+  type Kept,
+  type Own,
+} from './kept-sessions';
+
+/** Ticks that are kept: 33 s, a little more than the server has to resume from. */
+const CAPACITY = 65_536;
+export const PERIOD = 0.0005;
+/** Changes whose time is remembered. */
+const MARKS = 200;
+export const PUSH_SECONDS = 0.05;
+/** Simulated over real time. */
+export const SPEED = { least: 0.1, most: 10 };
+
+/** Why something failed, to go into a sentence. */
+function reason(error: unknown): string {
+  return (error instanceof Error ? error.message : String(error)).replace(/\.$/, '');
+}
+
+export class SessionStore {
+  info = $state.raw<SessionInfo | null>(null);
+  /** What differences are shown against: the scenario as it was loaded. */
+  base = $state.raw<Scenario | null>(null);
+  /** What-if changes that the session does not have. */
+  draft = $state.raw<Changes>({});
+  /** Paths that were given to it or tried in what-if, the last one first. */
+  paths = $state.raw<readonly GivenPath[]>([]);
+  connection = $state<Connection>('connecting');
+  speed = $state(1);
+  pushes = $state.raw<readonly Moment[]>([]);
+  /** Times at which parameters were changed, or a change undone, s. */
+  changedAt = $state.raw<readonly number[]>([]);
+  /** Set between pressing STOP and the server's answer. */
+  stopping = $state(false);
+  /** Why there is no session on the server just now; empty while there is one. */
+  missing = $state('There is no session yet: the server has not answered.');
+  client: StreamClient | null = null;
+  private subscription: Subscription = { columns: [], differences: [] };
+  /** Whether the session that was asked for last has come; pending until the server has answered. */
+  private making = Promise.resolve(true);
+  private stops = 0;
+
+  constructor(private readonly api: Api) {}
+
+  get id(): string {
+    return this.info?.id ?? '';
+  }
+
+  /** Its scenario as it holds at 0 s, before the schedule has changed anything. */
+  get start(): Scenario | null {
+    return this.info && atStart(this.info);
+  }
+
+  /** The session that a command is for. */
+  private get target(): string {
+    if (this.missing !== '' || !this.info) throw new Error(this.missing);
+    return this.info.id;
+  }
+
+  /** Time that the newest sample stands for. */
+  get time(): number {
+    const ring = this.client?.ring;
+    return ring && ring.end > ring.start ? ring.end * PERIOD : (this.info?.time ?? 0);
+  }
+
+  /** Finds the session of the address or of the last visit, or makes one. */
+  async open(): Promise<void> {
+    try {
+      await this.find();
+    } catch (error) {
+      if (!this.info) this.missing = `There is no session yet: ${reason(error)}.`;
+      throw error;
+    }
+  }
+
+  private async find(): Promise<void> {
+    const id = fromAddress('session') ?? keptSessions()[0];
+    if (id === undefined) {
+      await this.create({});
+      return;
+    }
+    const kept = recall(id);
+    try {
+      const info = await this.api.session(id);
+      this.adopt(info, kept ?? { speed: info.speed });
+    } catch (error) {
+      if (!(error instanceof ApiError) || error.status !== 404) throw error;
+      await this.recreate(kept);
+    }
+  }
+
+  /**
+   * Makes a session, after those that were asked for before; the present one ends. It starts without
+   * what-if changes, at real time, unless `own` says otherwise.
+   */
+  create(request: ScenarioRequest, own: Partial<Own> = {}): Promise<void> {
+    const made = this.making.then(() => this.make(request, own));
+    const making = made.then(
+      () => true,
+      () => {
+        // Commands that come later are for the session that is there.
+        if (this.making === making) this.making = Promise.resolve(true);
+        return false;
+      },
+    );
+    this.making = making;
+    return made;
+  }
+
+  /**
+   * Waits for a session that is being made: a command given meanwhile is meant for that one. False
+   * where it must not be carried out, as there is none, or STOP was pressed after it.
+   */
+  async settled(): Promise<boolean> {
+    const { stops } = this;
+    return (await this.making) && stops === this.stops;
+  }
+
+  /** Makes a session; the present one ends unless somebody else watches it. */
+  private async make(request: ScenarioRequest, own: Partial<Own>): Promise<void> {
+    const before = this.id;
+    const info = await this.api.create(request);
+    const alone = before !== '' && (await this.alone(before).catch(() => false));
+    this.adopt(info, own);
+    if (!alone) return;
+    forget(before);
+    await this.api.remove(before).catch(() => undefined);
+  }
+
+  /** Whether nobody else watches the session. Asked while our own stream still counts. */
+  private async alone(id: string): Promise<boolean> {
+    const own = this.client?.connections ?? 0;
+    const { watchers } = await this.api.session(id);
+    return watchers <= own;
+  }
+
+  subscribe(subscription: Subscription): void {
+    this.subscription = subscription;
+    this.client?.subscribe(subscription);
+  }
+
+  async play(): Promise<void> {
+    this.update(await this.api.command(this.target, 'play', { speed: this.speed }));
+  }
+
+  async pause(): Promise<void> {
+    this.update(await this.api.command(this.target, 'pause'));
+  }
+
+  async step(ticks: number): Promise<void> {
+    this.update(await this.api.command(this.target, 'step', { ticks }));
+  }
+
+  async reset(): Promise<void> {
+    this.update(await this.api.command(this.target, 'reset'));
+  }
+
+  /** Asks for the state of now, which the stream may bring later. */
+  async refresh(): Promise<SessionInfo> {
+    const info = await this.api.session(this.target);
+    this.update(info);
+    return info;
+  }
+
+  async undo(): Promise<void> {
+    this.update(await this.api.command(this.target, 'undo'));
+  }
+
+  async stop(): Promise<void> {
+    const { target } = this;
+    this.stops += 1;
+    this.stopping = true;
+    try {
+      this.update(await this.api.command(target, 'stop'));
+    } catch (error) {
+      // One that was replaced meanwhile no longer moves, and the new one has not begun to.
+      if (target === this.id) throw error;
+    } finally {
+      this.stopping = false;
+    }
+  }
+
+  async setSpeed(speed: number): Promise<void> {
+    const within = Math.min(SPEED.most, Math.max(SPEED.least, speed));
+    this.speed = Number(within.toPrecision(2));
+    this.keep();
+    if (this.info?.state === 'playing') await this.play();
+  }
+
+  async push(axis: Axis, force: number): Promise<void> {
+    const { tick } = await this.api.push(this.target, { axis, force, duration: PUSH_SECONDS });
+    this.pushes = [...this.pushes, { time: tick * PERIOD, label: `push ${axis}` }];
+  }
+
+  /** Takes other what-if changes. */
+  setDraft(draft: Changes): void {
+    this.draft = draft;
+    if (this.id !== '') rememberDraft(this.id, draft);
+  }
+
+  /** Remembers what a path is called that what-if takes. */
+  namePath(path: GivenPath): void {
+    this.paths = withPath(this.paths, path);
+    this.keep();
+  }
+
+  /** Changes parameters of the running session; the server says at which tick. */
+  async patch(set: Changes): Promise<void> {
+    await this.api.patch(this.target, set);
+    // The stream brings the server's own account; until then the controls need not jump back.
+    if (this.info) this.info = { ...this.info, scenario: withChanges(this.info.scenario, set) };
+  }
+
+  private update(info: SessionInfo): void {
+    if (info.id !== this.info?.id || info.revision < this.info.revision) return;
+    this.noteChanges(info, this.info);
+    this.info = info;
+    this.keep();
+  }
+
+  private adopt(info: SessionInfo, own: Partial<Own>): void {
+    this.client?.close();
+    this.noteChanges(info, null);
+    this.info = info;
+    this.base = own.base ?? info.base;
+    this.draft = own.draft ?? {};
+    this.paths = own.paths ?? [];
+    this.speed = info.state === 'playing' ? info.speed : (own.speed ?? 1);
+    this.missing = '';
+    this.pushes = [];
+    setAddress({ session: info.id });
+    this.keep();
+    rememberDraft(info.id, this.draft);
+    const protocol = location.protocol === 'https:' ? 'wss' : 'ws';
+    this.client = new StreamClient(
+      `${protocol}://${location.host}${info.stream}`,
+      {
+        connection: (state) => (this.connection = state),
+        session: (news) => this.update(news),
+        reset: () => (this.pushes = []),
+        problem: (detail) => messages.error(detail),
+      },
+      { capacity: CAPACITY, alive: () => this.alive(info.id) },
+    );
+    this.client.subscribe(this.subscription);
+    this.client.connect();
+  }
+
+  /** An undo takes the change off the server's list: that it was, and when, is remembered here. */
+  private noteChanges(info: SessionInfo, before: SessionInfo | null): void {
+    const same = before !== null && before.timeline === info.timeline;
+    const undone = same && info.changes.length < before.changes.length;
+    const ticks = [...info.changes.map(({ tick }) => tick), ...(undone ? [info.tick] : [])];
+    const known = same ? this.changedAt : [];
+    const times = ticks.map((tick) => tick * PERIOD).filter((time) => !known.includes(time));
+    this.changedAt = [...known, ...times].slice(-MARKS);
+  }
+
+  private keep(): void {
+    const { id, start, base, paths, speed } = this;
+    if (start && base) remember({ id, scenario: start, base, paths, speed });
+  }
+
+  /** Whether the session is still there; makes it again when the server has lost it. */
+  private async alive(id: string): Promise<boolean> {
+    try {
+      this.update(await this.api.session(id));
+      return true;
+    } catch (error) {
+      if (!(error instanceof ApiError)) throw error;
+      if (error.status === 404 && id === this.info?.id) {
+        const { base, start, draft, paths, speed } = this;
+        const kept = base && start && { id, scenario: start, base, draft, paths, speed };
+        await this.recreate(kept).catch((failure) => {
+          const silent = failure instanceof ApiError && failure.status === UNREACHABLE;
+          if (!silent) messages.error(this.missing);
+        });
+      } else if (!error.transient) {
+        messages.error(error.message);
+      }
+      return false;
+    }
+  }
+
+  /**
+   * Makes a session in place of one that the server no longer has. Until that succeeds the page goes
+   * on showing the lost one, and commands are refused with the reason.
+   */
+  private async recreate(kept: Kept | null): Promise<void> {
+    this.missing = 'The server no longer has this session, and it is being made again.';
+    try {
+      await this.remake(kept);
+    } catch (error) {
+      this.missing =
+        'The server no longer has this session, and could not yet make it again: ' +
+        `${reason(error)}. The page keeps trying.`;
+      throw error;
+    }
+  }
+
+  private async remake(kept: Kept | null): Promise<void> {
+    if (!kept) {
+      await this.create({});
+      messages.info('The session of this address no longer exists. A new one was made.');
+      return;
+    }
+    try {
+      await this.create({ scenario: kept.scenario }, kept);
+      forget(kept.id);
+    } catch (error) {
+      if (!(error instanceof ApiError) || error.status !== 422) throw error;
+      // What an older version or a damaged storage has kept must not keep the page from opening.
+      await this.create({});
+      messages.error(`The session was gone, and what was kept of it is refused. ${error.message}`);
+      return;
+    }
+    messages.info(
+      'The session was gone: another tab has left it, the server was restarted, or it had been idle ' +
+        'for long. It was made again from the scenario and the changes kept here, and is paused at ' +
+        '0 s. Undo begins anew: changes made before stay.',
+      [],
+      { stays: true },
+    );
+  }
+}

@@ -1,0 +1,82 @@
+import { afterEach, beforeEach, describe, expect, it, vi } from 'vitest';
+import { ApiError, UNREACHABLE, type Api } from '../api/client';
+import type { Scenario } from '../api/types';
+import { readPreview } from './whatif-answer';
+import { WhatIf } from './whatif.svelte';
+
+vi.mock('./preview', () => ({ readPreview: vi.fn() }));
+
+const problem = (status: number) => ({ title: '', status, detail: `status ${status}`, errors: [] });
+const refusal = (status: number, retryAfter: number | null = null) =>
+  new ApiError(problem(status), retryAfter);
+
+const question = (k_p: number) => ({
+  scenario: {} as Scenario,
+  set: { k_p },
+  columns: [],
+});
+
+/** A what-if whose server answers each request with the next of some outcomes, then soundly. */
+function answering(...outcomes: ApiError[]) {
+  const asked: [unknown, number][] = [];
+  const api = {
+    whatif: vi.fn(({ set, points }: { set: { k_p: number }; points: number }) => {
+      asked.push([set.k_p, points]);
+      const outcome = outcomes.shift();
+      return outcome ? Promise.reject(outcome) : Promise.resolve(new ArrayBuffer(0));
+    }),
+  };
+  const refused = vi.fn();
+  return { whatif: new WhatIf(api as unknown as Api, refused), asked, refused };
+}
+
+beforeEach(() => {
+  vi.useFakeTimers();
+  vi.mocked(readPreview).mockReturnValue({} as ReturnType<typeof readPreview>);
+});
+afterEach(() => void vi.useRealTimers());
+
+describe('a what-if that the server has no room for', () => {
+  it.each([429, 503, UNREACHABLE])('is asked again after %i', async (status) => {
+    const { whatif, asked, refused } = answering(refusal(status), refusal(status), refusal(status));
+    whatif.ask(question(1));
+    await vi.advanceTimersByTimeAsync(10);
+    expect(whatif.standing).toBe('retrying');
+    expect(whatif.reason).toBe(`status ${status}`);
+    await vi.advanceTimersByTimeAsync(10_000);
+    expect(whatif.standing).toBe('exact');
+    expect(asked.at(-1)).toEqual([1, 20_000]);
+    expect(refused).not.toHaveBeenCalledWith([], expect.stringContaining('status'));
+  });
+
+  it('is asked again when the server says', async () => {
+    const { whatif, asked } = answering(refusal(429), refusal(429, 7000));
+    whatif.ask(question(1));
+    await vi.advanceTimersByTimeAsync(1000);
+    expect(asked.length).toBe(2);
+    await vi.advanceTimersByTimeAsync(5900);
+    expect(asked.length).toBe(2);
+    await vi.advanceTimersByTimeAsync(500);
+    expect(asked.length).toBe(3);
+    expect(whatif.standing).toBe('exact');
+  });
+
+  it('is not asked again once there is a newer one', async () => {
+    const { whatif, asked } = answering(refusal(429, 1000));
+    whatif.ask(question(1));
+    await vi.advanceTimersByTimeAsync(10);
+    whatif.ask(question(2));
+    await vi.advanceTimersByTimeAsync(10_000);
+    expect(asked.map(([k_p]) => k_p)).toEqual([1, 2, 2]);
+    expect(whatif.standing).toBe('exact');
+  });
+});
+
+it('a what-if that is refused is not asked again', async () => {
+  const { whatif, asked, refused } = answering(refusal(422));
+  whatif.ask(question(1));
+  await vi.advanceTimersByTimeAsync(10_000);
+  expect(whatif.standing).toBe('failed');
+  expect(asked.length).toBe(1);
+  expect(refused).toHaveBeenLastCalledWith([], 'status 422');
+});

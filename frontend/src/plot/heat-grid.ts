@@ -1,0 +1,170 @@
+/** What HeatMap draws of its grid: which cell a pixel belongs to, and the picture of all cells. */
+
+import { AxisScale, extent, type Extent } from './axis-scale';
+import type { Axis, Series, Spot } from './types';
+
+/** Values of a grid, row by row along y: null and NaN are cells without a value. */
+export type Rows = readonly ArrayLike<number | null>[];
+
+export interface ColourAxis extends Axis {
+  /** Values on both sides of this are told apart: a diverging map, as far up as down. */
+  centre?: number;
+}
+
+/** Edges of cells around their centres: half way between neighbours, on the scale of the axis. */
+export function edges(centres: ArrayLike<number>, log = false): number[] {
+  const warp = (value: number) => (log ? Math.log10(value) : value);
+  const back = (value: number) => (log ? 10 ** value : value);
+  const at = Array.from(centres, warp);
+  const first = at[0];
+  if (first === undefined) return [];
+  if (at.length === 1) {
+    const half = log ? 0.15 : Math.max(Math.abs(first) * 0.5, 0.5);
+    return [back(first - half), back(first + half)];
+  }
+  const between = at.slice(1).map((value, i) => (value + (at[i] ?? value)) / 2);
+  const outer = (end: number, next: number) => end + (end - next);
+  return [
+    outer(first, between[0] ?? first),
+    ...between,
+    outer(at[at.length - 1] ?? first, between[between.length - 1] ?? first),
+  ].map(back);
+}
+
+/** Index of the cell that holds a value, -1 outside. */
+export function cellAt(between: readonly number[], value: number): number {
+  const last = between.length - 1;
+  if (last < 1 || !(value >= (between[0] as number) && value <= (between[last] as number)))
+    return -1;
+  let [low, high] = [0, last];
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if ((between[middle] as number) <= value) low = middle;
+    else high = middle;
+  }
+  return low;
+}
+
+function* values(rows: Rows): Generator<number | null> {
+  for (const row of rows) for (let i = 0; i < row.length; i++) yield row[i] ?? null;
+}
+
+/** Ends of the colour axis. */
+export function colourRange(z: ColourAxis, rows: Rows): Extent {
+  const found = extent(values(rows), z.log) ?? {
+    low: z.log === true ? 1 : 0,
+    high: z.log === true ? 10 : 1,
+  };
+  let [low, high] = [z.from ?? found.low, z.to ?? found.high];
+  if (z.centre !== undefined) {
+    const far = Math.max(high - z.centre, z.centre - low);
+    [low, high] = [z.centre - far, z.centre + far];
+  }
+  if (low === high) [low, high] = z.log === true ? [low / 2, high * 2] : [low - 0.5, high + 0.5];
+  return { low, high };
+}
+
+export function isEmpty(rows: Rows): boolean {
+  return extent(values(rows)) === null;
+}
+
+/** First and last edge of an axis. */
+export function spanOf(between: readonly number[]): Extent | null {
+  const [low, high] = [between[0], between[between.length - 1]];
+  return low === undefined || high === undefined ? null : { low, high };
+}
+
+const WAYS: Record<string, [number, number]> = {
+  ArrowRight: [1, 0],
+  ArrowLeft: [-1, 0],
+  ArrowUp: [0, 1],
+  ArrowDown: [0, -1],
+};
+
+/** The cell that an arrow key leads to, from the middle at first; null for another key. */
+export function moved(
+  from: { i: number; j: number } | null,
+  key: string,
+  by: number,
+  columns: number,
+  rows: number,
+): { i: number; j: number } | null {
+  const way = WAYS[key];
+  if (!way) return null;
+  if (!from) return { i: Math.floor(columns / 2), j: Math.floor(rows / 2) };
+  const within = (at: number, count: number) => Math.min(count - 1, Math.max(0, at));
+  return { i: within(from.i + by * way[0], columns), j: within(from.j + by * way[1], rows) };
+}
+
+/** The colour axis as a scale over `height` pixels, upwards. */
+export function colourScale(z: ColourAxis, { low, high }: Extent, height: number): AxisScale {
+  return new AxisScale(z, low, high, [height, 0]);
+}
+
+export interface Painting {
+  width: number;
+  height: number;
+  /** Cell of each column of pixels and of each row of pixels; -1 is outside of the grid. */
+  columns: Int32Array;
+  lines: Int32Array;
+  rows: Rows;
+  colours: Uint32Array;
+  /** Share 0 to 1 along the colour axis; NaN where there is no value. */
+  share: (value: number | null | undefined) => number;
+  /** Pixels of cells without a value: ground and hatching. */
+  ground: number;
+  hatch: number;
+}
+
+/** Cell of each pixel along one axis. */
+export function cellsOf(
+  axis: AxisScale,
+  between: readonly number[],
+  start: number,
+  pixels: number,
+  dpr: number,
+) {
+  return Int32Array.from({ length: pixels }, (_, i) =>
+    cellAt(between, axis.at(start + (i + 0.5) / dpr)),
+  );
+}
+
+/** Fills an image, 32-bit pixels row by row from the top. */
+export function paint(image: Uint32Array, painting: Painting): void {
+  const { width, height, columns, lines, rows, colours, share, ground, hatch } = painting;
+  const top = colours.length - 1;
+  const across = Math.max(0, ...rows.map((row) => row.length));
+  // A cell is looked up once, not for each of its pixels.
+  const shades = rows.map((row) =>
+    Int32Array.from({ length: across }, (_, i) => {
+      const at = share(row[i]);
+      return Number.isFinite(at) ? Math.round(Math.min(1, Math.max(0, at)) * top) : -1;
+    }),
+  );
+  for (let j = 0; j < height; j++) {
+    const row = shades[lines[j] as number];
+    for (let i = 0; i < width; i++) {
+      const cell = columns[i] as number;
+      const shade = row && cell >= 0 ? (row[cell] ?? -1) : -2;
+      image[j * width + i] =
+        shade >= 0 ? (colours[shade] as number) : shade === -1 && (i + j) % 8 < 2 ? hatch : ground;
+    }
+  }
+}
+
+/** Entries of the legend for points: one for each, or one for a family. */
+export function keysOf(points: readonly Spot[]): Series[] {
+  const found = new Map<string, Series>();
+  for (const { name, family, ink, marker = 'circle' } of points) {
+    const key = family ?? name;
+    if (found.has(key)) continue;
+    found.set(key, { name: key, x: [], y: [], kind: 'points', marker, ...(ink ? { ink } : {}) });
+  }
+  return [...found.values()];
+}
+
+/** Every so many columns or rows of a table, so that at most `most` are left. */
+export function thin(count: number, most: number): number[] {
+  const every = Math.max(1, Math.ceil(count / most));
+  return Array.from({ length: count }, (_, i) => i).filter((i) => i % every === 0);
+}

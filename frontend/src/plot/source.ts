@@ -1,0 +1,124 @@
+/** Where curves come from: the live ring or a what-if result; scopes and plane know only this. */
+
+import type { Ring } from '../app/stream/ring';
+import { cut, type Bins } from './bins';
+import type { Range } from './range';
+
+export interface Source {
+  /** Changes whenever there is something new to draw. */
+  readonly version: number;
+  /** Time of sample 0 and time between samples, s. */
+  readonly start: number;
+  readonly step: number;
+  /** First sample that is there, and the one after the last. */
+  readonly first: number;
+  readonly last: number;
+  has(column: string): boolean;
+  cut(from: number, to: number, pixels: number): Bins;
+  reduce(column: string, bins: Bins, minimum: Float32Array, maximum: Float32Array): void;
+  /** The value at a time, or NaN. */
+  at(column: string, time: number): number;
+}
+
+/** Returns the least and the largest of all samples of a stretch of time; NaN where there are none. */
+export function extremes(source: Source, column: string, { from, to }: Range): [number, number] {
+  const first = Math.max(source.first, Math.round((from - source.start) / source.step));
+  const last = Math.min(source.last, Math.round((to - source.start) / source.step));
+  const [low, high] = [new Float32Array(1), new Float32Array(1)];
+  source.reduce(column, { first, size: last - first, count: 1, paired: true }, low, high);
+  return [low[0] as number, high[0] as number];
+}
+
+/** Name of the curve of one channel of A less B. */
+export function differenceName(channel: string, a: string, b: string): string {
+  return `${a}-${b}.${channel}`;
+}
+
+export class LiveSource implements Source {
+  readonly start = 0;
+
+  constructor(
+    private readonly ring: () => Ring,
+    readonly step: number,
+  ) {}
+
+  get version(): number {
+    return this.ring().version;
+  }
+  get first(): number {
+    return this.ring().start;
+  }
+  get last(): number {
+    return this.ring().end;
+  }
+  has(column: string): boolean {
+    return this.ring().has(column);
+  }
+  cut(from: number, to: number, pixels: number): Bins {
+    return cut(from / this.step, to / this.step, pixels);
+  }
+  reduce(column: string, bins: Bins, minimum: Float32Array, maximum: Float32Array): void {
+    this.ring().reduce(column, bins.first, bins.size, bins.count, minimum, maximum);
+  }
+  at(column: string, time: number): number {
+    const ring = this.ring();
+    const tick = Math.round(time / this.step);
+    // The newest sample stands for the present, which is one step later.
+    return ring.at(column, tick === ring.end ? tick - 1 : tick);
+  }
+}
+
+export interface Envelope {
+  minimum: Float32Array;
+  maximum: Float32Array;
+}
+
+let versions = 0;
+
+/** A result that stands still: each column as minimum and maximum of equal bins. */
+export class StillSource implements Source {
+  readonly version = ++versions;
+  readonly first = 0;
+
+  constructor(
+    readonly start: number,
+    readonly step: number,
+    readonly last: number,
+    private readonly columns: ReadonlyMap<string, Envelope>,
+  ) {}
+
+  has(column: string): boolean {
+    return this.columns.has(column);
+  }
+  cut(from: number, to: number, pixels: number): Bins {
+    const low = Math.max(0, Math.floor((from - this.start) / this.step));
+    const high = Math.min(this.last, Math.ceil((to - this.start) / this.step) + 1);
+    // Even one stored bin has two extremes.
+    return { ...cut(low, high, pixels), paired: true };
+  }
+  reduce(column: string, bins: Bins, minimum: Float32Array, maximum: Float32Array): void {
+    const envelope = this.columns.get(column);
+    for (let bin = 0; bin < bins.count; bin++) {
+      let least = Number.POSITIVE_INFINITY;
+      let most = Number.NEGATIVE_INFINITY;
+      if (envelope) {
+        const begin = bins.first + bin * bins.size;
+        const stop = Math.min(begin + bins.size, this.last);
+        for (let i = begin; i < stop; i++) {
+          const low = envelope.minimum[i] as number;
+          const high = envelope.maximum[i] as number;
+          if (low < least) least = low;
+          if (high > most) most = high;
+        }
+      }
+      minimum[bin] = least <= most ? least : Number.NaN;
+      maximum[bin] = least <= most ? most : Number.NaN;
+    }
+  }
+  at(column: string, time: number): number {
+    const envelope = this.columns.get(column);
+    const i = Math.floor((time - this.start) / this.step);
+    if (!envelope || i < 0 || i >= this.last) return Number.NaN;
+    return ((envelope.minimum[i] as number) + (envelope.maximum[i] as number)) / 2;
+  }
+}

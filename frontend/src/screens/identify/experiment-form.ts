@@ -1,0 +1,209 @@
+/** What the controls of an identification say, and what is asked of the server for it. */
+
+import type { Axis, Changes, ProblemField, Scenario } from '../../app/api/types';
+import { clean, digits, parseNumber, prettyUnit, quantity } from '../../ui/units';
+
+export type Spacing = 'log' | 'linear';
+
+export interface Form {
+  /** Name of a shipped scenario; empty: what the Lab's controls show. */
+  source: string;
+  /** Name of a shipped motor; empty: the scenario's own. */
+  motor: string;
+  axis: Axis | 'both';
+  /** Whose gains and force map drive the motor; empty: the first. */
+  variant: string;
+  /** Whose model is identified; empty: the second, or the only one. */
+  applyTo: string;
+  /** Slowest and fastest motion, m/s. */
+  slowest: number;
+  fastest: number;
+  speeds: number;
+  spacing: Spacing;
+  /** Time after which a motion takes no further pole pitch, s. */
+  timeMax: number;
+  /** Most pole pitches of a motion; null: as many as fit. */
+  pitchesMax: number | null;
+  ramps: boolean;
+  /** N/s */
+  rates: readonly number[];
+  share: number;
+  places: number;
+}
+
+/** The server's own defaults. */
+export const DEFAULT: Form = {
+  source: '',
+  motor: '',
+  axis: 'both',
+  variant: '',
+  applyTo: '',
+  slowest: 0.5e-3,
+  fastest: 0.15,
+  speeds: 32,
+  spacing: 'log',
+  timeMax: 20,
+  pitchesMax: null,
+  ramps: true,
+  rates: [20, 50, 100],
+  share: 0.5,
+  places: 7,
+};
+
+/** Places in a pole pitch; at six all would see the same part of a ripple of a sixth of it. */
+export const PLACES: readonly number[] = [4, 5, 7, 9, 11, 13, 25];
+
+export interface Body {
+  scenario: Scenario;
+  set: Changes;
+  axis: Form['axis'];
+  speeds: number[];
+  time_max: number;
+  pitches_max: number | null;
+  presliding: { enabled: boolean; rates: readonly number[]; share: number; places: number };
+  variant: string | null;
+  apply_to: string | null;
+}
+
+/** Returns the speeds, m/s, rounded as a person would write them. */
+export function speedsOf({ slowest, fastest, speeds, spacing }: Form): number[] {
+  const last = Math.max(1, Math.round(speeds) - 1);
+  return Array.from({ length: last + 1 }, (_, k) => {
+    const share = k / last;
+    const speed =
+      spacing === 'log'
+        ? slowest * (fastest / slowest) ** share
+        : slowest + (fastest - slowest) * share;
+    return Number(speed.toPrecision(4));
+  });
+}
+
+/** Returns the changes that an identification heeds: it has a motion of its own. */
+function withoutMotion(changes: Changes, motor: string): Changes {
+  const kept = Object.entries(changes).filter(
+    ([path]) =>
+      !/^(trajectory|schedule|window)(\.|$)/.test(path) &&
+      !(motor !== '' && /^plant(\.|$)/.test(path)),
+  );
+  return Object.fromEntries(kept);
+}
+
+export function bodyOf(form: Form, scenario: Scenario, changes: Changes): Body {
+  const { axis, timeMax, pitchesMax, ramps, rates, share, places, variant, applyTo, motor } = form;
+  const has = (name: string) => (name in scenario.variants ? name : null);
+  return {
+    scenario,
+    set: { ...withoutMotion(changes, motor), ...(motor === '' ? {} : { plant: motor }) },
+    axis,
+    speeds: speedsOf(form),
+    time_max: timeMax,
+    pitches_max: pitchesMax,
+    presliding: { enabled: ramps, rates, share, places },
+    variant: has(variant),
+    apply_to: has(applyTo),
+  };
+}
+
+/** Settings of an experiment by their key in a request. */
+export const SETTINGS = {
+  axis: 'axis',
+  speeds: 'speeds',
+  time_max: 'time of each',
+  pitches_max: 'most pole pitches',
+  presliding: 'force ramps',
+  variant: 'driven by',
+  apply_to: 'model of',
+};
+
+/** Returns what an experiment was asked for as the form shows it; not its scenario. */
+export function formOf(request: Readonly<Record<string, unknown>>): Partial<Form> {
+  const asked = request as Partial<Body>;
+  const { speeds, presliding, set } = asked;
+  const motor = set?.['plant'];
+  const form: { [Key in keyof Form]?: Form[Key] | undefined } = {
+    motor: typeof motor === 'string' ? motor : '',
+    axis: asked.axis,
+    variant: asked.variant === undefined ? undefined : (asked.variant ?? ''),
+    applyTo: asked.apply_to === undefined ? undefined : (asked.apply_to ?? ''),
+    ...(speeds && speeds.length > 1 ? spacingOf(speeds) : {}),
+    timeMax: asked.time_max,
+    pitchesMax: asked.pitches_max,
+    ramps: presliding?.enabled,
+    rates: presliding?.rates,
+    share: presliding?.share,
+    places: presliding?.places,
+  };
+  const said = Object.entries(form).filter(([, value]) => value !== undefined);
+  return Object.fromEntries(said) as Partial<Form>;
+}
+
+/** Returns which speeds a list has; one that is spaced in neither way is shown as the closer one. */
+function spacingOf(
+  list: readonly number[],
+): Pick<Form, 'slowest' | 'fastest' | 'speeds' | 'spacing'> {
+  const [slowest, fastest] = [Math.min(...list), Math.max(...list)];
+  const form = (spacing: Spacing) => ({ slowest, fastest, speeds: list.length, spacing });
+  const linear = speedsOf({ ...DEFAULT, ...form('linear') });
+  return form(linear.every((speed, i) => speed === list[i]) ? 'linear' : 'log');
+}
+
+/** Reads rates that were typed, "20 50 100" or "20; 50"; null when one of them is no number. */
+export function ratesOf(text: string): number[] | null {
+  const rates = text
+    .split(/[\s;]+/)
+    .filter((part) => part !== '')
+    .map(parseNumber);
+  return rates.length > 0 && rates.every((rate) => rate !== null) ? rates : null;
+}
+
+const NAMES: Record<string, string> = {
+  speeds: 'speeds',
+  time_max: 'time of each',
+  pitches_max: 'most pole pitches',
+  'presliding.rates': 'rates of the ramps',
+  'presliding.share': 'share of F_s',
+  'presliding.places': 'places',
+  variant: 'driven by',
+  apply_to: 'model of',
+};
+
+/** Writes what the server has against a request: which number, why, and what is allowed. */
+export function complaint(field: ProblemField, body: Pick<Body, 'speeds'>): string {
+  const { loc, message, value, range, unit } = field;
+  const [, index] = /^speeds\.(\d+)$/.exec(loc) ?? [];
+  if (index !== undefined) {
+    const { number, unit: shown } = quantity(body.speeds[Number(index)], 'm/s');
+    return `${number} ${shown} ${plain(message)}.${allowed(range, 1e3, 'mm/s')}`;
+  }
+  const number = typeof value === 'number' && !Number.isInteger(value) ? digits(value, 4) : value;
+  const got = typeof value === 'number' ? ` ${String(number)}` : '';
+  return `${NAMES[loc] ?? loc}${got}: ${plain(message)}.${allowed(range, 1, prettyUnit(unit ?? ''))}`;
+}
+
+/** Writes everything that the server has against a request; of many speeds the same is said once. */
+export function complaints(
+  fields: readonly ProblemField[],
+  body: Pick<Body, 'speeds'>,
+): readonly string[] {
+  return [...new Set(fields.map((field) => complaint(field, body)))];
+}
+
+/** Lengths of a message in the unit of the screen. */
+function plain(message: string): string {
+  return message
+    .replace(/plant\.([xy])\.stroke leaves/, 'the stroke of $1 is')
+    .replace(/(\d[\d.e-]*) m(?![\w/])/g, (_, metres: string) => {
+      const { number, unit } = quantity(Number(metres), 'm');
+      return `${number} ${unit}`;
+    })
+    .replace(/\.$/, '');
+}
+
+function allowed(range: string | undefined, factor: number, unit: string): string {
+  if (range === undefined || range === '') return '';
+  const text = range
+    .replace(/\d+(\.\d+)?(e[+-]?\d+)?/gi, (n) => String(clean(Number(n) * factor)))
+    .replaceAll('>=', '≥')
+    .replaceAll('<=', '≤');
+  return ` Allowed: ${text}${/\d/.test(text) ? ` ${unit}` : ''}`.trimEnd() + '.';
+}

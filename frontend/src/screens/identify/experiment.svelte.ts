@@ -1,0 +1,259 @@
+/** What the Identify screen knows and does; components read it and call it. */
+
+import { ApiError } from '../../app/api/client';
+import { equal } from '../../app/api/scenario-paths';
+import type {
+  AxisIdentification,
+  Axis,
+  Changes,
+  Identification,
+  IdentificationPlan,
+  Scenario,
+} from '../../app/api/types';
+import { JobStore } from '../../app/jobs/job-store.svelte';
+import { differing, sourceOf, wholeOf } from '../../app/jobs/job-request';
+import { lab, type Mode } from '../../app/store.svelte';
+import { Newest } from '../../app/latest-wins';
+import { WhatIf } from '../../app/whatif/whatif.svelte';
+import { load, save } from '../../app/storage';
+import { wordsOf } from '../../app/error-text';
+import type { Friction, Points, View } from './friction-curves';
+import { bodyOf, complaints, DEFAULT, formOf, SETTINGS, type Body, type Form } from './experiment-form';
+import { parametersOf } from './parameter-rows';
+import { comparison, compensates, forVariants, present } from './use';
+
+/** What the request of a job holds as far as the page needs it. */
+interface Asked {
+  scenario: Scenario | string;
+  set: Changes;
+}
+
+class Experiment {
+  readonly job = new JobStore(lab.api, 'identify', (request) => this.change(formOf(request)));
+  readonly whatif = new WhatIf(lab.api, (fields, detail) => {
+    this.notCompared = fields.map(({ loc, message }) => `${loc}: ${message}`).join('; ') || detail;
+  });
+  form = $state.raw<Form>(load('identify', DEFAULT));
+  /** The shipped scenario that the form names. */
+  private chosen = $state.raw<Scenario | null>(null);
+  plan = $state.raw<IdentificationPlan | null>(null);
+  /** What is wrong with the request, in words. */
+  refused = $state.raw<readonly string[]>([]);
+  /** The axis that is looked at; null: the one that is at work, or the first. */
+  private picked = $state<Axis | null>(null);
+  view = $state<View>(load('identify-view', 'signed' as string) === 'folded' ? 'folded' : 'signed');
+  showTrue = $state(load('identify-true', true));
+  /** An earlier result beside the one that is looked at. */
+  beside = $state.raw<{ id: string; result: Identification } | null>(null);
+  /** The result that the comparison is of. */
+  comparedOf = $state.raw<Identification | null>(null);
+  notCompared = $state('');
+  /** What the Lab's model was before it took what was identified. */
+  before = $state.raw<{
+    values: Changes;
+    taken: Changes;
+    variants: readonly string[];
+    mode: Mode;
+  } | null>(null);
+  private readonly plans = new Newest<Body>((body) => this.askPlan(body));
+
+  readonly scenario = $derived(
+    this.form.source === '' ? (lab.session.info?.scenario ?? null) : this.chosen,
+  );
+
+  /** What is asked of the server; null before there is a scenario. */
+  readonly body = $derived.by((): Body | null => {
+    if (!this.scenario) return null;
+    const drafted = this.form.source === '' && lab.mode === 'whatif' ? lab.draft : {};
+    return bodyOf(this.form, this.scenario, drafted);
+  });
+
+  readonly result = $derived(this.job.report?.result ?? null);
+  private readonly partial = $derived(this.job.report?.partial ?? null);
+  readonly standing = $derived(this.job.active ? (this.partial?.standing ?? null) : null);
+
+  /** Axes of the job that is looked at, or of the plan before there is one. */
+  readonly axes = $derived.by((): Axis[] => {
+    const asked = this.job.report?.request.axis;
+    const axis = this.job.report ? (asked ?? 'both') : this.form.axis;
+    return axis === 'x' || axis === 'y' ? [axis] : ['x', 'y'];
+  });
+
+  readonly axis = $derived.by((): Axis => {
+    const [first = 'x'] = this.axes;
+    const wanted = this.picked ?? (this.standing?.axis as Axis | null | undefined) ?? first;
+    return this.axes.includes(wanted) ? wanted : first;
+  });
+
+  readonly found = $derived(this.foundIn(this.result) ?? this.partial?.found[this.axis] ?? null);
+  readonly other = $derived(this.foundIn(this.beside?.result ?? null));
+
+  readonly points = $derived.by(
+    (): Points => this.found?.points ?? this.partial?.axes[this.axis] ?? [],
+  );
+
+  /** Motions that are planned, or that are still to come. */
+  readonly planned = $derived.by((): readonly { speed: number }[] => {
+    const { report } = this.job;
+    if (!report) return this.plan?.axes[this.axis] ?? [];
+    if (!this.job.active || this.found) return [];
+    const speeds = (report.request.speeds ?? []) as readonly number[];
+    const done = this.standing?.axis === this.axis ? this.standing.done : 0;
+    return speeds.slice(done).map((speed) => ({ speed }));
+  });
+
+  readonly believed = $derived.by((): Friction | null => this.known('believed'));
+  readonly true = $derived.by((): Friction | null => this.known('true'));
+
+  readonly tooLong = $derived(
+    this.plan !== null && this.plan.simulated_time > this.plan.simulated_time_max,
+  );
+
+  /** Settings in which the form differs from what the job was asked for. */
+  readonly settings = $derived.by((): readonly string[] => {
+    const { request } = this.job.report ?? {};
+    const { body, scenario } = this;
+    if (!request || !body || !scenario) return [];
+    const names = differing(request, body, bodyOf(DEFAULT, scenario, {}), SETTINGS);
+    const then = sourceOf(request);
+    const same = !then || equal(wholeOf(then, {}).plant, wholeOf(body, {}).plant);
+    return same ? names : ['motor', ...names];
+  });
+
+  async open(): Promise<void> {
+    await lab.try(async () => {
+      if (this.form.source !== '') await this.choose(this.form.source);
+      await this.job.resume();
+    });
+  }
+
+  change(changes: Partial<Form>): void {
+    this.form = { ...this.form, ...changes };
+    save('identify', this.form);
+  }
+
+  async choose(source: string): Promise<void> {
+    await lab.try(async () => {
+      this.chosen = source === '' ? null : await lab.api.scenario(source);
+      this.change({ source });
+    });
+  }
+
+  pick(axis: Axis): void {
+    this.picked = axis;
+  }
+
+  look(view: View): void {
+    this.view = view;
+    save('identify-view', view);
+  }
+
+  ask(body: Body): void {
+    this.plans.push(body);
+  }
+
+  async start(): Promise<void> {
+    const { body } = this;
+    if (!body) return;
+    this.picked = null;
+    try {
+      await this.job.start('/identify', body);
+    } catch (error) {
+      this.refuse(error, body);
+    }
+  }
+
+  /** Lays an earlier result beside the present one; an empty id takes it away. */
+  async lay(id: string): Promise<void> {
+    await lab.try(async () => {
+      const result = id === '' ? null : (await lab.api.job<'identify'>(id)).result;
+      this.beside = result ? { id, result } : null;
+    });
+  }
+
+  /** Whether a comparison could differ at all. */
+  readonly compares = $derived.by(() => {
+    const asked = this.asked();
+    if (!this.result || asked === null || typeof asked.scenario === 'string') return true;
+    return compensates(asked.scenario, asked.set, this.result.apply_to);
+  });
+
+  async compare(): Promise<void> {
+    const { result } = this;
+    const asked = this.asked();
+    if (!result || !asked) return;
+    await lab.try(async () => {
+      const scenario =
+        typeof asked.scenario === 'string'
+          ? await lab.api.scenario(asked.scenario)
+          : asked.scenario;
+      this.comparedOf = result;
+      this.notCompared = '';
+      const { apply_to, set } = result;
+      this.whatif.ask({ ...comparison(scenario, asked.set, apply_to, set), columns: [] });
+    });
+  }
+
+  /** Gives what was identified to variants of the Lab. */
+  apply(variants: readonly string[], mode: Mode): void {
+    if (!this.result || !lab.scenario) return;
+    lab.setMode(mode);
+    const taken = forVariants(this.result.set, this.result.apply_to, variants);
+    this.before = { values: present(lab.scenario, taken), taken, variants, mode };
+    lab.set(taken);
+  }
+
+  /** Whether the Lab still has what was given to it. */
+  readonly applied = $derived.by(() => {
+    const { before } = this;
+    const { scenario, mode } = lab;
+    if (!before || !scenario || mode !== before.mode) return false;
+    return equal(present(scenario, before.taken), before.taken);
+  });
+
+  undo(): void {
+    if (!this.before) return;
+    lab.setMode(this.before.mode);
+    lab.set(this.before.values);
+    this.before = null;
+  }
+
+  private asked(): Asked | null {
+    const request = this.job.report?.request as Partial<Asked> | undefined;
+    return request ? { scenario: request.scenario ?? 'circle', set: request.set ?? {} } : null;
+  }
+
+  private foundIn(result: Identification | null): AxisIdentification | null {
+    return result?.axes[this.axis] ?? null;
+  }
+
+  private known(which: 'believed' | 'true'): Friction | null {
+    if (this.found) {
+      const entries = Object.entries(parametersOf(this.found)).flatMap(([name, parameter]) => {
+        const value = parameter[which];
+        return value === null ? [] : [[name, value]];
+      });
+      // A motor without friction has a mass all the same.
+      return entries.length > 1 ? (Object.fromEntries(entries) as Friction) : null;
+    }
+    const known = (this.job.report ? this.partial : this.plan)?.known;
+    return known?.[this.axis]?.[which] ?? null;
+  }
+
+  private async askPlan(body: Body): Promise<void> {
+    try {
+      this.plan = await lab.api.planIdentification(body);
+      this.refused = [];
+    } catch (error) {
+      this.plan = null;
+      this.refuse(error, body);
+    }
+  }
+
+  private refuse(error: unknown, body: Body): void {
+    const fields = error instanceof ApiError ? error.problem.errors : [];
+    this.refused = fields.length > 0 ? complaints(fields, body) : [wordsOf(error)];
+  }
+}
+
+export const experiment = new Experiment();

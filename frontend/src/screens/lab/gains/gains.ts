@@ -1,0 +1,121 @@
+/** Ranges of the sliders, and what can be kept as a named set. */
+
+import { at, equal, numberAt } from '../../../app/api/scenario-paths';
+import { AXES, type Axis, type Changes, type Scenario } from '../../../app/api/types';
+import type { Scale } from '../../../ui/log-slider';
+
+export type Gain = 'k_p' | 'k_d';
+
+/** Three decades around what the paper uses: 200 to 6000 N/mm and 1.08 to 3 N s/mm. */
+export const SCALES: Record<Gain, Scale> = {
+  k_p: { least: 1e4, most: 1e7 },
+  k_d: { least: 1e2, most: 1e5 },
+};
+
+export const LAWS = [
+  { law: 'off', name: 'no compensation' },
+  { law: 'lugre-observer', name: 'LuGre observer, K = 0' },
+  { law: 'residual-k', name: 'K from the residual' },
+  { law: 'canudas-de-wit', name: 'Canudas de Wit' },
+  { law: 'reversed-k', name: 'K, sign reversed' },
+  { law: 'published-k', name: 'K as published' },
+] as const;
+
+export const SHARINGS = [
+  { law: 'least-norm', name: 'least norm' },
+  { law: 'force-per-ampere', name: 'per ampere' },
+  { law: 'sine', name: 'sine' },
+  { law: 'cubic', name: 'cubic' },
+] as const;
+
+/** Laws in which one phase hands over to the next within `sharing.overlap`. */
+export const HANDING_OVER: readonly string[] = ['sine', 'cubic'];
+
+/** What a notch has; its gain is that at its frequency, and 1 is no notch. */
+export const NOTCH = ['frequency', 'damping', 'gain'] as const;
+
+/** Gain of a notch that the switch adds. */
+const NOTCHED = 0.1;
+
+export interface Switch {
+  /** Path below the controller. */
+  path: string;
+  name: string;
+  meaning: string;
+}
+
+export const SWITCHES: readonly Switch[] = [
+  {
+    path: 'compensation.enabled',
+    name: 'compensation',
+    meaning: 'Add the friction estimate; off, the observer runs all the same',
+  },
+  {
+    path: 'feedforward',
+    name: 'feedforward',
+    meaning: 'Add mass times the acceleration of the reference',
+  },
+  {
+    path: 'disturbance_observer.enabled',
+    name: 'DOB',
+    meaning: 'Disturbance observer: add what the force balance does not explain',
+  },
+];
+
+export function gainPath(variant: string, axis: Axis, gain: Gain): string {
+  return `variants.${variant}.controller.${axis}.${gain}`;
+}
+
+export function notchPath(variant: string, axis: Axis, what: (typeof NOTCH)[number]): string {
+  return `variants.${variant}.controller.${axis}.notch.${what}`;
+}
+
+/** Whether a notch acts on an axis of a variant. */
+export function notched(scenario: Scenario | null, variant: string, axis: Axis): boolean {
+  return numberAt(scenario, notchPath(variant, axis, 'gain')) < 1;
+}
+
+/** Returns what adds notches to both axes where none is, or removes those that are. */
+export function switchNotch(scenario: Scenario | null, variant: string, on: boolean): Changes {
+  const others = AXES.filter((axis) => notched(scenario, variant, axis) !== on);
+  return Object.fromEntries(
+    others.map((axis) => [notchPath(variant, axis, 'gain'), on ? NOTCHED : 1]),
+  );
+}
+
+/** Everything of the controllers that the panel can change. */
+function tunables(variants: readonly string[]): string[] {
+  return variants.flatMap((variant) => [
+    ...AXES.flatMap((axis) => [
+      gainPath(variant, axis, 'k_p'),
+      gainPath(variant, axis, 'k_d'),
+      ...NOTCH.map((what) => notchPath(variant, axis, what)),
+    ]),
+    ...[
+      'compensation.law',
+      ...SWITCHES.map(({ path }) => path),
+      'disturbance_observer.bandwidth',
+      'sharing.law',
+      'sharing.overlap',
+    ].map((path) => `variants.${variant}.controller.${path}`),
+  ]);
+}
+
+/** Returns what a named set keeps of a scenario. */
+export function snapshot(scenario: Scenario): Changes {
+  const set: Changes = {};
+  for (const path of tunables(Object.keys(scenario.variants))) {
+    const value = at(scenario, path);
+    if (value !== undefined) set[path] = value;
+  }
+  return set;
+}
+
+/** Returns only what a set would change: nothing is written that is there already. */
+export function toChange(scenario: Scenario, set: Changes): Changes {
+  const changes = Object.entries(set).filter(([path, value]) => {
+    const now = at(scenario, path);
+    return now !== undefined && !equal(now, value);
+  });
+  return Object.fromEntries(changes);
+}

@@ -1,0 +1,82 @@
+/** The Monte Carlo study of the Lab screen: asked for, watched, and whether it is of what is shown. */
+
+import type { Axis, MonteCarlo } from '../../../app/api/types';
+import { equal } from '../../../app/api/scenario-paths';
+import { JobStore } from '../../../app/jobs/job-store.svelte';
+import { sourceOf, wholeOf, type Source as Asked } from '../../../app/jobs/job-request';
+import { lab } from '../../../app/store.svelte';
+import type { Ribbon } from '../../../plot/quantile-band';
+import type { Source } from '../../../plot/source';
+import { load, save } from '../../../app/storage';
+import { covers, ribbons, type Spec } from './spread';
+
+export const CASES = [100, 300, 1000] as const;
+
+class Study {
+  readonly job = new JobStore(lab.api, 'monte-carlo', ({ cases }) => {
+    if (typeof cases === 'number') this.setCases(cases);
+  });
+  cases = $state<number>(load('montecarlo.cases', 300));
+  /** Largest following error allowed, m. */
+  spec = $state.raw<Spec>(load('montecarlo.spec', {}));
+  /** Whether the bands are drawn. */
+  drawn = $state(load('montecarlo.drawn', true));
+  readonly result = $derived<MonteCarlo | null>(this.job.report?.result ?? null);
+
+  private readonly question = $derived.by((): Asked | null => {
+    const scenario = lab.session.info?.scenario;
+    return scenario ? { scenario, set: lab.draft } : null;
+  });
+
+  /** Whether the study is of another scenario or draft than the one that is shown. */
+  readonly stale = $derived.by(() => {
+    const { request } = this.job.report ?? {};
+    if (!request || !this.question) return false;
+    const asked = sourceOf(request);
+    if (!asked) return true; // by a scenario's name, from elsewhere
+    return !equal(wholeOf(asked, lab.resolved), wholeOf(this.question, lab.resolved));
+  });
+
+  readonly settings = $derived.by((): readonly string[] => {
+    const cases = this.job.report?.request.cases ?? this.cases;
+    return cases === this.cases ? [] : ['number of plants'];
+  });
+
+  private readonly bands = $derived.by((): Record<Axis, Ribbon[]> | null => {
+    const { result } = this;
+    return result && { x: ribbons(result, 'x'), y: ribbons(result, 'y') };
+  });
+
+  async run(): Promise<void> {
+    if (this.question) await this.job.start('/montecarlo', { ...this.question, cases: this.cases });
+  }
+
+  setCases(cases: number): void {
+    this.cases = cases;
+    save('montecarlo.cases', cases);
+  }
+
+  setSpec(axis: Axis, limit: number | null): void {
+    const others = Object.entries(this.spec).filter(([other]) => other !== axis);
+    this.spec = Object.fromEntries(limit === null ? others : [...others, [axis, limit]]) as Spec;
+    save('montecarlo.spec', this.spec);
+  }
+
+  setDrawn(drawn: boolean): void {
+    this.drawn = drawn;
+    save('montecarlo.drawn', drawn);
+  }
+
+  /** The bands behind a scope of what-if curves; none where they belong to other curves. */
+  behind(scope: string, source: Source | null): readonly Ribbon[] {
+    const axis = scope === 'ex' ? 'x' : scope === 'ey' ? 'y' : null;
+    if (!axis || !this.drawn || !this.bands || !source || lab.mode !== 'whatif') return NONE;
+    if (this.stale) return NONE;
+    const end = source.start + source.last * source.step;
+    return covers(this.result?.time ?? [], source.start, end) ? this.bands[axis] : NONE;
+  }
+}
+
+const NONE: readonly Ribbon[] = [];
+
+export const study = new Study();

@@ -1,0 +1,47 @@
+import { expect, it } from 'vitest';
+import { Ring } from '../../../app/stream/ring';
+import { LiveSource, StillSource } from '../../../plot/source';
+import { statistics } from './statistics';
+
+const STEP = 0.0005;
+
+function live(values: readonly number[], tick = 0): LiveSource {
+  const ring = new Ring(4096, ['e']);
+  ring.write(tick, [new Float32Array(values)]);
+  return new LiveSource(() => ring, STEP);
+}
+
+it('are those of every sample within the range', () => {
+  // Two periods of 3 + sin; the second half of the ring is outside of the range.
+  const wave = Array.from({ length: 4000 }, (_, i) =>
+    i < 2000 ? 3 + Math.sin((2 * Math.PI * i) / 1000) : 99,
+  );
+  const found = statistics(live(wave), 'e', { from: 0, to: 1 });
+  expect(found.mean).toBeCloseTo(3, 6);
+  expect(found.deviation).toBeCloseTo(Math.SQRT1_2, 6);
+  expect(found.rms).toBeCloseTo(Math.sqrt(9.5), 6);
+  expect(found.span).toBeCloseTo(2, 6);
+});
+
+it('leave gaps out', () => {
+  const { mean, span } = statistics(live([1, Number.NaN, 4]), 'e', { from: 0, to: 1 });
+  expect([mean, span]).toEqual([2.5, 3]);
+});
+
+it('take a curve as even between the extremes of a bin', () => {
+  // A ramp from 0 to 8 in four bins: mean 4, mean square 64/3.
+  const envelope = {
+    minimum: new Float32Array([0, 2, 4, 6]),
+    maximum: new Float32Array([2, 4, 6, 8]),
+  };
+  const source = new StillSource(10, 1, 4, new Map([['e', envelope]]));
+  const found = statistics(source, 'e', { from: 0, to: 20 });
+  expect(found.mean).toBe(4);
+  expect(found.rms ** 2).toBeCloseTo(64 / 3, 9);
+  expect(found.span).toBe(8);
+});
+
+it('are not there where nothing is', () => {
+  const found = statistics(live([1, 2]), 'e', { from: 5, to: 6 });
+  expect(Object.values(found).every((value) => !Number.isFinite(value))).toBe(true);
+});

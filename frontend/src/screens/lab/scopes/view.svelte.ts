@@ -1,0 +1,271 @@
+/** Which scopes are shown, over which time, and where the pointer is. */
+
+import { lab } from '../../../app/store.svelte';
+import { PERIOD } from '../../../app/session/session.svelte';
+import { AXES, type Axis } from '../../../app/api/types';
+import { Ring } from '../../../app/stream/ring';
+import { fromAddress, load, save, setAddress } from '../../../app/storage';
+import { nameOf } from '../../../app/fields/fields';
+import { columnsOf, DEFAULT_SCOPES, SCOPES, scopeOf, type ScopeId } from './catalog';
+import type { Moment, Pointer } from '../../../plot/scope-chart';
+import { loop } from '../../../plot/animation-loop';
+import { timeAt, type Range } from '../../../plot/range';
+import { LiveSource, type Source } from '../../../plot/source';
+import { STATISTICS, type Statistic } from './statistics';
+
+export const SPANS = [1, 2, 5, 10, 20, 30] as const;
+
+/** Curves' readouts change this often at most, ms. */
+const READOUT = 100;
+
+/** How much of a live session the plane shows, s. */
+const TRAIL = 6;
+
+/** Shortest time axis, s: four control periods. */
+const LEAST_SPAN = 4 * PERIOD;
+
+const NO_RING = new Ring(16, []);
+
+class View {
+  shown = $state.raw<readonly ScopeId[]>(keptScopes());
+  variant = $state(load('variant', 'B'));
+  axis = $state<Axis>(load<string>('axis', 'x') === 'y' ? 'y' : 'x');
+  span = $state<number>(load('span', 10));
+  zoom = $state.raw<Range | null>(null);
+  follow = $state(true);
+  /** Times of the cursors that were set, the first of which values are compared with. */
+  cursors = $state.raw<readonly number[]>([]);
+  /** What readings tell: the value at a moment, or a statistic of the stretch that is measured. */
+  statistic = $state<Statistic>(keptStatistic());
+  /** Where the pointer is on the time axis; plain, as it moves with every event. */
+  pointer: Pointer | null = null;
+  /** Counts up to ten times a second while something moves: what readouts depend on. */
+  beat = $state(0);
+  /** Frames a second, and script ms a frame, over the last second. */
+  rate = $state(0);
+  script = $state(0);
+  private readonly live = new LiveSource(() => lab.session.client?.ring ?? NO_RING, PERIOD);
+
+  /** The variant that currents and forces are shown of. */
+  readonly subject = $derived(
+    lab.variants.includes(this.variant) ? this.variant : (lab.variants[0] ?? 'A'),
+  );
+
+  readonly scopes = $derived(
+    this.shown.map((id) => scopeOf(id, lab.variants, this.subject, this.axis)),
+  );
+
+  readonly columns = $derived(columnsOf(this.scopes, lab.variants));
+
+  /** Columns of a what-if: those, and what the trajectory's peaks are read off. */
+  readonly previewColumns = $derived([
+    ...new Set([
+      ...this.columns,
+      ...AXES.flatMap((axis) => [`${axis}.velocity_reference`, `${axis}.acceleration_reference`]),
+    ]),
+  ]);
+
+  readonly moments = $derived.by((): readonly Moment[] => {
+    const planned = (lab.scenario?.schedule ?? []).map(({ time, set }) => ({
+      time,
+      label: labelOf(set),
+    }));
+    if (lab.mode === 'whatif') return planned;
+    const changes = (lab.session.info?.changes ?? []).map(({ tick, set }) => ({
+      time: tick * PERIOD,
+      label: labelOf(set),
+    }));
+    return [...planned, ...changes, ...lab.session.pushes].sort((a, b) => a.time - b.time);
+  });
+
+  get source(): Source | null {
+    return lab.mode === 'whatif' ? (lab.whatif.answer?.source ?? null) : this.live;
+  }
+
+  /** What the time axis covers. */
+  range(): Range {
+    if (this.zoom) return this.zoom;
+    const { source } = this;
+    if (!source) return { from: 0, to: this.span };
+    if (lab.mode === 'whatif') {
+      return { from: source.start, to: source.start + source.last * source.step };
+    }
+    const to = Math.max(source.last * source.step, this.span);
+    return { from: to - this.span, to };
+  }
+
+  /** Time under the pointer: what slides through below it while it rests. */
+  get hover(): number | null {
+    return this.pointer && timeAt(this.range(), this.pointer.at);
+  }
+
+  /** The stretch of time that a drag has marked so far. */
+  get selection(): Range | null {
+    const { pointer } = this;
+    if (!pointer || pointer.since === null) return null;
+    const [from, to] = [pointer.since, pointer.at].sort((a, b) => a - b) as [number, number];
+    const range = this.range();
+    return { from: timeAt(range, from), to: timeAt(range, to) };
+  }
+
+  /** What the plane shows of that: of a live session the last laps only, the others lie below them. */
+  trail(): Range {
+    const range = this.range();
+    if (lab.mode === 'whatif' || this.zoom) return range;
+    return { from: Math.max(range.from, lab.session.time - TRAIL), to: range.to };
+  }
+
+  /** The stretch that statistics are of: between two cursors, else what is visible. */
+  measured(): Range {
+    const [from = 0, to = 0] = [...this.cursors].sort((a, b) => a - b);
+    return this.cursors.length === 2 ? { from, to } : this.range();
+  }
+
+  /** The moment that readouts tell of: the second cursor, else under the pointer, else the newest. */
+  moment(): number {
+    const { hover, source } = this;
+    const [, second] = this.cursors;
+    if (second !== undefined) return second;
+    if (hover !== null) return hover;
+    if (!source) return Number.NaN;
+    const newest = source.start + source.last * source.step;
+    return lab.mode === 'live' ? Math.min(newest, this.range().to) : Number.NaN;
+  }
+
+  toggle(id: ScopeId): void {
+    const rest = this.shown.filter((other) => other !== id);
+    if (rest.length === 0) return;
+    const next = rest.length < this.shown.length ? rest : [...rest, id];
+    this.shown = SCOPES.map((scope) => scope.id).filter((each) => next.includes(each));
+    save('scopes', this.shown);
+    setAddress({ scopes: this.shown.join(',') });
+  }
+
+  setSubject(variant: string, axis: Axis): void {
+    this.variant = variant;
+    this.axis = axis;
+    save('variant', variant);
+    save('axis', axis);
+  }
+
+  setSpan(span: number): void {
+    this.span = span;
+    this.zoom = null;
+    save('span', span);
+  }
+
+  /** Zooms the time axis about the pointer, or about its middle. */
+  zoomBy(ratio: number): void {
+    const { from, to } = this.range();
+    const centre = this.hover ?? (from + to) / 2;
+    const length = Math.max(LEAST_SPAN, (to - from) * ratio);
+    const start = centre - ((centre - from) * length) / (to - from);
+    this.look({ from: start, to: start + length });
+  }
+
+  /** Moves the time axis by a share of its length. */
+  moveBy(share: number): void {
+    const { from, to } = this.range();
+    const shift = share * (to - from);
+    this.look({ from: from + shift, to: to + shift });
+  }
+
+  /** Zooms to a range, as far as there are samples: to the whole of them, if it is that long. */
+  private look({ from, to }: Range): void {
+    const { source } = this;
+    if (!source) return;
+    const start = source.start + source.first * source.step;
+    // A young session does not fill its time axis yet.
+    const end = Math.max(
+      source.start + source.last * source.step,
+      start + (lab.mode === 'live' ? this.span : 0),
+    );
+    const length = Math.min(to - from, end - start);
+    const first = Math.min(Math.max(from, start), end - length);
+    const whole = lab.mode === 'whatif' && length === end - start;
+    this.zoom = whole ? null : { from: first, to: first + length };
+  }
+
+  /** Sets a cursor; with two of them already, clears both. */
+  setCursor(time: number): void {
+    this.cursors = this.cursors.length < 2 ? [...this.cursors, time] : [];
+  }
+
+  /** By keyboard: where the pointer is, at the newest sample, or a third into what is visible. */
+  placeCursor(): void {
+    const { cursors } = this;
+    const at = this.moment();
+    const free = Number.isFinite(at) && !cursors.includes(at);
+    this.setCursor(free ? at : timeAt(this.range(), (cursors.length + 1) / 3));
+  }
+
+  dragCursor(index: number, time: number): void {
+    this.cursors = this.cursors.map((each, i) => (i === index ? time : each));
+  }
+
+  /** Moves the last cursor by a share of the time axis. */
+  nudgeCursor(share: number): void {
+    const { from, to } = this.range();
+    const last = this.cursors.length - 1;
+    const time = (this.cursors[last] ?? Number.NaN) + share * (to - from);
+    this.dragCursor(last, Math.min(to, Math.max(from, time)));
+  }
+
+  setStatistic(statistic: Statistic): void {
+    this.statistic = statistic;
+    save('statistic', statistic);
+  }
+
+  nextStatistic(): void {
+    const i = STATISTICS.findIndex(({ id }) => id === this.statistic);
+    this.setStatistic(STATISTICS[(i + 1) % STATISTICS.length]?.id ?? 'value');
+  }
+
+  /** Back to the whole window or the newest samples, axes following the data. */
+  reset(): void {
+    this.zoom = null;
+    this.follow = true;
+    this.cursors = [];
+  }
+
+  /** Starts the readouts; returns what stops them. */
+  start(): () => void {
+    let frames = loop.counts.frames;
+    let script = loop.counts.script;
+    let second = performance.now();
+    let seen = '';
+    const timer = setInterval(() => {
+      const key = `${this.source?.version} ${this.hover} ${this.moment()}`;
+      if (key !== seen) this.beat += 1;
+      seen = key;
+      const now = performance.now();
+      if (now - second < 1000) return;
+      const drawn = loop.counts.frames - frames;
+      this.rate = (1000 * drawn) / (now - second);
+      this.script = drawn > 0 ? (loop.counts.script - script) / drawn : 0;
+      ({ frames, script } = loop.counts);
+      second = now;
+    }, READOUT);
+    return () => clearInterval(timer);
+  }
+}
+
+function labelOf(set: object): string {
+  return Object.keys(set)
+    .map((path) => nameOf(path).replace('_', ''))
+    .join(', ');
+}
+
+function keptStatistic(): Statistic {
+  const kept = load('statistic', '' as string);
+  return STATISTICS.find(({ id }) => id === kept)?.id ?? 'value';
+}
+
+function keptScopes(): readonly ScopeId[] {
+  const address = fromAddress('scopes')?.split(',');
+  const wanted: readonly string[] = address ?? load<string[]>('scopes', [...DEFAULT_SCOPES]);
+  const known = SCOPES.map((scope) => scope.id).filter((id) => wanted.includes(id));
+  return known.length > 0 ? known : DEFAULT_SCOPES;
+}
+
+export const view = new View();

@@ -1,0 +1,92 @@
+/** Which platforms are bent, and what the server finds of them while numbers change. */
+
+import { ApiError, UNREACHABLE } from '../../../app/api/client';
+import type { Axis, MapEntry, PlatformDocument } from '../../../app/api/types';
+import { lab } from '../../../app/store.svelte';
+import { Newest } from '../../../app/latest-wins';
+import { load, save } from '../../../app/storage';
+import { refusals, type Numbers } from '../quantity-fields';
+import { bodyOf, FIELDS, valueIn, type Asked, type Support } from './platform-fields';
+
+const KEPT = 'motor.platform';
+const INITIAL: Asked = { axis: 'y', set: {}, support: 'carriages', map: '' };
+/** Time without another number before the server is asked, ms. */
+const PAUSE = 80;
+
+class Platform {
+  asked = $state.raw<Asked>({ ...INITIAL, ...load(KEPT, INITIAL) });
+  found = $state.raw<PlatformDocument | null>(null);
+  /** Maps that can pull at the platforms. */
+  maps = $state.raw<readonly MapEntry[]>([]);
+  /** What is wrong, by path; at '' what belongs to no single number. */
+  problems = $state.raw<Record<string, string>>({});
+  /** Whether `found` answers what the form says. */
+  fresh = $state(false);
+  private last: string | null = null;
+  private timer: ReturnType<typeof setTimeout> | null = null;
+  private readonly queue = new Newest<object>((body) => this.run(body));
+
+  async start(): Promise<void> {
+    this.ask({});
+    await lab.try(async () => {
+      this.maps = await lab.api.maps();
+    });
+  }
+
+  value(path: string): number | null {
+    return this.asked.set[path] ?? valueIn(this.found, path);
+  }
+
+  take(path: string, value: number): void {
+    this.last = path;
+    this.ask({ set: { ...this.asked.set, [path]: value } });
+  }
+
+  reset(path: string): void {
+    const kept = Object.entries(this.asked.set).filter(([key]) => key !== path);
+    this.ask({ set: Object.fromEntries(kept) });
+  }
+
+  clear(): void {
+    this.ask({ set: {} });
+  }
+
+  /** Turns to the other platform, whose shapes are others. */
+  turn(axis: Axis): void {
+    this.ask({ axis, set: {} });
+  }
+
+  hold(support: Support): void {
+    this.ask({ support });
+  }
+
+  pull(map: string): void {
+    this.ask({ map });
+  }
+
+  private ask(change: Partial<Asked> & { set?: Numbers }): void {
+    this.asked = { ...this.asked, ...change };
+    this.fresh = false;
+    this.problems = {};
+    save(KEPT, this.asked);
+    if (this.timer !== null) clearTimeout(this.timer);
+    this.timer = setTimeout(() => this.queue.push(bodyOf(this.asked)), PAUSE);
+  }
+
+  private async run(body: object): Promise<void> {
+    try {
+      this.found = await lab.api.platform(body);
+      this.problems = {};
+      this.fresh = !this.queue.superseded;
+    } catch (error) {
+      if (!(error instanceof ApiError)) throw error;
+      const { errors, detail } = error.problem;
+      this.problems =
+        errors.length > 0 && error.status !== UNREACHABLE
+          ? refusals(errors, FIELDS, this.last)
+          : { '': detail };
+    }
+  }
+}
+
+export const platform = new Platform();

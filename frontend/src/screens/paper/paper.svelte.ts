@@ -1,0 +1,91 @@
+/** What the Paper screen knows and does; components read it and call it. */
+
+import type {
+  Changes,
+  Erratum,
+  PaperDocument,
+  PaperFigure,
+  PaperKind,
+  PaperRow,
+} from '../../app/api/types';
+import { JobStore } from '../../app/jobs/job-store.svelte';
+import { lab } from '../../app/store.svelte';
+import { screen } from '../../app/screen.svelte';
+import { fromAddress, load, save, setAddress } from '../../app/storage';
+import {
+  FILTERS,
+  isOfKind,
+  linesOf,
+  passes,
+  type Filter,
+  type KindFilter,
+  type Line,
+} from './rows';
+
+class PaperStore {
+  readonly job = new JobStore(lab.api, 'reproduce');
+  document = $state.raw<PaperDocument | null>(null);
+  filter = $state<Filter>(load('paper-filter', 'all' as string) as Filter);
+  kind = $state<KindFilter>(load('paper-kind', 'all' as string) as KindFilter);
+  chosen = $state(fromAddress('row') ?? '');
+
+  /** What is there: all of it, or what a job that goes on or was cancelled has so far. */
+  private readonly found = $derived(this.job.report?.result ?? this.job.report?.partial ?? null);
+  readonly lines = $derived<readonly Line[]>(
+    this.document ? linesOf(this.document.rows, this.found?.rows ?? []) : [],
+  );
+  readonly shown = $derived(
+    this.lines.filter((line) => passes(line, this.filter) && isOfKind(line, this.kind)),
+  );
+  readonly line = $derived(this.lines.find(({ row }) => row.id === this.chosen) ?? null);
+  readonly figures = $derived<readonly PaperFigure[]>(this.found?.figures ?? []);
+  readonly errata = $derived<readonly Erratum[]>(this.found?.errata ?? []);
+  readonly doing = $derived(this.job.active ? (this.job.report?.partial?.doing ?? '') : '');
+  /** Which model computed what is shown. */
+  readonly made = $derived(this.job.report?.result ?? null);
+
+  async open(): Promise<void> {
+    if (!FILTERS.some(({ value }) => value === this.filter)) this.filter = 'all';
+    await lab.try(async () => {
+      const document = await lab.api.paper();
+      if (!document.kinds.some(({ id }) => id === this.kind)) this.kind = 'all';
+      this.document = document;
+      await this.job.resume();
+    });
+  }
+
+  async start(): Promise<void> {
+    await lab.try(() => this.job.start('/reproduce', {}));
+  }
+
+  choose(id: string): void {
+    this.chosen = id;
+    setAddress({ row: id });
+  }
+
+  show(filter: Filter): void {
+    this.filter = filter;
+    save('paper-filter', filter);
+  }
+
+  showKind(kind: KindFilter): void {
+    this.kind = kind;
+    save('paper-kind', kind);
+  }
+
+  kindOf(row: PaperRow): PaperKind | null {
+    return this.document?.kinds.find(({ id }) => id === row.kind) ?? null;
+  }
+
+  figure(id: string | null): PaperFigure | null {
+    return this.figures.find((figure) => figure.id === id) ?? null;
+  }
+
+  /** Opens a recipe's scenario in the Lab, in place of what runs there. */
+  async inLab(scenario: string, set: Changes): Promise<void> {
+    await lab.loadScenario(scenario, set);
+    screen.go('lab');
+  }
+}
+
+export const paper = new PaperStore();

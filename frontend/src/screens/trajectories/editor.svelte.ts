@@ -1,0 +1,227 @@
+/** The path under the hand: its history, what the server says of it, and what A and B make of it. */
+
+import { ApiError } from '../../app/api/client';
+import { equal } from '../../app/api/scenario-paths';
+import type { Changes, ProblemField, Trajectory } from '../../app/api/types';
+import type { GivenPath } from '../../app/session/kept-sessions';
+import { lab } from '../../app/store.svelte';
+import { Newest, Turns } from '../../app/latest-wins';
+import { WhatIf } from '../../app/whatif/whatif.svelte';
+import { messages } from '../../app/messages.svelte';
+import { load, save } from '../../app/storage';
+import { fieldWords, wordsOf } from '../../app/error-text';
+import { readChecked, type Checked } from './feasibility';
+import { History } from './undo-history';
+import { asPath, asTable, fewest, keptTable, repeated, type DrawnPath, type Table } from './drawn-path';
+import { converted, shape, type Shape } from './shapes';
+
+export type Tool = 'edit' | 'add' | 'move';
+
+/** Longest motion that is simulated while a hand moves, and longest that is at all, s. */
+const LONGEST = { moving: 10, resting: 120 };
+
+/** Bins of the profiles: about one for each pixel of their width. */
+const POINTS = 400;
+
+/** Checks on their way at once: the server is at one while the other is read and drawn. */
+const CHECKS = 2;
+
+export class Editor {
+  table = $state.raw<Table>(keptTable(load('path', null)) ?? asTable(shape('rhombus')));
+  selected = $state<number | null>(null);
+  tool = $state<Tool>('edit');
+  /** Grid that points snap to, m. */
+  step = $state(load('path-step', 1e-3));
+  name = $state(load('path-name', ''));
+  /** What was opened or saved last, and as what. */
+  private saved = $state.raw<GivenPath | null>(load('path-saved', null));
+  /** What the server found about `checkedOf`. */
+  found = $state.raw<Checked | null>(null);
+  private checkedOf = $state.raw<Table | null>(null);
+  /** Why the server refuses the table as it stands, or what it lacks. */
+  refused = $state('');
+  lastFeasible = $state.raw<Table | null>(null);
+  canUndo = $state(false);
+  canRedo = $state(false);
+  /** Bin of the profiles that a pointer is over. */
+  cursor = $state<number | null>(null);
+  readonly whatif = new WhatIf(lab.api, (fields, detail) => this.complain(fields, detail));
+  problem = $state('');
+  private moving = false;
+  private readonly history = new History<Table>();
+  private readonly checks = new Newest<Table>((table) => this.check(table), CHECKS);
+  private readonly turns = new Turns();
+
+  readonly path = $derived(asPath(this.table));
+
+  /** The table with its saved name, as the Lab takes it. */
+  readonly given = $derived.by((): GivenPath => {
+    const name = equal(this.table, this.saved?.table) ? (this.saved?.name ?? '') : '';
+    return { name, table: this.table };
+  });
+
+  /** Whether what the server found is of the path as it stands. */
+  readonly fresh = $derived(this.checkedOf === this.table);
+
+  readonly feasible = $derived(this.fresh && this.refused === '' && this.found?.feasible === true);
+
+  /** Replaces the trajectory; changes of one named gesture in quick succession are undone as one. */
+  set(table: Table, gesture = ''): void {
+    if (equal(table, this.table)) return;
+    this.history.keep(this.table, gesture, performance.now());
+    this.moving = gesture.startsWith('drag');
+    this.adopt(table);
+  }
+
+  edit(path: DrawnPath, gesture = ''): void {
+    this.set(asTable(path), gesture);
+  }
+
+  /** Ends a gesture. */
+  rest(): void {
+    this.history.pause();
+    if (!this.moving) return;
+    this.moving = false;
+    save('path', this.table);
+    if (this.feasible) this.simulate(this.table);
+  }
+
+  undo(): void {
+    this.moving = false;
+    this.adopt(this.history.undo(this.table));
+  }
+
+  redo(): void {
+    this.moving = false;
+    this.adopt(this.history.redo(this.table));
+  }
+
+  start(which: Shape): void {
+    this.edit(shape(which));
+    this.selected = null;
+    this.tool = which === 'empty' ? 'add' : 'edit';
+  }
+
+  /** Makes an editable path of a figure. */
+  convert(): void {
+    const path = converted(this.table);
+    if (path) this.edit(path);
+  }
+
+  setStep(step: number): void {
+    this.step = step;
+    save('path-step', step);
+  }
+
+  /** Asks the server about the path as it stands. */
+  ask(): void {
+    this.checks.push(this.table);
+  }
+
+  backToFeasible(): void {
+    if (this.lastFeasible) this.set(this.lastFeasible);
+  }
+
+  async slowDown(): Promise<void> {
+    await lab.try(async () => {
+      const { trajectory, stretch } = await lab.api.slow(this.request(this.table));
+      if (stretch > 1) {
+        this.set(trajectory);
+        messages.info(`Slowed down: every move takes ${stretch.toFixed(3)} times as long.`);
+      }
+    });
+  }
+
+  async open(name: string): Promise<void> {
+    await lab.try(async () => {
+      const { trajectory } = await lab.api.trajectory(name);
+      this.set(trajectory);
+      this.selected = null;
+      this.named(name, trajectory);
+    });
+  }
+
+  /** Takes the name that a table has on the server. */
+  named(name: string, table: Table): void {
+    this.name = name;
+    this.saved = { name, table };
+    save('path-name', name);
+    save('path-saved', this.saved);
+  }
+
+  private adopt(table: Table): void {
+    this.table = table;
+    this.canUndo = this.history.canUndo;
+    this.canRedo = this.history.canRedo;
+    const count = this.path?.points.length ?? 0;
+    if (this.selected !== null && this.selected >= count) this.selected = null;
+    // Storage is slow: what a hand moves is kept when it rests.
+    if (!this.moving) save('path', table);
+  }
+
+  /** What-if changes of the lab but for its path: the motor and gains that the path is for. */
+  private request(trajectory: Trajectory): {
+    scenario: NonNullable<typeof lab.session.info>['scenario'];
+    set: Changes;
+    trajectory: Trajectory;
+    points: number;
+  } {
+    const scenario = lab.session.info?.scenario;
+    if (!scenario) throw new Error('There is no session yet.');
+    const others = Object.entries(lab.draft).filter(([path]) => !path.startsWith('trajectory'));
+    return { scenario, set: Object.fromEntries(others), trajectory, points: POINTS };
+  }
+
+  private async check(table: Table): Promise<void> {
+    const turn = this.turns.next();
+    const lacking = lacks(asPath(table));
+    if (lacking !== '') {
+      this.show(turn, table, null, lacking);
+      return;
+    }
+    try {
+      const found = readChecked(await lab.api.check(this.request(table)));
+      if (!this.show(turn, table, found, '') || !found.feasible) return;
+      this.lastFeasible = table;
+      if (!this.moving || found.duration <= LONGEST.moving) this.simulate(table);
+    } catch (error) {
+      if (!(error instanceof ApiError)) throw error;
+      this.show(turn, table, this.found, wordsOf(error));
+    }
+  }
+
+  /** Takes what was found of a table, unless what a later check found is shown already. */
+  private show(turn: number, table: Table, found: Checked | null, refused: string): boolean {
+    if (!this.turns.take(turn)) return false;
+    this.found = found;
+    this.checkedOf = table;
+    this.refused = refused;
+    return true;
+  }
+
+  /** Asks what A and B make of the path. */
+  private simulate(table: Table): void {
+    if (!this.found || this.found.duration > LONGEST.resting) return;
+    const { scenario, set, trajectory } = this.request(table);
+    const changes = { ...set, trajectory: trajectory as Changes[string] };
+    this.whatif.ask({ scenario, set: changes, columns: [] });
+  }
+
+  private complain(fields: readonly ProblemField[], detail: string): void {
+    this.problem = fields.length > 0 ? fieldWords(fields) : detail;
+  }
+}
+
+/** Returns what a drawn path lacks before anything can be said of it. */
+function lacks(path: DrawnPath | null): string {
+  if (!path) return '';
+  const least = fewest(path);
+  if (path.points.length < least) {
+    return `Set ${least} points or more: choose Add and click on the plane.`;
+  }
+  const twice = repeated(path);
+  const next = twice === null ? 0 : ((twice + 1) % path.points.length) + 1;
+  return twice === null ? '' : `Points ${twice + 1} and ${next} are at the same place.`;
+}
+
+export const editor = new Editor();

@@ -1,0 +1,56 @@
+import { describe, expect, it } from 'vitest';
+import { readChecked, stretches, type Violation } from './feasibility';
+import { amount, placeText, timeText, title } from './violation-text';
+
+function answer(): ArrayBuffer {
+  const head = JSON.stringify({
+    feasible: false,
+    time: { start: 0, step: 0.01, count: 4 },
+    columns: [
+      { name: 'x.position', minimum: 0, maximum: 4 },
+      { name: 'violated', minimum: 8, maximum: 12 },
+    ],
+  }).padEnd(240);
+  const buffer = new ArrayBuffer(8 + 240 + 16 * 4);
+  new DataView(buffer).setUint32(0, 240, true);
+  new Uint8Array(buffer, 8, 240).set(new TextEncoder().encode(head));
+  new Float32Array(buffer, 248).set([1, 2, 3, 4, 1, 2, 3, 4, 0, 1, 16, 0, 0, 1, 17, 0]);
+  return buffer;
+}
+
+describe('a check', () => {
+  it('is read without a copy', () => {
+    const found = readChecked(answer());
+    expect(found.feasible).toBe(false);
+    expect([...(found.columns.get('x.position')?.minimum ?? [])]).toEqual([1, 2, 3, 4]);
+  });
+
+  it('tells where which quantity is too large', () => {
+    const found = readChecked(answer());
+    expect(stretches(found)).toEqual([[1, 3]]);
+    expect(stretches(found, ['thrust'])).toEqual([[2, 3]]);
+    expect(stretches(found, ['velocity'])).toEqual([]);
+  });
+});
+
+describe('words', () => {
+  const violation: Violation = {
+    quantity: 'thrust',
+    axis: 'y',
+    start: 0.4715,
+    end: 0.5,
+    time: 0.48,
+    place: [0.0305, -0.00001],
+    value: -43.2,
+    limit: 28.06,
+    unit: 'N',
+  };
+
+  it('say what, how much, where and when', () => {
+    expect(title(violation)).toBe('y needs too much thrust');
+    expect(amount(violation)).toBe('−43.2 N, allowed ±28.1 N');
+    expect(placeText(violation.place)).toBe('x 30.50, y −0.01 mm');
+    expect(timeText(violation)).toBe('0.471 to 0.500 s');
+    expect(timeText({ ...violation, end: 0.4715 })).toBe('at 0.471 s');
+  });
+});

@@ -1,0 +1,94 @@
+/** The server's answer to POST /trajectories/check: what a path asks of the motor. */
+
+import type { Axis } from '../../app/api/types';
+
+export type Limited = 'position' | 'step' | 'velocity' | 'acceleration' | 'thrust';
+
+/** Bit k of the column `violated` stands for the k-th of these. */
+export const QUANTITIES: readonly Limited[] = [
+  'position',
+  'step',
+  'velocity',
+  'acceleration',
+  'thrust',
+];
+
+export interface Violation {
+  quantity: Limited;
+  axis: Axis;
+  start: number;
+  end: number;
+  time: number;
+  place: [number, number];
+  value: number;
+  limit: number;
+  unit: string;
+}
+
+export interface Peak {
+  quantity: Limited;
+  axis: Axis;
+  value: number;
+  limit: number | null;
+  share: number | null;
+  unit: string;
+}
+
+export interface Curve {
+  minimum: Float32Array;
+  maximum: Float32Array;
+}
+
+interface Head {
+  feasible: boolean;
+  duration: number;
+  examined: number;
+  length: number;
+  time: { start: number; step: number; count: number };
+  peaks: Peak[];
+  violations: Violation[];
+  violation_count: number;
+}
+
+export interface Checked extends Head {
+  columns: Map<string, Curve>;
+}
+
+/** Reads an answer; the curves are views into it. */
+export function readChecked(buffer: ArrayBuffer): Checked {
+  const length = new DataView(buffer).getUint32(0, true);
+  const text = new TextDecoder().decode(new Uint8Array(buffer, 8, length));
+  const { columns: list, ...head } = JSON.parse(text) as Head & {
+    columns: { name: string; minimum: number; maximum: number }[];
+  };
+  const numbers = new Float32Array(buffer, 8 + length);
+  const columns = new Map<string, Curve>();
+  for (const { name, minimum, maximum } of list) {
+    columns.set(name, {
+      minimum: numbers.subarray(minimum, minimum + head.time.count),
+      maximum: numbers.subarray(maximum, maximum + head.time.count),
+    });
+  }
+  return { ...head, columns };
+}
+
+/** Returns the stretches [from, to) of bins in which any of some quantities is too large. */
+export function stretches(
+  { columns }: Pick<Checked, 'columns'>,
+  quantities: readonly Limited[] = QUANTITIES,
+): [number, number][] {
+  const flags = columns.get('violated')?.maximum;
+  if (!flags) return [];
+  const mask = quantities.reduce((sum, each) => sum | (1 << QUANTITIES.indexOf(each)), 0);
+  const found: [number, number][] = [];
+  let from = -1;
+  for (let i = 0; i <= flags.length; i++) {
+    const bad = i < flags.length && ((flags[i] as number) & mask) !== 0;
+    if (bad && from < 0) from = i;
+    if (!bad && from >= 0) {
+      found.push([from, i]);
+      from = -1;
+    }
+  }
+  return found;
+}

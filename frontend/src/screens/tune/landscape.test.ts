@@ -1,0 +1,65 @@
+import { expect, it } from 'vitest';
+import { costAt, edgeLine, pathLine } from './landscape';
+import { comparison } from './compare';
+import { limitWarnings } from './stability-warnings';
+import type { LoopFigures } from './loop-store.svelte';
+import type { Scenario } from '../../app/api/types';
+
+const MAP = {
+  stride: 1,
+  k_p: [1e4, 1e5, 1e6],
+  k_d: [1e2, 1e3],
+  cost: [
+    [1, 2, 3],
+    [4, 5, null],
+  ],
+  edge: [
+    [
+      [1e4, 500],
+      [2e4, 600],
+    ],
+    [[5e5, 200]],
+  ] as [number, number][][],
+  present: [2e5, 1e3] as [number, number],
+  paper: [2e5, 1e3] as [number, number],
+};
+
+it('draws the edge as one line with gaps between its pieces', () => {
+  const [line] = edgeLine(MAP);
+  expect(line?.x).toEqual([1e4, 2e4, null, 5e5, null]);
+  expect(line?.y).toEqual([500, 600, null, 200, null]);
+  expect(edgeLine({ ...MAP, edge: [] })).toEqual([]);
+});
+
+it('reads the cost of the nearest gains, evenly in logarithms', () => {
+  expect(costAt(MAP, [3e4, 120])).toBe(1);
+  expect(costAt(MAP, [4e4, 900])).toBe(5);
+  expect(costAt(MAP, [9e5, 900])).toBeNull();
+});
+
+it('draws the way of a start only of the axis that is shown', () => {
+  const start = { gains: { 'x.k_p': [1, 2], 'x.k_d': [3, 4] }, cost: [1, 1] };
+  expect(pathLine(start, 'x')).toHaveLength(1);
+  expect(pathLine(start, 'y')).toEqual([]);
+});
+
+it('compares one controller with itself, the chosen gains in B', () => {
+  const own = { label: 'LuGre', controller: {} };
+  const scenario = { schedule: [1], variants: { A: {}, B: own } } as unknown as Scenario;
+  const set = { plant: 'matched', 'variants.B.controller.x.k_p': 1, 'variants.A.label': 'a' };
+  const asked = comparison(scenario, set, 'B', { 'variants.B.controller.x.k_p': 2 });
+  expect(asked.scenario.schedule).toEqual([]);
+  expect(asked.set).toEqual({
+    plant: 'matched',
+    'variants.A.controller.x.k_p': 1,
+    'variants.B.controller.x.k_p': 2,
+  });
+});
+
+it('names the edge of gains that are unstable', () => {
+  const figures = { stable: false, k_p_limit: 3.254e6, k_d_limit: null } as LoopFigures;
+  expect(limitWarnings(figures, 'x')).toEqual([
+    'The chosen gains of x are unstable. The edge of stability, each gain moved alone: k_p = 3254 N/mm.',
+  ]);
+  expect(limitWarnings({ ...figures, stable: true }, 'x')).toEqual([]);
+});

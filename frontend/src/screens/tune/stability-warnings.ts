@@ -1,0 +1,19 @@
+/** Warnings of gains that are chosen although their loop is unstable, with the gain that is wrong. */
+
+import type { Axis } from '../../app/api/types';
+import { digits } from '../../ui/units';
+import type { LoopFigures } from './loop-store.svelte';
+
+/** Returns what is wrong with chosen gains, and at which gain the loop would be stable. */
+export function limitWarnings(figures: LoopFigures | null, axis: Axis): string[] {
+  if (!figures || figures.stable) return [];
+  const edges = [
+    ['k_p', figures.k_p_limit, 'N/mm'] as const,
+    ['k_d', figures.k_d_limit, 'N s/mm'] as const,
+  ].flatMap(([gain, limit, unit]) =>
+    limit === null ? [] : [`${gain} = ${digits(limit / 1e3, 4)} ${unit}`],
+  );
+  const nearest =
+    edges.length > 0 ? ` The edge of stability, each gain moved alone: ${edges.join(', ')}.` : '';
+  return [`The chosen gains of ${axis} are unstable.${nearest}`];
+}

@@ -1,0 +1,311 @@
+/** What the Tune screen knows and does; components read it and call it. */
+
+import { ApiError } from '../../app/api/client';
+import { at, equal, withChanges } from '../../app/api/scenario-paths';
+import type {
+  Axis,
+  Changes,
+  LoopSweep,
+  ReportOf,
+  Scenario,
+  TuneHistory,
+  Value,
+} from '../../app/api/types';
+import { JobStore } from '../../app/jobs/job-store.svelte';
+import { differing, sourceOf, wholeOf, type Source } from '../../app/jobs/job-request';
+import { lab, type Mode } from '../../app/store.svelte';
+import { WhatIf } from '../../app/whatif/whatif.svelte';
+import { load, save } from '../../app/storage';
+import { wordsOf } from '../../app/error-text';
+import { linesOf, pickedLine, type Line, type Picked } from './candidates';
+import { comparison } from './compare';
+import {
+  complaint,
+  DEFAULT,
+  formOf,
+  landscapeBody,
+  SETTINGS,
+  tuneBody,
+  variantOf,
+  type Form,
+} from './search-form';
+import { costAt } from './landscape';
+import { LoopStore } from './loop-store.svelte';
+import { loopOf, MAP, otherWords, type Swept } from './job-origin';
+
+type Choice = Partial<Record<Axis, string>>;
+
+class Tuner {
+  readonly search = new JobStore(lab.api, 'tune', (request) => this.change(formOf(request)));
+  readonly map = new JobStore(lab.api, 'landscape', (request) => this.change(formOf(request)));
+  readonly sweep = new JobStore(lab.api, 'sweep');
+  readonly loops = new LoopStore(lab.api);
+  readonly whatif = new WhatIf(lab.api, (fields, detail) => {
+    this.notCompared = fields.map(complaint).join(' ') || detail;
+  });
+  form = $state.raw<Form>(load('tune', DEFAULT));
+  /** The shipped scenario that the form names. */
+  private named = $state.raw<Scenario | null>(null);
+  refused = $state.raw<readonly string[]>([]);
+  notCompared = $state('');
+  private looked = $state<Axis>(load('tune-axis', 'x' as string) === 'y' ? 'y' : 'x');
+  /** Which line of each axis is chosen, by its id. */
+  private choice = $state.raw<Choice>({});
+  picked = $state.raw<Partial<Record<Axis, Picked>>>({});
+  /** What was compared last, and what the Lab was before it took it. */
+  compared = $state.raw<Changes | null>(null);
+  before = $state.raw<{ values: Changes; taken: Changes; mode: Mode } | null>(null);
+
+  /** What is tuned: a scenario, and what-if changes of the Lab to it. */
+  readonly source = $derived.by((): Source | null => {
+    if (this.form.source !== '') return this.named ? { scenario: this.named, set: {} } : null;
+    const scenario = lab.session.info?.scenario;
+    return scenario ? { scenario, set: lab.mode === 'whatif' ? lab.draft : {} } : null;
+  });
+
+  /** The scenario as it is tuned, for what the page shows of it. */
+  readonly scenario = $derived.by((): Scenario | null => {
+    if (this.form.source === '') return lab.scenario;
+    return this.source ? withChanges(this.source.scenario, this.source.set) : null;
+  });
+
+  readonly variant = $derived(this.scenario ? variantOf(this.form, this.scenario) : '');
+
+  readonly axes = $derived.by((): readonly Axis[] =>
+    this.form.axis === 'both' ? ['x', 'y'] : [this.form.axis],
+  );
+
+  readonly axis = $derived(this.axes.includes(this.looked) ? this.looked : (this.axes[0] ?? 'x'));
+
+  readonly result = $derived(this.search.report?.result ?? null);
+
+  readonly histories = $derived.by((): readonly TuneHistory[] => {
+    const { report } = this.search;
+    const groups = report?.result?.groups ?? report?.partial?.groups ?? [];
+    return groups.find(({ axes }) => axes.includes(this.axis))?.starts ?? [];
+  });
+
+  readonly landscape = $derived.by(() => {
+    const { report } = this.map;
+    return (report?.result ?? report?.partial)?.axes[this.axis] ?? null;
+  });
+
+  readonly lines = $derived(this.linesFor(this.axis));
+
+  readonly chosenId = $derived(this.chosenFor(this.axis));
+
+  /** What the chosen lines of all axes put into the scenario, less what is there already. */
+  readonly chosen = $derived.by((): Changes => {
+    const set: Changes = {};
+    for (const axis of this.axes) {
+      const id = this.chosenFor(axis);
+      if (id === 'present') continue;
+      Object.assign(set, this.linesFor(axis).find((line) => line.id === id)?.set ?? {});
+    }
+    const entries = Object.entries(set).filter(
+      ([path, value]) => !equal(at(this.scenario, path), value),
+    );
+    return Object.fromEntries(entries);
+  });
+
+  /** The last sweep, of which of the two loops it is, and else why it is not drawn. */
+  readonly swept = $derived.by((): { sweep: LoopSweep | null; of: Swept; told: string } => {
+    const { report } = this.sweep;
+    const sweep = report?.result ?? report?.partial ?? null;
+    if (!report || !sweep) return { sweep: null, of: 'present', told: '' };
+    const none = (told: string) => ({ sweep: null, of: 'present' as const, told });
+    if (sweep.axis !== this.axis || sweep.variant !== this.variant) {
+      return none(`of axis ${sweep.axis} of controller ${sweep.variant}`);
+    }
+    const then = this.askedFor(report.request);
+    const now = this.now({});
+    if (!then || !now) return none('asked for elsewhere');
+    const chosen = this.loops.chosen ? this.now(this.chosen) : null;
+    const { of, told } = loopOf(then, now, chosen, this.variant);
+    return of ? { sweep, of, told } : none(told);
+  });
+
+  /** In what the cost map is not of what is tuned now; empty where it is. */
+  readonly mapOther = $derived(this.landscape ? this.otherThan(this.map.report) : '');
+
+  /** In what the last search was not of what is tuned now. */
+  readonly searchOther = $derived(this.result ? this.otherThan(this.search.report) : '');
+
+  /** Settings in which the form differs from the last search, and from the cost map. */
+  readonly searchSettings = $derived.by(() => {
+    const { request } = this.search.report ?? {};
+    const { source, scenario } = this;
+    if (!request || !source || !scenario) return [];
+    const names = { ...SETTINGS.landscape, ...SETTINGS.search };
+    const body = (form: Form) => tuneBody(form, source, scenario);
+    return differing(request, body(this.form), body(DEFAULT), names);
+  });
+
+  readonly mapSettings = $derived.by(() => {
+    const { request } = this.map.report ?? {};
+    const { source } = this;
+    if (!request || !source) return [];
+    const body = (form: Form) => landscapeBody(form, source);
+    return differing(request, body(this.form), body(DEFAULT), SETTINGS.landscape);
+  });
+
+  /** Whether the gains that a job began with are those that are there now. */
+  readonly stale = $derived.by(() => {
+    const present = this.result?.groups.flatMap((group) => Object.entries(group.present.set)) ?? [];
+    return present.some(([path, value]) => at(this.scenario, path) !== value);
+  });
+
+  async open(): Promise<void> {
+    await lab.try(async () => {
+      if (this.form.source !== '') await this.choose(this.form.source);
+      await Promise.all([this.search.resume(), this.map.resume(), this.sweep.resume()]);
+    });
+  }
+
+  change(changes: Partial<Form>): void {
+    this.form = { ...this.form, ...changes };
+    this.refused = [];
+    save('tune', this.form);
+  }
+
+  async choose(source: string): Promise<void> {
+    await lab.try(async () => {
+      this.named = source === '' ? null : await lab.api.scenario(source);
+      this.change({ source });
+    });
+  }
+
+  look(axis: Axis): void {
+    this.looked = axis;
+    save('tune-axis', axis);
+  }
+
+  take(id: string): void {
+    this.choice = { ...this.choice, [this.axis]: id };
+  }
+
+  /** Takes gains off the landscape. */
+  pick(k_p: number, k_d: number): void {
+    const { axis, landscape } = this;
+    const round = (value: number) => Number(value.toPrecision(4));
+    const cost = landscape ? costAt(landscape, [k_p, k_d]) : null;
+    const picked = { k_p: round(k_p), k_d: round(k_d), cost };
+    this.picked = { ...this.picked, [axis]: picked };
+    this.take('picked');
+  }
+
+  async startSearch(): Promise<void> {
+    const { source, scenario } = this;
+    if (!source || !scenario) return;
+    this.choice = {};
+    await this.attempt(() => this.search.start('/tune', tuneBody(this.form, source, scenario)));
+  }
+
+  async startMap(): Promise<void> {
+    const { source } = this;
+    if (!source) return;
+    await this.attempt(() => this.map.start('/landscape', landscapeBody(this.form, source)));
+  }
+
+  /** Sweeps the loop with the chosen gains. */
+  async startSweep(): Promise<void> {
+    const { source, variant, axis, chosen } = this;
+    if (!source) return;
+    const set = { ...source.set, ...chosen };
+    await this.attempt(() =>
+      this.sweep.start('/loop/sweep', { scenario: source.scenario, set, variant, axis }),
+    );
+  }
+
+  /** Runs the motion with the present gains (A) and the chosen ones (B). */
+  compare(): void {
+    const { source, variant, chosen } = this;
+    if (!source) return;
+    this.notCompared = '';
+    this.compared = chosen;
+    this.whatif.ask({ ...comparison(source.scenario, source.set, variant, chosen), columns: [] });
+  }
+
+  /** Whether the Lab has the variant that was tuned. */
+  readonly applicable = $derived(lab.variants.includes(this.variant));
+
+  /** Gives the chosen gains to the Lab. */
+  apply(mode: Mode): void {
+    if (!lab.scenario) return;
+    const taken = this.chosen;
+    const values = Object.fromEntries(
+      Object.keys(taken).map((path) => [path, at(lab.scenario, path) as Value]),
+    );
+    lab.setMode(mode);
+    this.before = { values, taken, mode };
+    lab.set(taken);
+  }
+
+  /** Whether the Lab still has what was given to it. */
+  readonly applied = $derived.by(() => {
+    const { before } = this;
+    if (!before || lab.mode !== before.mode) return false;
+    return Object.entries(before.taken).every(([path, value]) => at(lab.scenario, path) === value);
+  });
+
+  undo(): void {
+    if (!this.before) return;
+    lab.setMode(this.before.mode);
+    lab.set(this.before.values);
+    this.before = null;
+  }
+
+  private linesFor(axis: Axis): Line[] {
+    const picked = this.picked[axis];
+    const found = linesOf(this.result?.groups ?? [], axis);
+    return picked ? [...found, pickedLine(picked, this.variant, axis)] : found;
+  }
+
+  /** What was chosen by hand; else the best candidate, where it betters what is there. */
+  private chosenFor(axis: Axis): string {
+    const lines = this.linesFor(axis);
+    const wanted = this.choice[axis];
+    if (lines.some(({ id }) => id === wanted)) return wanted as string;
+    const better = lines.find(
+      ({ id, set }) =>
+        id.startsWith('start') &&
+        Object.keys(set).every((path) => path in (this.result?.set ?? {})),
+    );
+    return better?.id ?? 'present';
+  }
+
+  private askedFor(request: Record<string, unknown>): Scenario | null {
+    const source = sourceOf(request);
+    return source ? wholeOf(source, lab.resolved) : null;
+  }
+
+  /** The present scenario with changes. */
+  private now(set: Changes): Scenario | null {
+    const { source } = this;
+    if (!source) return null;
+    return wholeOf({ scenario: source.scenario, set: { ...source.set, ...set } }, lab.resolved);
+  }
+
+  private otherThan(report: ReportOf<'tune'> | ReportOf<'landscape'> | null): string {
+    const now = this.now({});
+    if (!report || !now) return '';
+    const { request, result } = report;
+    const then = this.askedFor(request);
+    const variant = typeof request['variant'] === 'string' ? request['variant'] : this.variant;
+    if (then) return otherWords(then, now, variant, MAP);
+    // Asked for elsewhere by a scenario's name: its motor is known by its name.
+    return result && result.plant !== now.plant.name ? `another motor (${result.plant})` : '';
+  }
+
+  private async attempt(start: () => Promise<void>): Promise<void> {
+    this.refused = [];
+    try {
+      await start();
+    } catch (error) {
+      const fields = error instanceof ApiError ? error.problem.errors : [];
+      this.refused = fields.length > 0 ? fields.map(complaint) : [wordsOf(error)];
+    }
+  }
+}
+
+export const tuner = new Tuner();
