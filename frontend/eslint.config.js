@@ -3,6 +3,36 @@ import svelte from 'eslint-plugin-svelte';
 import globals from 'globals';
 import ts from 'typescript-eslint';
 
+const SCREENS = ['identify', 'lab', 'motor', 'paper', 'trajectories', 'tune'];
+
+/** Forbids files of a folder to import, at once or lazily, what `regex` finds in the relative path. */
+function layer(folder, regex, message) {
+  const selector = `ImportExpression[source.value=/${regex.replaceAll('/', '\\u002F')}/]`;
+  return {
+    files: [`src/${folder}/**`],
+    rules: {
+      'no-restricted-imports': ['error', { patterns: [{ regex, message }] }],
+      'no-restricted-syntax': ['error', { selector, message }],
+    },
+  };
+}
+
+/** Imports point one way: screens -> app -> plot -> ui; only App.svelte knows the screens. */
+const layers = [
+  layer('ui', '^\\.\\./', 'ui imports only ui'),
+  layer('plot', '^\\.\\./(?!ui/)', 'plot imports plot and ui'),
+  layer(
+    'app',
+    '^(\\.\\./)+(screens/|plot/(?!source$)|App)',
+    'app imports app and ui, and of plot only source, the curves of a what-if',
+  ),
+  ...SCREENS.map((screen) => {
+    const others = SCREENS.filter((other) => other !== screen).join('|');
+    const regex = `^(\\.\\./)+((screens/)?(${others})/|App)`;
+    return layer(`screens/${screen}`, regex, 'a screen imports app, plot, ui and itself');
+  }),
+];
+
 export default ts.config(
   { ignores: ['dist/', 'src/app/api/schema.d.ts'] },
   js.configs.recommended,
@@ -21,4 +51,5 @@ export default ts.config(
     files: ['**/*.svelte', '**/*.svelte.ts'],
     languageOptions: { parserOptions: { parser: ts.parser } },
   },
+  ...layers,
 );

@@ -3,26 +3,26 @@ import type { ProblemField } from './api/types';
 import { nameOf, refusal } from './fields/fields';
 
 /** Returns what went wrong, in the names and units of the screen where the server names fields. */
-export function wordsOf(error: unknown): string {
+export function errorText(error: unknown): string {
   if (error instanceof ApiError && error.problem.errors.length > 0) {
-    return fieldWords(error.problem.errors);
+    return fieldErrorsText(error.problem.errors);
   }
   return error instanceof Error ? error.message : String(error);
 }
 
 /** Returns what is wrong with fields, a line each. */
-export function fieldWords(fields: readonly ProblemField[]): string {
+export function fieldErrorsText(fields: readonly ProblemField[]): string {
   return fields
     .map((field) => [nameOf(field.loc), refusal(field)].filter(Boolean).join(': '))
     .join('\n');
 }
 
 /** Returns why a scenario file was not opened. */
-export function fileProblem(name: string, error: unknown): string {
+export function fileErrorText(name: string, error: unknown): string {
   const fields = error instanceof ApiError ? error.problem.errors : [];
   const [unread] = fields.filter(({ loc }) => loc === 'body');
   if (!unread) {
-    return `${name} was not opened.${fields.length > 0 ? '\n' : ' '}${wordsOf(error)}`;
+    return `${name} was not opened.${fields.length > 0 ? '\n' : ' '}${errorText(error)}`;
   }
   if (unread.message.startsWith('is not UTF-8')) return `${name} is not a text file.`;
   const [, reason, place] = /^is not TOML: (.+) \(at (.+)\)$/.exec(unread.message) ?? [];

@@ -1,10 +1,10 @@
 import { expect, it, vi } from 'vitest';
-import { Newest, Turns } from './latest-wins';
+import { LatestWins, Turns } from './latest-wins';
 
 it('runs one at a time and skips to the newest', async () => {
   const seen: number[] = [];
   const done: (() => void)[] = [];
-  const newest = new Newest<number>((value) => {
+  const newest = new LatestWins<number>((value) => {
     seen.push(value);
     return new Promise((resolve) => done.push(resolve));
   });
@@ -23,7 +23,7 @@ it('runs one at a time and skips to the newest', async () => {
 it('runs as many at once as it may, and still skips to the newest', async () => {
   const seen: number[] = [];
   const done: (() => void)[] = [];
-  const newest = new Newest<number>((value) => {
+  const newest = new LatestWins<number>((value) => {
     seen.push(value);
     return new Promise((resolve) => done.push(resolve));
   }, 2);
@@ -40,7 +40,7 @@ it('runs as many at once as it may, and still skips to the newest', async () => 
 it('goes on after a job that throws', async () => {
   const errors = vi.spyOn(console, 'error').mockImplementation(() => undefined);
   const seen: number[] = [];
-  const newest = new Newest<number>((value) => {
+  const newest = new LatestWins<number>((value) => {
     seen.push(value);
     return value === 1 ? Promise.reject(new Error('no')) : Promise.resolve();
   });

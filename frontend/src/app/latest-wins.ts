@@ -2,7 +2,7 @@
  * One job at a time, or a few, and of those that wait only the newest: what a slider asks for while
  * an answer is on its way replaces what it asked before.
  */
-export class Newest<T> {
+export class LatestWins<T> {
   private running = 0;
   private waiting: { value: T } | null = null;
   private idlers: (() => void)[] = [];

@@ -1,28 +1,16 @@
 /** Which screen is shown; the address says it, so that a reload or the browser's back finds it. */
 
-import type { Component } from 'svelte';
 import { fromAddress } from './storage';
-
-interface Entry {
-  screen: string;
-  title: string;
-  /** Loads what is only needed on that screen; the Lab is there from the start. */
-  load?: () => Promise<{ default: Component }>;
-}
 
 /** The menu. */
 export const SCREENS = [
   { screen: 'lab', title: 'Lab' },
-  {
-    screen: 'trajectories',
-    title: 'Trajectories',
-    load: () => import('../screens/trajectories/Trajectories.svelte'),
-  },
-  { screen: 'identify', title: 'Identify', load: () => import('../screens/identify/Identify.svelte') },
-  { screen: 'tune', title: 'Tune', load: () => import('../screens/tune/Tune.svelte') },
-  { screen: 'motor', title: 'Motor', load: () => import('../screens/motor/Motor.svelte') },
-  { screen: 'paper', title: 'Paper', load: () => import('../screens/paper/Paper.svelte') },
-] as const satisfies readonly Entry[];
+  { screen: 'trajectories', title: 'Trajectories' },
+  { screen: 'identify', title: 'Identify' },
+  { screen: 'tune', title: 'Tune' },
+  { screen: 'motor', title: 'Motor' },
+  { screen: 'paper', title: 'Paper' },
+] as const;
 
 export type Screen = (typeof SCREENS)[number]['screen'];
 
@@ -37,9 +25,8 @@ class ScreenChoice {
     this.current = screen;
   }
 
-  /** The menu's entry of what is shown. */
-  get entry(): Entry | undefined {
-    return SCREENS.find(({ screen }) => screen === this.current);
+  get title(): string {
+    return SCREENS.find(({ screen }) => screen === this.current)?.title ?? '';
   }
 
   /** Follows a link without loading the page anew, unless it is to open elsewhere. */

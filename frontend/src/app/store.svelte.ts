@@ -1,4 +1,4 @@
-/** What the Lab screen knows and does; components read it and call it. */
+/** The application store: scenario, session and what-if changes, and what all screens do with them. */
 
 import { Api, ApiError, UNREACHABLE } from './api/client';
 import { TokenPrompt } from './api/access-token.svelte';
@@ -22,14 +22,13 @@ import type {
   Value,
 } from './api/types';
 import { refusal } from './fields/fields';
-import { Limits } from '../screens/lab/gains/stability-limits.svelte';
-import { Newest } from './latest-wins';
+import { LatestWins } from './latest-wins';
 import { WhatIf } from './whatif/whatif.svelte';
 import { messages, type Action } from './messages.svelte';
 import { fromAddress, load, save, setAddress } from './storage';
 import { Backoff } from './stream/backoff';
 import { Gestures, is } from './session/gestures';
-import { fileProblem, wordsOf } from './error-text';
+import { fileErrorText, errorText } from './error-text';
 import { keptSessions, recall, withPath, type GivenPath } from './session/kept-sessions';
 import { carried, leftText, listed, lost, type Left } from './session/replaced-session';
 import { pathName } from './session/path-name';
@@ -43,12 +42,11 @@ const BACK_MAX = 20;
 /** Shortest time between two changes of a running session while a slider moves, ms. */
 const LIVE_SPACING = 80;
 
-export class Lab {
+export class Store {
   readonly api = new Api();
   readonly token = new TokenPrompt(this.api);
   readonly session = new SessionStore(this.api);
   readonly whatif = new WhatIf(this.api, (fields, detail) => this.refuse(fields, detail));
-  readonly limits = new Limits(this.api);
   scenarios = $state.raw<readonly ScenarioEntry[]>([]);
   parts = $state.raw<Parts>({ motors: [], controllers: [], trajectories: [] });
   mode = $state<Mode>(
@@ -74,8 +72,8 @@ export class Lab {
   /** Ends when all is taken back that was asked for; nothing is sent meanwhile. */
   private undoing = Promise.resolve();
   private moving = false;
-  private readonly live = new Newest<null>(() => this.sendLive());
-  private readonly reading = new Newest<null>(() => this.askMetrics());
+  private readonly live = new LatestWins<null>(() => this.sendLive());
+  private readonly reading = new LatestWins<null>(() => this.askMetrics());
 
   /** What the controls show. */
   readonly scenario = $derived.by((): Scenario | null => {
@@ -150,7 +148,7 @@ export class Lab {
         await this.open();
         return;
       } catch (error) {
-        messages.error(wordsOf(error));
+        messages.error(errorText(error));
         if (!(error instanceof ApiError) || !error.transient) return;
         const wait = error.retryAfter ?? backoff.next();
         await new Promise((resolve) => setTimeout(resolve, wait));
@@ -174,7 +172,7 @@ export class Lab {
       await action();
       return true;
     } catch (error) {
-      messages.error(wordsOf(error));
+      messages.error(errorText(error));
       return false;
     }
   }
@@ -238,7 +236,7 @@ export class Lab {
     try {
       await this.session.stop();
     } catch (error) {
-      messages.error(`STOP was not taken. ${wordsOf(error)}`);
+      messages.error(`STOP was not taken. ${errorText(error)}`);
     }
   }
 
@@ -344,7 +342,7 @@ export class Lab {
     try {
       scenario = await this.api.parse(await file.text());
     } catch (error) {
-      messages.error(fileProblem(file.name, error));
+      messages.error(fileErrorText(file.name, error));
       return;
     }
     await this.loadScenario(scenario);
@@ -511,4 +509,4 @@ export class Lab {
   }
 }
 
-export const lab = new Lab();
+export const app = new Store();

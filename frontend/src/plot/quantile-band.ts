@@ -3,7 +3,7 @@
 import type { Ink } from './palette';
 import type { Range } from './range';
 
-export interface Ribbon {
+export interface QuantileBand {
   ink: Ink;
   /** Lengths of dash and gap of the edges: what tells B from A without colour. */
   dash: number[];
@@ -19,7 +19,7 @@ const SHADE = 0.2;
 const EDGES = 0.5;
 
 /** Returns the least and the largest value over a range of time. */
-export function ribbonExtremes({ time, least, most }: Ribbon, { from, to }: Range) {
+export function bandExtremes({ time, least, most }: QuantileBand, { from, to }: Range) {
   let low = Number.POSITIVE_INFINITY;
   let high = Number.NEGATIVE_INFINITY;
   time.forEach((at, k) => {
@@ -31,9 +31,9 @@ export function ribbonExtremes({ time, least, most }: Ribbon, { from, to }: Rang
 }
 
 /** Draws from least to most, faint, and from low to high, stronger and with edges. */
-export function drawRibbon(
+export function drawQuantileBand(
   c: CanvasRenderingContext2D,
-  { dash, time, least, low, high, most }: Ribbon,
+  { dash, time, least, low, high, most }: QuantileBand,
   colour: string,
   x: (time: number) => number,
   y: (value: number) => number,

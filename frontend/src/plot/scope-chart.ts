@@ -3,11 +3,10 @@
 import { scaleFor, type Scale } from '../ui/units';
 import { timeSplits, valueSplits, valueTexts } from './ticks';
 import { pointsOf, writeCurve, type Bins } from './bins';
-import type { Scope, Trace } from '../screens/lab/scopes/catalog';
 import type { Ink, Palette } from './palette';
 import { calmRange, multiples, roundStep, timeAt, type Range } from './range';
 import type { Source } from './source';
-import { drawRibbon, ribbonExtremes, type Ribbon } from './quantile-band';
+import { drawQuantileBand, bandExtremes, type QuantileBand } from './quantile-band';
 
 /** Room for the numbers of the value axis and of the time axis, CSS pixels. */
 const GUTTER = 66;
@@ -19,6 +18,25 @@ const MARKS_ACROSS = 8;
 const DENSE = 6;
 /** A pointer that moves less than this between down and up has clicked, CSS pixels. */
 const CLICK = 4;
+
+export interface Trace {
+  column: string;
+  label: string;
+  ink: Ink;
+  /** Lengths of dash and gap, CSS pixels; solid when left out. */
+  dash?: number[];
+  /** Round markers along the line: what tells B from A without colour. */
+  marked?: boolean;
+  width?: number;
+}
+
+/** What a chart draws over time. */
+export interface Traces {
+  unit: string;
+  traces: Trace[];
+  /** Span of the value axis while all is zero. */
+  still?: number;
+}
 
 /** A moment worth a line on the time axis: a change of parameters, a push. */
 export interface Moment {
@@ -43,7 +61,7 @@ export interface ChartState {
   hover: number | null;
   selection: Range | null;
   /** Bands behind the curves. */
-  ribbons: readonly Ribbon[];
+  quantileBands: readonly QuantileBand[];
 }
 
 export interface ChartEvents {
@@ -67,7 +85,7 @@ export class Chart {
   private minimum = new Float32Array(0);
   private maximum = new Float32Array(0);
   private values: Range | null = null;
-  private ribbons: readonly Ribbon[] = [];
+  private quantileBands: readonly QuantileBand[] = [];
   private drawn = '';
   private empty = true;
   private width = 1;
@@ -83,7 +101,7 @@ export class Chart {
 
   constructor(
     private readonly canvas: HTMLCanvasElement,
-    private readonly scope: Scope,
+    private readonly scope: Traces,
     private readonly palette: Palette,
     private readonly events: ChartEvents,
     /** Whether the labels of moments stand in this scope, and the time axis under it. */
@@ -118,9 +136,9 @@ export class Chart {
 
   /** Draws, unless nothing has changed since the last time. */
   draw(source: Source, state: ChartState): void {
-    const { range, follow, moments, cursors, hover, selection, ribbons } = state;
-    if (ribbons !== this.ribbons) this.drawn = '';
-    this.ribbons = ribbons;
+    const { range, follow, moments, cursors, hover, selection, quantileBands } = state;
+    if (quantileBands !== this.quantileBands) this.drawn = '';
+    this.quantileBands = quantileBands;
     const key = `${source.version} ${range.from} ${range.to} ${follow} ${moments.length} ${cursors.join()} ${hover} ${selection?.from} ${selection?.to}`;
     if (key === this.drawn) return;
     this.drawn = key;
@@ -183,8 +201,8 @@ export class Chart {
         if ((maximum[bin] as number) > high) high = maximum[bin] as number;
       }
     }
-    for (const ribbon of this.ribbons) {
-      const [least, most] = ribbonExtremes(ribbon, this.range);
+    for (const ribbon of this.quantileBands) {
+      const [least, most] = bandExtremes(ribbon, this.range);
       low = Math.min(low, least);
       high = Math.max(high, most);
     }
@@ -192,7 +210,7 @@ export class Chart {
   }
 
   private bands(values: Range): void {
-    if (this.ribbons.length === 0) return;
+    if (this.quantileBands.length === 0) return;
     const { c } = this;
     c.save();
     c.beginPath();
@@ -200,7 +218,7 @@ export class Chart {
     c.clip();
     const x = (time: number) => this.px(time);
     const y = (value: number) => this.py(value, values);
-    for (const ribbon of this.ribbons) drawRibbon(c, ribbon, this.palette[ribbon.ink], x, y);
+    for (const ribbon of this.quantileBands) drawQuantileBand(c, ribbon, this.palette[ribbon.ink], x, y);
     c.restore();
   }
 

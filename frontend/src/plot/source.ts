@@ -1,6 +1,5 @@
-/** Where curves come from: the live ring or a what-if result; scopes and plane know only this. */
+/** Where curves come from; what draws them knows only this. */
 
-import type { Ring } from '../app/stream/ring';
 import { cut, type Bins } from './bins';
 import type { Range } from './range';
 
@@ -32,40 +31,6 @@ export function extremes(source: Source, column: string, { from, to }: Range): [
 /** Name of the curve of one channel of A less B. */
 export function differenceName(channel: string, a: string, b: string): string {
   return `${a}-${b}.${channel}`;
-}
-
-export class LiveSource implements Source {
-  readonly start = 0;
-
-  constructor(
-    private readonly ring: () => Ring,
-    readonly step: number,
-  ) {}
-
-  get version(): number {
-    return this.ring().version;
-  }
-  get first(): number {
-    return this.ring().start;
-  }
-  get last(): number {
-    return this.ring().end;
-  }
-  has(column: string): boolean {
-    return this.ring().has(column);
-  }
-  cut(from: number, to: number, pixels: number): Bins {
-    return cut(from / this.step, to / this.step, pixels);
-  }
-  reduce(column: string, bins: Bins, minimum: Float32Array, maximum: Float32Array): void {
-    this.ring().reduce(column, bins.first, bins.size, bins.count, minimum, maximum);
-  }
-  at(column: string, time: number): number {
-    const ring = this.ring();
-    const tick = Math.round(time / this.step);
-    // The newest sample stands for the present, which is one step later.
-    return ring.at(column, tick === ring.end ? tick - 1 : tick);
-  }
 }
 
 export interface Envelope {

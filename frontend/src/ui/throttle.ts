@@ -2,7 +2,7 @@
 const PAUSE = 100;
 
 /** Passes values on: the first at once, and of those soon after it the newest, once. */
-export class Pace<T> {
+export class Throttle<T> {
   private since = Number.NEGATIVE_INFINITY;
 
   constructor(private readonly take: (value: T) => void) {}

@@ -2,7 +2,7 @@
 
 import type { ProblemField, Value } from '../api/types';
 import { clean, digits, minus, pretty, prettyUnit } from '../../ui/units';
-import { LAWS, SHARINGS } from '../../screens/lab/gains/gains';
+import { LAWS, SHARINGS } from './laws';
 
 export interface Field {
   label: string;

@@ -1,6 +1,5 @@
 import { expect, it } from 'vitest';
-import { StillSource } from '../../plot/source';
-import { lines, peaks } from './trajectory-fields';
+import { lines } from './trajectory-fields';
 
 it('makes a line of every number, main ones first', () => {
   const found = lines({
@@ -30,25 +29,4 @@ it('tells how long a list is', () => {
       ],
     }),
   ).toEqual([{ kind: 'list', path: 'trajectory.vertices', main: true, length: 3 }]);
-});
-
-it('finds peaks and their share of the limits', () => {
-  const flat = (low: number, high: number) => ({
-    minimum: Float32Array.of(0, low),
-    maximum: Float32Array.of(high, 0),
-  });
-  const source = new StillSource(
-    0,
-    1,
-    2,
-    new Map([
-      ['x.velocity_reference', flat(-0.5, 0.25)],
-      ['y.velocity_reference', flat(0, 0)],
-      ['x.acceleration_reference', flat(0, 1)],
-      ['y.acceleration_reference', flat(-2, 1)],
-    ]),
-  );
-  const limits = { velocity_max: 1, acceleration_max: 2.5 };
-  const found = peaks(source, { x: limits, y: limits });
-  expect(found).toEqual({ velocity: 0.5, acceleration: 2, share: 0.8 });
 });

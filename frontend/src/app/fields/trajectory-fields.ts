@@ -1,8 +1,6 @@
 /** The numbers of a trajectory, whatever its kind, as lines of a form. */
 
-import type { Axis, Value } from '../api/types';
-import { numberAt } from '../api/scenario-paths';
-import { extremes, type Source } from '../../plot/source';
+import type { Value } from '../api/types';
 
 /** What a person changes first; the rest is folded away. */
 const MAIN = new Set([
@@ -55,35 +53,4 @@ export function lines(trajectory: { [key: string]: Value }): Line[] {
     }
   }
   return found.sort((a, b) => Number(b.main) - Number(a.main));
-}
-
-export interface Peaks {
-  velocity: number;
-  acceleration: number;
-  /** Largest share of the motor's limits that any of them takes. */
-  share: number;
-}
-
-/** Returns the reference's peaks over a source, and how much of the motor's limits they are. */
-export function peaks(source: Source, plant: object): Peaks | null {
-  const largest = (axis: Axis, what: string): number => {
-    const whole = { from: source.start, to: source.start + source.last * source.step };
-    return Math.max(...extremes(source, `${axis}.${what}_reference`, whole).map(Math.abs));
-  };
-  const found = (['x', 'y'] as const).map((axis) => {
-    const velocity = largest(axis, 'velocity');
-    const acceleration = largest(axis, 'acceleration');
-    const share = Math.max(
-      velocity / numberAt(plant, `${axis}.velocity_max`),
-      acceleration / numberAt(plant, `${axis}.acceleration_max`),
-    );
-    return { velocity, acceleration, share };
-  });
-  const most = (key: keyof Peaks) => Math.max(...found.map((each) => each[key]));
-  const result = {
-    velocity: most('velocity'),
-    acceleration: most('acceleration'),
-    share: most('share'),
-  };
-  return Number.isFinite(result.share) ? result : null;
 }

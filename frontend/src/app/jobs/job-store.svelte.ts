@@ -4,7 +4,7 @@
  * Only jobs that this browser has asked for are found by themselves; those of others are listed for
  * the user to choose from.
  *
- *   const job = new JobStore(lab.api, 'identify');
+ *   const job = new JobStore(app.api, 'identify');
  *   await job.resume();                   // once, when its screen opens
  *   await job.start('/identify', body);   // an ApiError tells what is wrong with the body
  *   job.report?.partial, job.report?.result

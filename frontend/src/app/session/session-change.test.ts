@@ -1,7 +1,7 @@
 import { afterEach, describe, expect, it, vi } from 'vitest';
 import type { Changes, Scenario, SessionInfo } from '../api/types';
 import { messages } from '../messages.svelte';
-import { Lab } from '../store.svelte';
+import { Store } from '../store.svelte';
 
 vi.hoisted(() => {
   vi.stubGlobal('location', { href: 'http://127.0.0.1/', protocol: 'http:', host: '127.0.0.1' });
@@ -22,9 +22,9 @@ function scenario(name: string, k_p = 200300): Scenario {
   return { name, variants: { B: { controller: { x: { k_p } } } } } as unknown as Scenario;
 }
 
-/** A Lab on a server of its own, with a session of the circle that had a gain changed. */
-function tuned(): { lab: Lab; made: { scenario: unknown; set: Changes }[]; commands: string[] } {
-  const lab = new Lab();
+/** A Store on a server of its own, with a session of the circle that had a gain changed. */
+function tuned(): { app: Store; made: { scenario: unknown; set: Changes }[]; commands: string[] } {
+  const app = new Store();
   const made: { scenario: unknown; set: Changes }[] = [];
   const commands: string[] = [];
   const info = (of: Scenario, base = of) =>
@@ -39,7 +39,7 @@ function tuned(): { lab: Lab; made: { scenario: unknown; set: Changes }[]; comma
       scenario: of,
       revision: made.length,
     }) as unknown as SessionInfo;
-  const { api, session } = lab;
+  const { api, session } = app;
   api.create = vi.fn(async ({ scenario: of = 'circle', set = {} }) => {
     made.push({ scenario: of, set });
     return info(typeof of === 'string' ? scenario(of) : of);
@@ -55,7 +55,7 @@ function tuned(): { lab: Lab; made: { scenario: unknown; set: Changes }[]; comma
   session.info = info(scenario('circle', 619000), scenario('circle'));
   session.base = scenario('circle');
   session.missing = '';
-  return { lab, made, commands };
+  return { app, made, commands };
 }
 
 const notice = () => messages.list.at(-1);
@@ -66,116 +66,116 @@ afterEach(() => {
 
 describe('another scenario', () => {
   it('says what stays behind, and Undo brings it back', async () => {
-    const { lab, made } = tuned();
-    lab.setMode('whatif');
-    lab.set({ [K_P]: 700000 });
-    await lab.loadScenario('rhombus');
-    expect(lab.draft).toEqual({});
+    const { app, made } = tuned();
+    app.setMode('whatif');
+    app.set({ [K_P]: 700000 });
+    await app.loadScenario('rhombus');
+    expect(app.draft).toEqual({});
     expect(notice()?.text).toMatch(/^circle was left with one change: B kp x/);
     expect(notice()?.actions.map(({ name }) => name)).toEqual(['Undo', 'Keep the gains']);
-    expect(lab.canUndo).toBe(true);
-    await lab.undo();
+    expect(app.canUndo).toBe(true);
+    await app.undo();
     expect(made.at(-1)?.scenario).toEqual(scenario('circle', 619000));
-    expect(lab.draft).toEqual({ [K_P]: 700000 });
-    expect(lab.changes).toMatchObject([{ path: K_P, from: 200300, to: 700000 }]);
-    expect(lab.goesBack).toBe(false);
+    expect(app.draft).toEqual({ [K_P]: 700000 });
+    expect(app.changes).toMatchObject([{ path: K_P, from: 200300, to: 700000 }]);
+    expect(app.goesBack).toBe(false);
   });
 
   it('can be gone back from after others, and leaves its gains to the one that is open', async () => {
-    const { lab, made } = tuned();
-    lab.setMode('whatif');
-    lab.set({ [K_P]: 700000 });
-    await lab.loadScenario('rhombus');
+    const { app, made } = tuned();
+    app.setMode('whatif');
+    app.set({ [K_P]: 700000 });
+    await app.loadScenario('rhombus');
     const [undo, keep] = notice()?.actions ?? [];
-    await lab.loadScenario('pentagram');
-    expect(lab.undoText).toBe('Go back to the session before, circle, at 0 s');
+    await app.loadScenario('pentagram');
+    expect(app.undoText).toBe('Go back to the session before, circle, at 0 s');
     keep?.run();
-    expect(lab.draft).toEqual({ [K_P]: 700000 });
+    expect(app.draft).toEqual({ [K_P]: 700000 });
     undo?.run();
     await settled();
     expect(made.at(-1)?.scenario).toEqual(scenario('circle', 619000));
-    expect(lab.draft).toEqual({ [K_P]: 700000 });
-    await lab.undo();
-    expect(lab.draft).toEqual({});
+    expect(app.draft).toEqual({ [K_P]: 700000 });
+    await app.undo();
+    expect(app.draft).toEqual({});
     undo?.run(); // done already
     await settled();
     expect(made).toHaveLength(3);
   });
 
   it('takes the gains along as what-if changes', async () => {
-    const { lab } = tuned();
-    await lab.loadScenario('rhombus');
+    const { app } = tuned();
+    await app.loadScenario('rhombus');
     notice()?.actions[1]?.run();
-    expect(lab.mode).toBe('whatif');
-    expect(lab.draft).toEqual({ [K_P]: 619000 });
+    expect(app.mode).toBe('whatif');
+    expect(app.draft).toEqual({ [K_P]: 619000 });
   });
 
   it('says nothing where nothing stays behind, and starts at real time', async () => {
-    const { lab } = tuned();
-    await lab.loadScenario('rhombus');
+    const { app } = tuned();
+    await app.loadScenario('rhombus');
     for (const { id } of messages.list) messages.dismiss(id);
-    lab.session.speed = 10;
-    await lab.loadScenario('circle');
+    app.session.speed = 10;
+    await app.loadScenario('circle');
     expect(notice()).toBeUndefined();
-    expect(lab.session.speed).toBe(1);
+    expect(app.session.speed).toBe(1);
   });
 });
 
 it('makes what was applied a what-if change again', async () => {
-  const { lab, commands } = tuned();
-  const { session } = lab;
-  lab.setMode('whatif');
-  lab.set({ [K_P]: 700000 });
-  await lab.apply();
-  expect(lab.draft).toEqual({});
+  const { app, commands } = tuned();
+  const { session } = app;
+  app.setMode('whatif');
+  app.set({ [K_P]: 700000 });
+  await app.apply();
+  expect(app.draft).toEqual({});
   session.info = {
     ...session.info,
     changes: [{ tick: 0, set: { [K_P]: 700000 }, previous: { [K_P]: 619000 } }],
   } as unknown as SessionInfo;
-  lab.setMode('live');
-  expect(lab.undoText).toBe('Take back Apply: B kp x');
-  await lab.undo();
+  app.setMode('live');
+  expect(app.undoText).toBe('Take back Apply: B kp x');
+  await app.undo();
   expect(commands).toEqual(['undo']);
-  expect(lab.draft).toEqual({ [K_P]: 700000 });
-  lab.setMode('whatif');
+  expect(app.draft).toEqual({ [K_P]: 700000 });
+  app.setMode('whatif');
   session.info = { ...session.info, changes: [] } as unknown as SessionInfo;
-  expect(lab.undoText).toBe('Take back the what-if change of B kp x');
-  await lab.undo();
-  expect(lab.draft).toEqual({});
+  expect(app.undoText).toBe('Take back the what-if change of B kp x');
+  await app.undo();
+  expect(app.draft).toEqual({});
 });
 
 it('goes back from a given path while what-if changes wait', async () => {
-  const { lab, made } = tuned();
-  lab.setMode('whatif');
-  lab.set({ [K_P]: 700000 });
-  await lab.givePath({ name: '', table: { kind: 'path' } });
-  expect(lab.goesBack).toBe(true);
-  await lab.undo();
+  const { app, made } = tuned();
+  app.setMode('whatif');
+  app.set({ [K_P]: 700000 });
+  await app.givePath({ name: '', table: { kind: 'path' } });
+  expect(app.goesBack).toBe(true);
+  await app.undo();
   expect(made).toHaveLength(2);
-  expect(lab.draft).toEqual({ [K_P]: 700000 });
+  expect(app.draft).toEqual({ [K_P]: 700000 });
 });
 
 it('gives a path with all gains, what-if changes and the speed, and a way back', async () => {
-  const { lab, made } = tuned();
-  lab.setMode('whatif');
-  lab.set({ [K_P]: 700000, 'trajectory.radius': 0.02 });
-  lab.session.speed = 4;
-  await lab.givePath({ name: 'my-star', table: { kind: 'path' } });
+  const { app, made } = tuned();
+  app.setMode('whatif');
+  app.set({ [K_P]: 700000, 'trajectory.radius': 0.02 });
+  app.session.speed = 4;
+  await app.givePath({ name: 'my-star', table: { kind: 'path' } });
   expect(made.at(-1)).toEqual({
     scenario: scenario('circle', 619000),
     set: { trajectory: { kind: 'path' } },
   });
-  expect(lab.draft).toEqual({ [K_P]: 700000 });
-  expect(lab.session.speed).toBe(4);
+  expect(app.draft).toEqual({ [K_P]: 700000 });
+  expect(app.session.speed).toBe(4);
   expect(notice()?.text).toBe('The session took my-star and went back to 0 s.');
   notice()?.actions[0]?.run();
   await settled();
-  expect(lab.draft).toEqual({ [K_P]: 700000, 'trajectory.radius': 0.02 });
+  expect(app.draft).toEqual({ [K_P]: 700000, 'trajectory.radius': 0.02 });
 });
 
 it('remembers when a change was made and undone, until a reset', async () => {
-  const { lab } = tuned();
-  const { session, api } = lab;
+  const { app } = tuned();
+  const { session, api } = app;
   const now = (info: Partial<SessionInfo>) => {
     api.command = vi.fn(async () => ({ ...session.info, ...info }) as SessionInfo);
   };
@@ -191,33 +191,33 @@ it('remembers when a change was made and undone, until a reset', async () => {
 
 describe('play', () => {
   it('gives what-if changes to the session first, or leaves them out', async () => {
-    const { lab, commands } = tuned();
-    lab.setMode('whatif');
-    lab.set({ [K_P]: 700000 });
-    await lab.play({ changed: false });
-    expect(lab.api.patch).not.toHaveBeenCalled();
-    expect(lab.pending).toBe(1);
-    await lab.playOrPause();
-    await lab.playOrPause();
-    expect(lab.api.patch).toHaveBeenCalledWith('s0', { [K_P]: 700000 });
-    expect(lab.pending).toBe(0);
+    const { app, commands } = tuned();
+    app.setMode('whatif');
+    app.set({ [K_P]: 700000 });
+    await app.play({ changed: false });
+    expect(app.api.patch).not.toHaveBeenCalled();
+    expect(app.pending).toBe(1);
+    await app.playOrPause();
+    await app.playOrPause();
+    expect(app.api.patch).toHaveBeenCalledWith('s0', { [K_P]: 700000 });
+    expect(app.pending).toBe(0);
     expect(commands).toEqual(['play', 'pause', 'play']);
   });
 
   it('does not play where the changes are refused', async () => {
-    const { lab, commands } = tuned();
-    lab.setMode('whatif');
-    lab.set({ [K_P]: -5 });
-    lab.api.patch = vi.fn(() => Promise.reject(new Error('Is out of range')));
-    await lab.playOrPause();
+    const { app, commands } = tuned();
+    app.setMode('whatif');
+    app.set({ [K_P]: -5 });
+    app.api.patch = vi.fn(() => Promise.reject(new Error('Is out of range')));
+    await app.playOrPause();
     expect(commands).toEqual([]);
-    expect(lab.pending).toBe(1);
+    expect(app.pending).toBe(1);
   });
 
   it('starts a finished session again', async () => {
-    const { lab, commands } = tuned();
-    lab.session.info = { ...lab.session.info, state: 'finished' } as SessionInfo;
-    await lab.playOrPause();
+    const { app, commands } = tuned();
+    app.session.info = { ...app.session.info, state: 'finished' } as SessionInfo;
+    await app.playOrPause();
     expect(commands).toEqual(['reset', 'play']);
   });
 });

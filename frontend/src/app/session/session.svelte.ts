@@ -3,7 +3,6 @@
 import { ApiError, UNREACHABLE, type Api, type ScenarioRequest } from '../api/client';
 import { atStart, withChanges } from '../api/scenario-paths';
 import type { Axis, Changes, Scenario, SessionInfo } from '../api/types';
-import type { Moment } from '../../plot/scope-chart';
 import { StreamClient, type Connection, type Subscription } from '../stream/stream-client';
 import { messages } from '../messages.svelte';
 import { fromAddress, setAddress } from '../storage';
@@ -43,7 +42,7 @@ export class SessionStore {
   paths = $state.raw<readonly GivenPath[]>([]);
   connection = $state<Connection>('connecting');
   speed = $state(1);
-  pushes = $state.raw<readonly Moment[]>([]);
+  pushes = $state.raw<readonly { time: number; label: string }[]>([]);
   /** Times at which parameters were changed, or a change undone, s. */
   changedAt = $state.raw<readonly number[]>([]);
   /** Set between pressing STOP and the server's answer. */

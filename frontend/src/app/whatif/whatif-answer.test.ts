@@ -1,6 +1,6 @@
 import { expect, it } from 'vitest';
 import fixture from '../../../../tests/fixtures/whatif.bin?inline';
-import { readPreview } from './whatif-answer';
+import { readAnswer } from './whatif-answer';
 
 function answer(): ArrayBuffer {
   const header = {
@@ -24,7 +24,7 @@ function answer(): ArrayBuffer {
 }
 
 it('reads result and curves', () => {
-  const { result, how, begin, source } = readPreview(answer());
+  const { result, how, begin, source } = readAnswer(answer());
   expect(result.window.end).toBe(10.5);
   expect([how, begin]).toEqual(['window', 1.5]);
   expect([source.start, source.step, source.last]).toEqual([4.5, 3, 2]);
@@ -33,7 +33,7 @@ it('reads result and curves', () => {
 });
 
 it('computes A less B', () => {
-  const { source } = readPreview(answer());
+  const { source } = readAnswer(answer());
   expect(source.at('A-B.x.following_error', 4.6)).toBe(1.5);
   const [low, high] = [new Float32Array(1), new Float32Array(1)];
   const bins = source.cut(4.5, 10.5, 1);
@@ -43,7 +43,7 @@ it('computes A less B', () => {
 
 it('reads the fixture as tests/contract/test_generated.py does', async () => {
   const data = await (await fetch(fixture)).arrayBuffer();
-  const { result, how, begin, source } = readPreview(data);
+  const { result, how, begin, source } = readAnswer(data);
   expect([how, begin]).toEqual(['whole', 0]);
   expect(result.window).toEqual({ start: 0, end: 0.02 });
   expect(Object.keys(result.variants)).toEqual(['A', 'B']);

@@ -21,7 +21,7 @@ interface Header {
 }
 
 /** Reads an answer of POST /whatif; arrays are views into it. */
-export function readPreview(buffer: ArrayBuffer): Preview {
+export function readAnswer(buffer: ArrayBuffer): Preview {
   const length = new DataView(buffer).getUint32(0, true);
   const text = new TextDecoder().decode(new Uint8Array(buffer, 8, length));
   const { result, time, columns: list, how, begin } = JSON.parse(text) as Header;

@@ -3,9 +3,9 @@
 import { ApiError, type Api } from '../api/client';
 import type { Changes, ProblemField, Scenario } from '../api/types';
 import { Backoff } from '../stream/backoff';
-import { wordsOf } from '../error-text';
-import { Newest } from '../latest-wins';
-import { readPreview, type Preview } from './whatif-answer';
+import { errorText } from '../error-text';
+import { LatestWins } from '../latest-wins';
+import { readAnswer, type Preview } from './whatif-answer';
 
 /** Bins of each curve while a control moves: more than a scope has pixels, and no more to carry. */
 const COARSE = 1000;
@@ -47,7 +47,7 @@ export class WhatIf {
   took = $state(0);
   /** Why the last question has to be asked again. */
   reason = $state('');
-  private readonly queue = new Newest<Job>((job) => this.run(job));
+  private readonly queue = new LatestWins<Job>((job) => this.run(job));
   private rest: ReturnType<typeof setTimeout> | null = null;
   private again: ReturnType<typeof setTimeout> | null = null;
   private readonly backoff = new Backoff(AGAIN.first, AGAIN.longest);
@@ -82,7 +82,7 @@ export class WhatIf {
       const signal = AbortSignal.timeout(TIMEOUT);
       const exact = points === FINE;
       const buffer = await this.api.whatif({ ...question, points, exact }, signal);
-      this.answer = { ...readPreview(buffer), question };
+      this.answer = { ...readAnswer(buffer), question };
       if (!exact) this.took = performance.now() - begin;
       // Too long a scenario never runs from its start: what stands then is as good as it gets.
       if (exact && this.rest === null && !this.queue.superseded) this.standing = 'exact';
@@ -102,7 +102,7 @@ export class WhatIf {
       if (this.rest !== null) clearTimeout(this.rest);
       this.rest = null;
       if (error instanceof ApiError) this.refused(error.problem.errors, error.message);
-      else this.refused([], wordsOf(error));
+      else this.refused([], errorText(error));
     }
   }
 }

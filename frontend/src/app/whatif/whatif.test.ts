@@ -1,10 +1,10 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from 'vitest';
 import { ApiError, UNREACHABLE, type Api } from '../api/client';
 import type { Scenario } from '../api/types';
-import { readPreview } from './whatif-answer';
+import { readAnswer } from './whatif-answer';
 import { WhatIf } from './whatif.svelte';
 
-vi.mock('./preview', () => ({ readPreview: vi.fn() }));
+vi.mock('./preview', () => ({ readAnswer: vi.fn() }));
 
 const problem = (status: number) => ({ title: '', status, detail: `status ${status}`, errors: [] });
 const refusal = (status: number, retryAfter: number | null = null) =>
@@ -32,7 +32,7 @@ function answering(...outcomes: ApiError[]) {
 
 beforeEach(() => {
   vi.useFakeTimers();
-  vi.mocked(readPreview).mockReturnValue({} as ReturnType<typeof readPreview>);
+  vi.mocked(readAnswer).mockReturnValue({} as ReturnType<typeof readAnswer>);
 });
 afterEach(() => void vi.useRealTimers());
 

@@ -12,11 +12,11 @@ import type {
 } from '../../app/api/types';
 import { JobStore } from '../../app/jobs/job-store.svelte';
 import { differing, sourceOf, wholeOf } from '../../app/jobs/job-request';
-import { lab, type Mode } from '../../app/store.svelte';
-import { Newest } from '../../app/latest-wins';
+import { app, type Mode } from '../../app/store.svelte';
+import { LatestWins } from '../../app/latest-wins';
 import { WhatIf } from '../../app/whatif/whatif.svelte';
 import { load, save } from '../../app/storage';
-import { wordsOf } from '../../app/error-text';
+import { errorText } from '../../app/error-text';
 import type { Friction, Points, View } from './friction-curves';
 import { bodyOf, complaints, DEFAULT, formOf, SETTINGS, type Body, type Form } from './experiment-form';
 import { parametersOf } from './parameter-rows';
@@ -29,8 +29,8 @@ interface Asked {
 }
 
 class Experiment {
-  readonly job = new JobStore(lab.api, 'identify', (request) => this.change(formOf(request)));
-  readonly whatif = new WhatIf(lab.api, (fields, detail) => {
+  readonly job = new JobStore(app.api, 'identify', (request) => this.change(formOf(request)));
+  readonly whatif = new WhatIf(app.api, (fields, detail) => {
     this.notCompared = fields.map(({ loc, message }) => `${loc}: ${message}`).join('; ') || detail;
   });
   form = $state.raw<Form>(load('identify', DEFAULT));
@@ -55,16 +55,16 @@ class Experiment {
     variants: readonly string[];
     mode: Mode;
   } | null>(null);
-  private readonly plans = new Newest<Body>((body) => this.askPlan(body));
+  private readonly plans = new LatestWins<Body>((body) => this.askPlan(body));
 
   readonly scenario = $derived(
-    this.form.source === '' ? (lab.session.info?.scenario ?? null) : this.chosen,
+    this.form.source === '' ? (app.session.info?.scenario ?? null) : this.chosen,
   );
 
   /** What is asked of the server; null before there is a scenario. */
   readonly body = $derived.by((): Body | null => {
     if (!this.scenario) return null;
-    const drafted = this.form.source === '' && lab.mode === 'whatif' ? lab.draft : {};
+    const drafted = this.form.source === '' && app.mode === 'whatif' ? app.draft : {};
     return bodyOf(this.form, this.scenario, drafted);
   });
 
@@ -121,7 +121,7 @@ class Experiment {
   });
 
   async open(): Promise<void> {
-    await lab.try(async () => {
+    await app.try(async () => {
       if (this.form.source !== '') await this.choose(this.form.source);
       await this.job.resume();
     });
@@ -133,8 +133,8 @@ class Experiment {
   }
 
   async choose(source: string): Promise<void> {
-    await lab.try(async () => {
-      this.chosen = source === '' ? null : await lab.api.scenario(source);
+    await app.try(async () => {
+      this.chosen = source === '' ? null : await app.api.scenario(source);
       this.change({ source });
     });
   }
@@ -165,8 +165,8 @@ class Experiment {
 
   /** Lays an earlier result beside the present one; an empty id takes it away. */
   async lay(id: string): Promise<void> {
-    await lab.try(async () => {
-      const result = id === '' ? null : (await lab.api.job<'identify'>(id)).result;
+    await app.try(async () => {
+      const result = id === '' ? null : (await app.api.job<'identify'>(id)).result;
       this.beside = result ? { id, result } : null;
     });
   }
@@ -182,10 +182,10 @@ class Experiment {
     const { result } = this;
     const asked = this.asked();
     if (!result || !asked) return;
-    await lab.try(async () => {
+    await app.try(async () => {
       const scenario =
         typeof asked.scenario === 'string'
-          ? await lab.api.scenario(asked.scenario)
+          ? await app.api.scenario(asked.scenario)
           : asked.scenario;
       this.comparedOf = result;
       this.notCompared = '';
@@ -196,25 +196,25 @@ class Experiment {
 
   /** Gives what was identified to variants of the Lab. */
   apply(variants: readonly string[], mode: Mode): void {
-    if (!this.result || !lab.scenario) return;
-    lab.setMode(mode);
+    if (!this.result || !app.scenario) return;
+    app.setMode(mode);
     const taken = forVariants(this.result.set, this.result.apply_to, variants);
-    this.before = { values: present(lab.scenario, taken), taken, variants, mode };
-    lab.set(taken);
+    this.before = { values: present(app.scenario, taken), taken, variants, mode };
+    app.set(taken);
   }
 
   /** Whether the Lab still has what was given to it. */
   readonly applied = $derived.by(() => {
     const { before } = this;
-    const { scenario, mode } = lab;
+    const { scenario, mode } = app;
     if (!before || !scenario || mode !== before.mode) return false;
     return equal(present(scenario, before.taken), before.taken);
   });
 
   undo(): void {
     if (!this.before) return;
-    lab.setMode(this.before.mode);
-    lab.set(this.before.values);
+    app.setMode(this.before.mode);
+    app.set(this.before.values);
     this.before = null;
   }
 
@@ -242,7 +242,7 @@ class Experiment {
 
   private async askPlan(body: Body): Promise<void> {
     try {
-      this.plan = await lab.api.planIdentification(body);
+      this.plan = await app.api.planIdentification(body);
       this.refused = [];
     } catch (error) {
       this.plan = null;
@@ -252,7 +252,7 @@ class Experiment {
 
   private refuse(error: unknown, body: Body): void {
     const fields = error instanceof ApiError ? error.problem.errors : [];
-    this.refused = fields.length > 0 ? complaints(fields, body) : [wordsOf(error)];
+    this.refused = fields.length > 0 ? complaints(fields, body) : [errorText(error)];
   }
 }
 

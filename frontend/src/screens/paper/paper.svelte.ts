@@ -9,7 +9,7 @@ import type {
   PaperRow,
 } from '../../app/api/types';
 import { JobStore } from '../../app/jobs/job-store.svelte';
-import { lab } from '../../app/store.svelte';
+import { app } from '../../app/store.svelte';
 import { screen } from '../../app/screen.svelte';
 import { fromAddress, load, save, setAddress } from '../../app/storage';
 import {
@@ -23,7 +23,7 @@ import {
 } from './rows';
 
 class PaperStore {
-  readonly job = new JobStore(lab.api, 'reproduce');
+  readonly job = new JobStore(app.api, 'reproduce');
   document = $state.raw<PaperDocument | null>(null);
   filter = $state<Filter>(load('paper-filter', 'all' as string) as Filter);
   kind = $state<KindFilter>(load('paper-kind', 'all' as string) as KindFilter);
@@ -46,8 +46,8 @@ class PaperStore {
 
   async open(): Promise<void> {
     if (!FILTERS.some(({ value }) => value === this.filter)) this.filter = 'all';
-    await lab.try(async () => {
-      const document = await lab.api.paper();
+    await app.try(async () => {
+      const document = await app.api.paper();
       if (!document.kinds.some(({ id }) => id === this.kind)) this.kind = 'all';
       this.document = document;
       await this.job.resume();
@@ -55,7 +55,7 @@ class PaperStore {
   }
 
   async start(): Promise<void> {
-    await lab.try(() => this.job.start('/reproduce', {}));
+    await app.try(() => this.job.start('/reproduce', {}));
   }
 
   choose(id: string): void {
@@ -83,7 +83,7 @@ class PaperStore {
 
   /** Opens a recipe's scenario in the Lab, in place of what runs there. */
   async inLab(scenario: string, set: Changes): Promise<void> {
-    await lab.loadScenario(scenario, set);
+    await app.loadScenario(scenario, set);
     screen.go('lab');
   }
 }

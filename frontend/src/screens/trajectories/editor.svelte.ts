@@ -4,12 +4,12 @@ import { ApiError } from '../../app/api/client';
 import { equal } from '../../app/api/scenario-paths';
 import type { Changes, ProblemField, Trajectory } from '../../app/api/types';
 import type { GivenPath } from '../../app/session/kept-sessions';
-import { lab } from '../../app/store.svelte';
-import { Newest, Turns } from '../../app/latest-wins';
+import { app } from '../../app/store.svelte';
+import { LatestWins, Turns } from '../../app/latest-wins';
 import { WhatIf } from '../../app/whatif/whatif.svelte';
 import { messages } from '../../app/messages.svelte';
 import { load, save } from '../../app/storage';
-import { fieldWords, wordsOf } from '../../app/error-text';
+import { fieldErrorsText, errorText } from '../../app/error-text';
 import { readChecked, type Checked } from './feasibility';
 import { History } from './undo-history';
 import { asPath, asTable, fewest, keptTable, repeated, type DrawnPath, type Table } from './drawn-path';
@@ -45,11 +45,11 @@ export class Editor {
   canRedo = $state(false);
   /** Bin of the profiles that a pointer is over. */
   cursor = $state<number | null>(null);
-  readonly whatif = new WhatIf(lab.api, (fields, detail) => this.complain(fields, detail));
+  readonly whatif = new WhatIf(app.api, (fields, detail) => this.complain(fields, detail));
   problem = $state('');
   private moving = false;
   private readonly history = new History<Table>();
-  private readonly checks = new Newest<Table>((table) => this.check(table), CHECKS);
+  private readonly checks = new LatestWins<Table>((table) => this.check(table), CHECKS);
   private readonly turns = new Turns();
 
   readonly path = $derived(asPath(this.table));
@@ -123,8 +123,8 @@ export class Editor {
   }
 
   async slowDown(): Promise<void> {
-    await lab.try(async () => {
-      const { trajectory, stretch } = await lab.api.slow(this.request(this.table));
+    await app.try(async () => {
+      const { trajectory, stretch } = await app.api.slow(this.request(this.table));
       if (stretch > 1) {
         this.set(trajectory);
         messages.info(`Slowed down: every move takes ${stretch.toFixed(3)} times as long.`);
@@ -133,8 +133,8 @@ export class Editor {
   }
 
   async open(name: string): Promise<void> {
-    await lab.try(async () => {
-      const { trajectory } = await lab.api.trajectory(name);
+    await app.try(async () => {
+      const { trajectory } = await app.api.trajectory(name);
       this.set(trajectory);
       this.selected = null;
       this.named(name, trajectory);
@@ -159,16 +159,16 @@ export class Editor {
     if (!this.moving) save('path', table);
   }
 
-  /** What-if changes of the lab but for its path: the motor and gains that the path is for. */
+  /** What-if changes of the session but for its path: the motor and gains that the path is for. */
   private request(trajectory: Trajectory): {
-    scenario: NonNullable<typeof lab.session.info>['scenario'];
+    scenario: NonNullable<typeof app.session.info>['scenario'];
     set: Changes;
     trajectory: Trajectory;
     points: number;
   } {
-    const scenario = lab.session.info?.scenario;
+    const scenario = app.session.info?.scenario;
     if (!scenario) throw new Error('There is no session yet.');
-    const others = Object.entries(lab.draft).filter(([path]) => !path.startsWith('trajectory'));
+    const others = Object.entries(app.draft).filter(([path]) => !path.startsWith('trajectory'));
     return { scenario, set: Object.fromEntries(others), trajectory, points: POINTS };
   }
 
@@ -180,13 +180,13 @@ export class Editor {
       return;
     }
     try {
-      const found = readChecked(await lab.api.check(this.request(table)));
+      const found = readChecked(await app.api.check(this.request(table)));
       if (!this.show(turn, table, found, '') || !found.feasible) return;
       this.lastFeasible = table;
       if (!this.moving || found.duration <= LONGEST.moving) this.simulate(table);
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
-      this.show(turn, table, this.found, wordsOf(error));
+      this.show(turn, table, this.found, errorText(error));
     }
   }
 
@@ -208,7 +208,7 @@ export class Editor {
   }
 
   private complain(fields: readonly ProblemField[], detail: string): void {
-    this.problem = fields.length > 0 ? fieldWords(fields) : detail;
+    this.problem = fields.length > 0 ? fieldErrorsText(fields) : detail;
   }
 }
 

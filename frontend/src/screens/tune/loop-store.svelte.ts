@@ -2,8 +2,8 @@
 
 import type { Api } from '../../app/api/client';
 import type { Axis, Changes, LoopAccuracy, LoopResponse, Loops, Scenario } from '../../app/api/types';
-import { Newest } from '../../app/latest-wins';
-import { wordsOf } from '../../app/error-text';
+import { LatestWins } from '../../app/latest-wins';
+import { errorText } from '../../app/error-text';
 
 /** So long after the last change, ms. */
 const REST = 200;
@@ -35,7 +35,7 @@ export class LoopStore {
   /** Whether an answer is on its way. */
   asking = $state(false);
   private last: LoopQuestion | null = null;
-  private readonly queue = new Newest<LoopQuestion>((question) => this.run(question));
+  private readonly queue = new LatestWins<LoopQuestion>((question) => this.run(question));
   private rest: ReturnType<typeof setTimeout> | null = null;
 
   constructor(private readonly api: Api) {}
@@ -66,7 +66,7 @@ export class LoopStore {
       this.problem = '';
     } catch (error) {
       this.present = this.chosen = null;
-      this.problem = wordsOf(error);
+      this.problem = errorText(error);
     }
     // What was asked meanwhile is still to come.
     if (this.last === question) this.asking = false;

@@ -13,10 +13,10 @@ import type {
 } from '../../app/api/types';
 import { JobStore } from '../../app/jobs/job-store.svelte';
 import { differing, sourceOf, wholeOf, type Source } from '../../app/jobs/job-request';
-import { lab, type Mode } from '../../app/store.svelte';
+import { app, type Mode } from '../../app/store.svelte';
 import { WhatIf } from '../../app/whatif/whatif.svelte';
 import { load, save } from '../../app/storage';
-import { wordsOf } from '../../app/error-text';
+import { errorText } from '../../app/error-text';
 import { linesOf, pickedLine, type Line, type Picked } from './candidates';
 import { comparison } from './compare';
 import {
@@ -36,11 +36,11 @@ import { loopOf, MAP, otherWords, type Swept } from './job-origin';
 type Choice = Partial<Record<Axis, string>>;
 
 class Tuner {
-  readonly search = new JobStore(lab.api, 'tune', (request) => this.change(formOf(request)));
-  readonly map = new JobStore(lab.api, 'landscape', (request) => this.change(formOf(request)));
-  readonly sweep = new JobStore(lab.api, 'sweep');
-  readonly loops = new LoopStore(lab.api);
-  readonly whatif = new WhatIf(lab.api, (fields, detail) => {
+  readonly search = new JobStore(app.api, 'tune', (request) => this.change(formOf(request)));
+  readonly map = new JobStore(app.api, 'landscape', (request) => this.change(formOf(request)));
+  readonly sweep = new JobStore(app.api, 'sweep');
+  readonly loops = new LoopStore(app.api);
+  readonly whatif = new WhatIf(app.api, (fields, detail) => {
     this.notCompared = fields.map(complaint).join(' ') || detail;
   });
   form = $state.raw<Form>(load('tune', DEFAULT));
@@ -59,13 +59,13 @@ class Tuner {
   /** What is tuned: a scenario, and what-if changes of the Lab to it. */
   readonly source = $derived.by((): Source | null => {
     if (this.form.source !== '') return this.named ? { scenario: this.named, set: {} } : null;
-    const scenario = lab.session.info?.scenario;
-    return scenario ? { scenario, set: lab.mode === 'whatif' ? lab.draft : {} } : null;
+    const scenario = app.session.info?.scenario;
+    return scenario ? { scenario, set: app.mode === 'whatif' ? app.draft : {} } : null;
   });
 
   /** The scenario as it is tuned, for what the page shows of it. */
   readonly scenario = $derived.by((): Scenario | null => {
-    if (this.form.source === '') return lab.scenario;
+    if (this.form.source === '') return app.scenario;
     return this.source ? withChanges(this.source.scenario, this.source.set) : null;
   });
 
@@ -156,7 +156,7 @@ class Tuner {
   });
 
   async open(): Promise<void> {
-    await lab.try(async () => {
+    await app.try(async () => {
       if (this.form.source !== '') await this.choose(this.form.source);
       await Promise.all([this.search.resume(), this.map.resume(), this.sweep.resume()]);
     });
@@ -169,8 +169,8 @@ class Tuner {
   }
 
   async choose(source: string): Promise<void> {
-    await lab.try(async () => {
-      this.named = source === '' ? null : await lab.api.scenario(source);
+    await app.try(async () => {
+      this.named = source === '' ? null : await app.api.scenario(source);
       this.change({ source });
     });
   }
@@ -227,31 +227,31 @@ class Tuner {
   }
 
   /** Whether the Lab has the variant that was tuned. */
-  readonly applicable = $derived(lab.variants.includes(this.variant));
+  readonly applicable = $derived(app.variants.includes(this.variant));
 
   /** Gives the chosen gains to the Lab. */
   apply(mode: Mode): void {
-    if (!lab.scenario) return;
+    if (!app.scenario) return;
     const taken = this.chosen;
     const values = Object.fromEntries(
-      Object.keys(taken).map((path) => [path, at(lab.scenario, path) as Value]),
+      Object.keys(taken).map((path) => [path, at(app.scenario, path) as Value]),
     );
-    lab.setMode(mode);
+    app.setMode(mode);
     this.before = { values, taken, mode };
-    lab.set(taken);
+    app.set(taken);
   }
 
   /** Whether the Lab still has what was given to it. */
   readonly applied = $derived.by(() => {
     const { before } = this;
-    if (!before || lab.mode !== before.mode) return false;
-    return Object.entries(before.taken).every(([path, value]) => at(lab.scenario, path) === value);
+    if (!before || app.mode !== before.mode) return false;
+    return Object.entries(before.taken).every(([path, value]) => at(app.scenario, path) === value);
   });
 
   undo(): void {
     if (!this.before) return;
-    lab.setMode(this.before.mode);
-    lab.set(this.before.values);
+    app.setMode(this.before.mode);
+    app.set(this.before.values);
     this.before = null;
   }
 
@@ -276,14 +276,14 @@ class Tuner {
 
   private askedFor(request: Record<string, unknown>): Scenario | null {
     const source = sourceOf(request);
-    return source ? wholeOf(source, lab.resolved) : null;
+    return source ? wholeOf(source, app.resolved) : null;
   }
 
   /** The present scenario with changes. */
   private now(set: Changes): Scenario | null {
     const { source } = this;
     if (!source) return null;
-    return wholeOf({ scenario: source.scenario, set: { ...source.set, ...set } }, lab.resolved);
+    return wholeOf({ scenario: source.scenario, set: { ...source.set, ...set } }, app.resolved);
   }
 
   private otherThan(report: ReportOf<'tune'> | ReportOf<'landscape'> | null): string {
@@ -303,7 +303,7 @@ class Tuner {
       await start();
     } catch (error) {
       const fields = error instanceof ApiError ? error.problem.errors : [];
-      this.refused = fields.length > 0 ? fields.map(complaint) : [wordsOf(error)];
+      this.refused = fields.length > 0 ? fields.map(complaint) : [errorText(error)];
     }
   }
 }

@@ -1,7 +1,7 @@
 /** Ranges of the sliders, and what can be kept as a named set. */
 
 import { at, equal, numberAt } from '../../../app/api/scenario-paths';
-import { AXES, type Axis, type Changes, type Scenario } from '../../../app/api/types';
+import { AXES, type Axis, type Changes, type Loops, type Scenario } from '../../../app/api/types';
 import type { Scale } from '../../../ui/log-slider';
 
 export type Gain = 'k_p' | 'k_d';
@@ -11,25 +11,6 @@ export const SCALES: Record<Gain, Scale> = {
   k_p: { least: 1e4, most: 1e7 },
   k_d: { least: 1e2, most: 1e5 },
 };
-
-export const LAWS = [
-  { law: 'off', name: 'no compensation' },
-  { law: 'lugre-observer', name: 'LuGre observer, K = 0' },
-  { law: 'residual-k', name: 'K from the residual' },
-  { law: 'canudas-de-wit', name: 'Canudas de Wit' },
-  { law: 'reversed-k', name: 'K, sign reversed' },
-  { law: 'published-k', name: 'K as published' },
-] as const;
-
-export const SHARINGS = [
-  { law: 'least-norm', name: 'least norm' },
-  { law: 'force-per-ampere', name: 'per ampere' },
-  { law: 'sine', name: 'sine' },
-  { law: 'cubic', name: 'cubic' },
-] as const;
-
-/** Laws in which one phase hands over to the next within `sharing.overlap`. */
-export const HANDING_OVER: readonly string[] = ['sine', 'cubic'];
 
 /** What a notch has; its gain is that at its frequency, and 1 is no notch. */
 export const NOTCH = ['frequency', 'damping', 'gain'] as const;
@@ -118,4 +99,17 @@ export function toChange(scenario: Scenario, set: Changes): Changes {
     return now !== undefined && !equal(now, value);
   });
   return Object.fromEntries(changes);
+}
+
+/** Returns up to where gains can grow before their loops turn unstable, by path. */
+export function gainLimits({ variants }: Loops): Record<string, number> {
+  const known: Record<string, number> = {};
+  for (const [variant, { axes }] of Object.entries(variants)) {
+    for (const axis of AXES) {
+      const loop = axes[axis];
+      if (loop?.k_p_limit) known[gainPath(variant, axis, 'k_p')] = loop.k_p_limit;
+      if (loop?.k_d_limit) known[gainPath(variant, axis, 'k_d')] = loop.k_d_limit;
+    }
+  }
+  return known;
 }

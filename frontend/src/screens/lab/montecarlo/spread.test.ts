@@ -1,6 +1,6 @@
 import { describe, expect, it } from 'vitest';
 import type { MonteCarlo } from '../../../app/api/types';
-import { covers, meeting, ribbons, shareText, spreadRows } from './spread';
+import { covers, meeting, quantileBands, shareText, spreadRows } from './spread';
 
 const quantiles = (q50: number) => ({
   min: q50 / 2,
@@ -57,8 +57,8 @@ describe('a spec', () => {
 });
 
 it('bands are those of variants that have one', () => {
-  expect(ribbons(study, 'x').map(({ ink }) => ink)).toEqual(['a', 'b']);
-  expect(ribbons(study, 'y').map(({ ink }) => ink)).toEqual(['a']);
+  expect(quantileBands(study, 'x').map(({ ink }) => ink)).toEqual(['a', 'b']);
+  expect(quantileBands(study, 'y').map(({ ink }) => ink)).toEqual(['a']);
 });
 
 it('rows have a unit of their own', () => {

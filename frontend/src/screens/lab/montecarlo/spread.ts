@@ -2,7 +2,7 @@
 
 import type { Axis, MonteCarlo } from '../../../app/api/types';
 import { AXES } from '../../../app/api/types';
-import type { Ribbon } from '../../../plot/quantile-band';
+import type { QuantileBand } from '../../../plot/quantile-band';
 import { digits, scaleFor } from '../../../ui/units';
 
 export type Spec = Partial<Record<Axis, number>>;
@@ -13,7 +13,7 @@ export interface Share {
   high: number;
 }
 
-const LOOKS: readonly Pick<Ribbon, 'ink' | 'dash'>[] = [
+const LOOKS: readonly Pick<QuantileBand, 'ink' | 'dash'>[] = [
   { ink: 'a', dash: [] },
   { ink: 'b', dash: [3, 3] },
 ];
@@ -48,7 +48,7 @@ export function meeting(study: MonteCarlo, variant: string, spec: Spec): Share |
 }
 
 /** Returns the bands of one axis of the first two variants. */
-export function ribbons(study: MonteCarlo, axis: Axis): Ribbon[] {
+export function quantileBands(study: MonteCarlo, axis: Axis): QuantileBand[] {
   return Object.values(study.variants)
     .slice(0, 2)
     .flatMap(({ axes }, i) => {

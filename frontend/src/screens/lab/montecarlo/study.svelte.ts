@@ -4,16 +4,16 @@ import type { Axis, MonteCarlo } from '../../../app/api/types';
 import { equal } from '../../../app/api/scenario-paths';
 import { JobStore } from '../../../app/jobs/job-store.svelte';
 import { sourceOf, wholeOf, type Source as Asked } from '../../../app/jobs/job-request';
-import { lab } from '../../../app/store.svelte';
-import type { Ribbon } from '../../../plot/quantile-band';
+import { app } from '../../../app/store.svelte';
+import type { QuantileBand } from '../../../plot/quantile-band';
 import type { Source } from '../../../plot/source';
 import { load, save } from '../../../app/storage';
-import { covers, ribbons, type Spec } from './spread';
+import { covers, quantileBands, type Spec } from './spread';
 
 export const CASES = [100, 300, 1000] as const;
 
 class Study {
-  readonly job = new JobStore(lab.api, 'monte-carlo', ({ cases }) => {
+  readonly job = new JobStore(app.api, 'monte-carlo', ({ cases }) => {
     if (typeof cases === 'number') this.setCases(cases);
   });
   cases = $state<number>(load('montecarlo.cases', 300));
@@ -24,8 +24,8 @@ class Study {
   readonly result = $derived<MonteCarlo | null>(this.job.report?.result ?? null);
 
   private readonly question = $derived.by((): Asked | null => {
-    const scenario = lab.session.info?.scenario;
-    return scenario ? { scenario, set: lab.draft } : null;
+    const scenario = app.session.info?.scenario;
+    return scenario ? { scenario, set: app.draft } : null;
   });
 
   /** Whether the study is of another scenario or draft than the one that is shown. */
@@ -34,7 +34,7 @@ class Study {
     if (!request || !this.question) return false;
     const asked = sourceOf(request);
     if (!asked) return true; // by a scenario's name, from elsewhere
-    return !equal(wholeOf(asked, lab.resolved), wholeOf(this.question, lab.resolved));
+    return !equal(wholeOf(asked, app.resolved), wholeOf(this.question, app.resolved));
   });
 
   readonly settings = $derived.by((): readonly string[] => {
@@ -42,9 +42,9 @@ class Study {
     return cases === this.cases ? [] : ['number of plants'];
   });
 
-  private readonly bands = $derived.by((): Record<Axis, Ribbon[]> | null => {
+  private readonly bands = $derived.by((): Record<Axis, QuantileBand[]> | null => {
     const { result } = this;
-    return result && { x: ribbons(result, 'x'), y: ribbons(result, 'y') };
+    return result && { x: quantileBands(result, 'x'), y: quantileBands(result, 'y') };
   });
 
   async run(): Promise<void> {
@@ -68,15 +68,15 @@ class Study {
   }
 
   /** The bands behind a scope of what-if curves; none where they belong to other curves. */
-  behind(scope: string, source: Source | null): readonly Ribbon[] {
+  behind(scope: string, source: Source | null): readonly QuantileBand[] {
     const axis = scope === 'ex' ? 'x' : scope === 'ey' ? 'y' : null;
-    if (!axis || !this.drawn || !this.bands || !source || lab.mode !== 'whatif') return NONE;
+    if (!axis || !this.drawn || !this.bands || !source || app.mode !== 'whatif') return NONE;
     if (this.stale) return NONE;
     const end = source.start + source.last * source.step;
     return covers(this.result?.time ?? [], source.start, end) ? this.bands[axis] : NONE;
   }
 }
 
-const NONE: readonly Ribbon[] = [];
+const NONE: readonly QuantileBand[] = [];
 
 export const study = new Study();

@@ -2,27 +2,13 @@
 
 import { AXES, type Axis } from '../../../app/api/types';
 import type { Difference } from '../../../app/stream/ring';
+import type { Trace, Traces } from '../../../plot/scope-chart';
 import { differenceName } from '../../../plot/source';
 import type { Ink } from '../../../plot/palette';
 
-export interface Trace {
-  column: string;
-  label: string;
-  ink: Ink;
-  /** Lengths of dash and gap, CSS pixels; solid when left out. */
-  dash?: number[];
-  /** Round markers along the line: what tells B from A without colour. */
-  marked?: boolean;
-  width?: number;
-}
-
-export interface Scope {
+export interface Scope extends Traces {
   id: ScopeId;
   title: string;
-  unit: string;
-  traces: Trace[];
-  /** Span of the value axis while all is zero. */
-  still?: number;
   difference?: Difference;
 }
 

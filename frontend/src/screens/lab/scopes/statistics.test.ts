@@ -1,6 +1,7 @@
 import { expect, it } from 'vitest';
 import { Ring } from '../../../app/stream/ring';
-import { LiveSource, StillSource } from '../../../plot/source';
+import { StillSource } from '../../../plot/source';
+import { LiveSource } from './live-source';
 import { statistics } from './statistics';
 
 const STEP = 0.0005;

@@ -1,6 +1,6 @@
 /** Which scopes are shown, over which time, and where the pointer is. */
 
-import { lab } from '../../../app/store.svelte';
+import { app } from '../../../app/store.svelte';
 import { PERIOD } from '../../../app/session/session.svelte';
 import { AXES, type Axis } from '../../../app/api/types';
 import { Ring } from '../../../app/stream/ring';
@@ -8,9 +8,9 @@ import { fromAddress, load, save, setAddress } from '../../../app/storage';
 import { nameOf } from '../../../app/fields/fields';
 import { columnsOf, DEFAULT_SCOPES, SCOPES, scopeOf, type ScopeId } from './catalog';
 import type { Moment, Pointer } from '../../../plot/scope-chart';
-import { loop } from '../../../plot/animation-loop';
 import { timeAt, type Range } from '../../../plot/range';
-import { LiveSource, type Source } from '../../../plot/source';
+import type { Source } from '../../../plot/source';
+import { LiveSource } from './live-source';
 import { STATISTICS, type Statistic } from './statistics';
 
 export const SPANS = [1, 2, 5, 10, 20, 30] as const;
@@ -41,21 +41,18 @@ class View {
   pointer: Pointer | null = null;
   /** Counts up to ten times a second while something moves: what readouts depend on. */
   beat = $state(0);
-  /** Frames a second, and script ms a frame, over the last second. */
-  rate = $state(0);
-  script = $state(0);
-  private readonly live = new LiveSource(() => lab.session.client?.ring ?? NO_RING, PERIOD);
+  private readonly live = new LiveSource(() => app.session.client?.ring ?? NO_RING, PERIOD);
 
   /** The variant that currents and forces are shown of. */
   readonly subject = $derived(
-    lab.variants.includes(this.variant) ? this.variant : (lab.variants[0] ?? 'A'),
+    app.variants.includes(this.variant) ? this.variant : (app.variants[0] ?? 'A'),
   );
 
   readonly scopes = $derived(
-    this.shown.map((id) => scopeOf(id, lab.variants, this.subject, this.axis)),
+    this.shown.map((id) => scopeOf(id, app.variants, this.subject, this.axis)),
   );
 
-  readonly columns = $derived(columnsOf(this.scopes, lab.variants));
+  readonly columns = $derived(columnsOf(this.scopes, app.variants));
 
   /** Columns of a what-if: those, and what the trajectory's peaks are read off. */
   readonly previewColumns = $derived([
@@ -66,20 +63,20 @@ class View {
   ]);
 
   readonly moments = $derived.by((): readonly Moment[] => {
-    const planned = (lab.scenario?.schedule ?? []).map(({ time, set }) => ({
+    const planned = (app.scenario?.schedule ?? []).map(({ time, set }) => ({
       time,
       label: labelOf(set),
     }));
-    if (lab.mode === 'whatif') return planned;
-    const changes = (lab.session.info?.changes ?? []).map(({ tick, set }) => ({
+    if (app.mode === 'whatif') return planned;
+    const changes = (app.session.info?.changes ?? []).map(({ tick, set }) => ({
       time: tick * PERIOD,
       label: labelOf(set),
     }));
-    return [...planned, ...changes, ...lab.session.pushes].sort((a, b) => a.time - b.time);
+    return [...planned, ...changes, ...app.session.pushes].sort((a, b) => a.time - b.time);
   });
 
   get source(): Source | null {
-    return lab.mode === 'whatif' ? (lab.whatif.answer?.source ?? null) : this.live;
+    return app.mode === 'whatif' ? (app.whatif.answer?.source ?? null) : this.live;
   }
 
   /** What the time axis covers. */
@@ -87,7 +84,7 @@ class View {
     if (this.zoom) return this.zoom;
     const { source } = this;
     if (!source) return { from: 0, to: this.span };
-    if (lab.mode === 'whatif') {
+    if (app.mode === 'whatif') {
       return { from: source.start, to: source.start + source.last * source.step };
     }
     const to = Math.max(source.last * source.step, this.span);
@@ -111,8 +108,8 @@ class View {
   /** What the plane shows of that: of a live session the last laps only, the others lie below them. */
   trail(): Range {
     const range = this.range();
-    if (lab.mode === 'whatif' || this.zoom) return range;
-    return { from: Math.max(range.from, lab.session.time - TRAIL), to: range.to };
+    if (app.mode === 'whatif' || this.zoom) return range;
+    return { from: Math.max(range.from, app.session.time - TRAIL), to: range.to };
   }
 
   /** The stretch that statistics are of: between two cursors, else what is visible. */
@@ -129,7 +126,7 @@ class View {
     if (hover !== null) return hover;
     if (!source) return Number.NaN;
     const newest = source.start + source.last * source.step;
-    return lab.mode === 'live' ? Math.min(newest, this.range().to) : Number.NaN;
+    return app.mode === 'live' ? Math.min(newest, this.range().to) : Number.NaN;
   }
 
   toggle(id: ScopeId): void {
@@ -178,11 +175,11 @@ class View {
     // A young session does not fill its time axis yet.
     const end = Math.max(
       source.start + source.last * source.step,
-      start + (lab.mode === 'live' ? this.span : 0),
+      start + (app.mode === 'live' ? this.span : 0),
     );
     const length = Math.min(to - from, end - start);
     const first = Math.min(Math.max(from, start), end - length);
-    const whole = lab.mode === 'whatif' && length === end - start;
+    const whole = app.mode === 'whatif' && length === end - start;
     this.zoom = whole ? null : { from: first, to: first + length };
   }
 
@@ -230,21 +227,11 @@ class View {
 
   /** Starts the readouts; returns what stops them. */
   start(): () => void {
-    let frames = loop.counts.frames;
-    let script = loop.counts.script;
-    let second = performance.now();
     let seen = '';
     const timer = setInterval(() => {
       const key = `${this.source?.version} ${this.hover} ${this.moment()}`;
       if (key !== seen) this.beat += 1;
       seen = key;
-      const now = performance.now();
-      if (now - second < 1000) return;
-      const drawn = loop.counts.frames - frames;
-      this.rate = (1000 * drawn) / (now - second);
-      this.script = drawn > 0 ? (loop.counts.script - script) / drawn : 0;
-      ({ frames, script } = loop.counts);
-      second = now;
     }, READOUT);
     return () => clearInterval(timer);
   }

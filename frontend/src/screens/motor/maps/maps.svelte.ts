@@ -3,11 +3,11 @@
 import { ApiError } from '../../../app/api/client';
 import type { FieldPicture, MapEntry, MapTables } from '../../../app/api/types';
 import { JobStore } from '../../../app/jobs/job-store.svelte';
-import { lab } from '../../../app/store.svelte';
-import { Newest } from '../../../app/latest-wins';
+import { app } from '../../../app/store.svelte';
+import { LatestWins } from '../../../app/latest-wins';
 import { messages } from '../../../app/messages.svelte';
 import { fromAddress, load, save, setAddress } from '../../../app/storage';
-import { wordsOf } from '../../../app/error-text';
+import { errorText } from '../../../app/error-text';
 import { numberIn, refusals, type Numbers } from '../quantity-fields';
 import { changesFrom, FIELDS, type Accuracy, type Design } from './geometry-fields';
 
@@ -25,7 +25,7 @@ const viewOf = (name: string | null): View =>
 type Shown = MapTables & { preview: boolean };
 
 class Maps {
-  readonly job = new JobStore(lab.api, 'map');
+  readonly job = new JobStore(app.api, 'map');
   geometry = $state.raw<Numbers>(load<{ set: Numbers }>(KEPT, { set: {} }).set);
   accuracy = $state<Accuracy>('default');
   shown = $state.raw<Shown | null>(null);
@@ -47,8 +47,8 @@ class Maps {
   /** The job whose map was shown; of jobs that are only found again none is. */
   private handled: string | null = null;
   private readonly timers = new Map<string, ReturnType<typeof setTimeout>>();
-  private readonly previews = new Newest<Numbers>((geometry) => this.runPreview(geometry));
-  private readonly fields = new Newest<object>((body) => this.runField(body));
+  private readonly previews = new LatestWins<Numbers>((geometry) => this.runPreview(geometry));
+  private readonly fields = new LatestWins<object>((body) => this.runField(body));
 
   /** Name of the stored map that is shown, or nothing while the preview is. */
   readonly opened = $derived(this.shown && !this.shown.preview ? this.shown.name : '');
@@ -56,8 +56,8 @@ class Maps {
   /** Loads what is stored; shows the map of the address, else the preview. */
   async start(): Promise<void> {
     this.failed = false;
-    await lab.try(async () => {
-      const [first] = await Promise.all([lab.api.previewMap({}), this.refresh()]);
+    await app.try(async () => {
+      const [first] = await Promise.all([app.api.previewMap({}), this.refresh()]);
       this.defaults = first.geometry;
       const name = fromAddress('map');
       if (name && this.list.some((entry) => entry.name === name)) await this.open(name);
@@ -65,7 +65,7 @@ class Maps {
       else this.show({ ...first, preview: true });
     });
     this.failed = Object.keys(this.defaults).length === 0;
-    await lab.try(() => this.job.resume());
+    await app.try(() => this.job.resume());
     const { report } = this.job;
     this.handled = report?.state === 'done' ? report.id : '';
   }
@@ -77,7 +77,7 @@ class Maps {
     if (this.handled === null || report.id === this.handled) return;
     this.handled = report.id;
     const { name } = report.result;
-    void lab.try(() => this.refresh()).then(() => this.open(name));
+    void app.try(() => this.refresh()).then(() => this.open(name));
   }
 
   value(path: string): number | null {
@@ -101,7 +101,7 @@ class Maps {
     try {
       const body = { preset: this.accuracy, geometry: this.geometry };
       await this.job.once(async () => {
-        const answer = await lab.api.computeMap(body);
+        const answer = await app.api.computeMap(body);
         this.problems = {};
         if ('content_hash' in answer) await this.open(answer.name);
         else this.job.follow(answer);
@@ -112,8 +112,8 @@ class Maps {
   }
 
   async open(name: string): Promise<void> {
-    await lab.try(async () => {
-      const tables = await lab.api.map(name);
+    await app.try(async () => {
+      const tables = await app.api.map(name);
       this.geometry = changesFrom(tables.geometry, this.defaults);
       save(KEPT, { set: this.geometry });
       setAddress({ map: name });
@@ -122,8 +122,8 @@ class Maps {
   }
 
   async remove(name: string): Promise<void> {
-    await lab.try(async () => {
-      await lab.api.dropMap(name);
+    await app.try(async () => {
+      await app.api.dropMap(name);
       await this.refresh();
       if (this.opened === name) this.preview();
     });
@@ -171,7 +171,7 @@ class Maps {
   }
 
   private async refresh(): Promise<void> {
-    this.list = await lab.api.maps();
+    this.list = await app.api.maps();
   }
 
   private show(map: Shown): void {
@@ -183,7 +183,7 @@ class Maps {
 
   private async runPreview(geometry: Numbers): Promise<void> {
     try {
-      this.show({ ...(await lab.api.previewMap(geometry)), preview: true });
+      this.show({ ...(await app.api.previewMap(geometry)), preview: true });
     } catch (error) {
       this.refuse(error);
     }
@@ -191,10 +191,10 @@ class Maps {
 
   private async runField(body: object): Promise<void> {
     try {
-      this.picture = await lab.api.mapField(body);
+      this.picture = await app.api.mapField(body);
       this.fieldProblem = '';
     } catch (error) {
-      this.fieldProblem = wordsOf(error);
+      this.fieldProblem = errorText(error);
     } finally {
       this.solving = this.fields.superseded;
     }
@@ -202,7 +202,7 @@ class Maps {
 
   private refuse(error: unknown): void {
     if (!(error instanceof ApiError) || error.problem.errors.length === 0) {
-      messages.error(wordsOf(error));
+      messages.error(errorText(error));
       return;
     }
     const errors = error.problem.errors.map((one) => ({

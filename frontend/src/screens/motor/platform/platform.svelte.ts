@@ -2,8 +2,8 @@
 
 import { ApiError, UNREACHABLE } from '../../../app/api/client';
 import type { Axis, MapEntry, PlatformDocument } from '../../../app/api/types';
-import { lab } from '../../../app/store.svelte';
-import { Newest } from '../../../app/latest-wins';
+import { app } from '../../../app/store.svelte';
+import { LatestWins } from '../../../app/latest-wins';
 import { load, save } from '../../../app/storage';
 import { refusals, type Numbers } from '../quantity-fields';
 import { bodyOf, FIELDS, valueIn, type Asked, type Support } from './platform-fields';
@@ -24,12 +24,12 @@ class Platform {
   fresh = $state(false);
   private last: string | null = null;
   private timer: ReturnType<typeof setTimeout> | null = null;
-  private readonly queue = new Newest<object>((body) => this.run(body));
+  private readonly queue = new LatestWins<object>((body) => this.run(body));
 
   async start(): Promise<void> {
     this.ask({});
-    await lab.try(async () => {
-      this.maps = await lab.api.maps();
+    await app.try(async () => {
+      this.maps = await app.api.maps();
     });
   }
 
@@ -75,7 +75,7 @@ class Platform {
 
   private async run(body: object): Promise<void> {
     try {
-      this.found = await lab.api.platform(body);
+      this.found = await app.api.platform(body);
       this.problems = {};
       this.fresh = !this.queue.superseded;
     } catch (error) {

@@ -2,10 +2,10 @@
 
 import { ApiError } from '../../../app/api/client';
 import type { MapEntry, MapFit } from '../../../app/api/types';
-import { lab } from '../../../app/store.svelte';
-import { Newest } from '../../../app/latest-wins';
+import { app } from '../../../app/store.svelte';
+import { LatestWins } from '../../../app/latest-wins';
 import { load, save } from '../../../app/storage';
-import { wordsOf } from '../../../app/error-text';
+import { errorText } from '../../../app/error-text';
 import { refusals, type Field } from '../quantity-fields';
 import { LAWS, requests, type Asked, type Law, type Run } from './sharing-runs';
 
@@ -46,12 +46,12 @@ class Sharing {
   fresh = $state(false);
   private last: string | null = null;
   private timer: ReturnType<typeof setTimeout> | null = null;
-  private readonly queue = new Newest<Asked>((asked) => this.run(asked));
+  private readonly queue = new LatestWins<Asked>((asked) => this.run(asked));
 
   /** Loads the list of machines and asks for the first answer. */
   async start(): Promise<void> {
-    await lab.try(async () => {
-      this.maps = await lab.api.maps();
+    await app.try(async () => {
+      this.maps = await app.api.maps();
       const known = this.asked.machines.filter(
         (name) => name === 'nominal' || this.maps.some((map) => map.name === name),
       );
@@ -86,7 +86,7 @@ class Sharing {
       if (asked.belief === 'fit') await this.fit(asked.machines);
       const runs: Run[] = [];
       for (const { machine, law, body } of requests(asked, this.fits)) {
-        runs.push({ machine, law, found: await lab.api.shareForce(body) });
+        runs.push({ machine, law, found: await app.api.shareForce(body) });
         if (this.queue.superseded) return;
       }
       this.runs = runs;
@@ -95,7 +95,7 @@ class Sharing {
     } catch (error) {
       const errors = error instanceof ApiError ? error.problem.errors : [];
       this.problems =
-        errors.length > 0 ? refusals(errors, FIELDS, this.last) : { '': wordsOf(error) };
+        errors.length > 0 ? refusals(errors, FIELDS, this.last) : { '': errorText(error) };
     }
   }
 
@@ -103,7 +103,7 @@ class Sharing {
   private async fit(machines: readonly string[]): Promise<void> {
     for (const name of machines) {
       if (name === 'nominal' || this.fits.has(name)) continue;
-      const found = await lab.api.fitMap(name);
+      const found = await app.api.fitMap(name);
       this.fits = new Map([...this.fits, [name, found]]);
     }
   }

@@ -2,8 +2,8 @@
 
 import { ApiError, UNREACHABLE } from '../../../app/api/client';
 import type { DesignDocument } from '../../../app/api/types';
-import { lab } from '../../../app/store.svelte';
-import { Newest } from '../../../app/latest-wins';
+import { app } from '../../../app/store.svelte';
+import { LatestWins } from '../../../app/latest-wins';
 import { fromAddress, load, save, setAddress } from '../../../app/storage';
 import { nested, numberIn, refusals, type Numbers } from '../quantity-fields';
 import { dropped, fieldsOf, taken, type Direction } from './sizing-fields';
@@ -29,7 +29,7 @@ class Sizing {
   fresh = $state(false);
   private last: string | null = null;
   private timer: ReturnType<typeof setTimeout> | null = null;
-  private readonly queue = new Newest<object>((body) => this.run(body));
+  private readonly queue = new LatestWins<object>((body) => this.run(body));
 
   readonly changed = $derived(
     Object.keys(this.set).filter((path) => path.startsWith(`${this.direction}.`)).length,
@@ -83,8 +83,8 @@ class Sizing {
 
   /** Fills in what the paper does not tell of a design from the one that it does. */
   async borrow(): Promise<void> {
-    await lab.try(async () => {
-      const { dimensions } = await lab.api.design({});
+    await app.try(async () => {
+      const { dimensions } = await app.api.design({});
       const borrowed = fieldsOf('dimensions').flatMap(({ path }) => {
         const value = numberIn({ dimensions }, path);
         return value !== null && BORROWED.test(path) ? [[path, value] as const] : [];
@@ -105,7 +105,7 @@ class Sizing {
 
   private async run(body: object): Promise<void> {
     try {
-      this.found = await lab.api.design(body);
+      this.found = await app.api.design(body);
       this.problems = {};
       this.fresh = !this.queue.superseded;
     } catch (error) {

@@ -1,11 +1,11 @@
-/** Figures of the stream for the status line, once a second. */
+/** Figures of the stream and of drawing for the status line, once a second. */
 
-import { lab } from '../store.svelte';
-import { loop } from '../../plot/animation-loop';
+import { app } from '../store.svelte';
+import { loop } from '../../ui/animation-loop';
 
 const PERIOD = 1000;
 
-class Stats {
+class Status {
   /** Samples of each channel received a second. */
   samples = $state(0);
   dropped = $state(0);
@@ -13,14 +13,17 @@ class Stats {
   latency = $state(0);
   /** Mean time between frames, ms. */
   interval = $state(0);
-  private before = { samples: 0, frames: 0, at: 0 };
+  /** Pictures a second, and ms of script for each. */
+  rate = $state(0);
+  script = $state(0);
+  private before = { samples: 0, frames: 0, at: 0, drawn: 0, script: 0 };
   private worst = 0;
   private seen = 0;
 
   /** Starts counting; returns what stops it. */
   start(): () => void {
     const remove = loop.add(() => {
-      const at = lab.session.client?.receivedAt ?? 0;
+      const at = app.session.client?.receivedAt ?? 0;
       if (at === this.seen || at === 0) return;
       this.seen = at;
       this.worst = Math.max(this.worst, performance.now() - at);
@@ -33,7 +36,7 @@ class Stats {
   }
 
   private count(): void {
-    const counts = lab.session.client?.counts ?? { samples: 0, frames: 0, dropped: 0 };
+    const counts = app.session.client?.counts ?? { samples: 0, frames: 0, dropped: 0 };
     const now = performance.now();
     const { before } = this;
     const seconds = (now - before.at) / 1000;
@@ -45,8 +48,12 @@ class Stats {
     this.dropped = counts.dropped;
     this.latency = this.worst;
     this.worst = 0;
-    this.before = { samples: counts.samples, frames: counts.frames, at: now };
+    const { frames: drawn, script } = loop.counts;
+    const pictures = drawn - before.drawn;
+    this.rate = pictures / seconds;
+    this.script = pictures > 0 ? (script - before.script) / pictures : 0;
+    this.before = { samples: counts.samples, frames: counts.frames, at: now, drawn, script };
   }
 }
 
-export const stats = new Stats();
+export const status = new Status();
