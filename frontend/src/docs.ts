@@ -1,7 +1,7 @@
 /** The page /docs: Swagger UI on this server's OpenAPI document. */
 
-import 'swagger-ui-dist/swagger-ui.css';
 import bundle from 'swagger-ui-dist/swagger-ui-bundle.js?url';
+import 'swagger-ui-dist/swagger-ui.css';
 
 /** https://swagger.io/docs/open-source-tools/swagger-ui/usage/configuration/ */
 declare function SwaggerUIBundle(options: {

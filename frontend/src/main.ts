@@ -1,5 +1,5 @@
-import './app.css';
 import { mount } from 'svelte';
+import './app.css';
 import App from './App.svelte';
 
 const target = document.getElementById('app');

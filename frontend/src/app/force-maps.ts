@@ -1,8 +1,8 @@
 /** A stored map in a scenario: in the plant, or apart from it in what a controller believes. */
 
+import { at } from './api/scenario-paths';
 import type { Changes, Scenario } from './api/types';
 import { AXES } from './api/types';
-import { at } from './api/scenario-paths';
 
 export interface Place {
   /** `plant`, or a variant's letter. */

@@ -1,7 +1,7 @@
 /** The application store: scenario, session and what-if changes, and what all screens do with them. */
 
-import { Api, ApiError, UNREACHABLE } from './api/client';
 import { TokenPrompt } from './api/access-token.svelte';
+import { Api, ApiError, UNREACHABLE } from './api/client';
 import {
   at,
   changedPaths,
@@ -21,18 +21,18 @@ import type {
   ScenarioEntry,
   Value,
 } from './api/types';
+import { fileErrorText, errorText } from './error-text';
 import { refusal } from './fields/fields';
 import { LatestWins } from './latest-wins';
-import { WhatIf } from './whatif/whatif.svelte';
 import { messages, type Action } from './messages.svelte';
+import { Gestures, is } from './session/gestures';
+import { keptSessions, recall, withPath, type GivenPath } from './session/kept-sessions';
+import { pathName } from './session/path-name';
+import { carried, leftText, listed, lost, type Left } from './session/replaced-session';
+import { SessionStore } from './session/session.svelte';
 import { fromAddress, load, save, setAddress } from './storage';
 import { Backoff } from './stream/backoff';
-import { Gestures, is } from './session/gestures';
-import { fileErrorText, errorText } from './error-text';
-import { keptSessions, recall, withPath, type GivenPath } from './session/kept-sessions';
-import { carried, leftText, listed, lost, type Left } from './session/replaced-session';
-import { pathName } from './session/path-name';
-import { SessionStore } from './session/session.svelte';
+import { WhatIf } from './whatif/whatif.svelte';
 
 export type Mode = 'whatif' | 'live';
 

@@ -1,7 +1,7 @@
 /** An axis: values to pixels and back, its round ticks and their texts. */
 
-import { multiples, roundStep } from './range';
 import { digits, minus, prettyUnit, quantity, scaleFor, type Quantity, type Scale } from '../ui/units';
+import { multiples, roundStep } from './range';
 import type { Axis } from './types';
 
 export interface Tick {

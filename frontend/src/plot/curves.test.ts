@@ -1,6 +1,6 @@
 import { describe, expect, it } from 'vitest';
-import { bandPath, errorEnds, extentOf, linePath, nearest, stepped } from './curves';
 import { AxisScale } from './axis-scale';
+import { bandPath, errorEnds, extentOf, linePath, nearest, stepped } from './curves';
 import { columnsOf } from './table-columns';
 import type { Series } from './types';
 

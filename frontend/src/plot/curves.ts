@@ -1,7 +1,7 @@
 /** What Plot draws of its series: paths, error bars, markers, and the points nearest to a cursor. */
 
-import { edges } from './heat-grid';
 import { extent, type AxisScale, type Extent } from './axis-scale';
+import { edges } from './heat-grid';
 import type { Axis, Band, Cursor, Mark, Marker, Numbers, Series } from './types';
 
 const round = (value: number) => Math.round(value * 10) / 10;

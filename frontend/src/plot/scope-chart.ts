@@ -1,12 +1,12 @@
 /** One scope: a canvas that is fed from a source once a frame, when there is something new. */
 
 import { scaleFor, type Scale } from '../ui/units';
-import { timeSplits, valueSplits, valueTexts } from './ticks';
 import { pointsOf, writeCurve, type Bins } from './bins';
 import type { Ink, Palette } from './palette';
+import { drawQuantileBand, bandExtremes, type QuantileBand } from './quantile-band';
 import { calmRange, multiples, roundStep, timeAt, type Range } from './range';
 import type { Source } from './source';
-import { drawQuantileBand, bandExtremes, type QuantileBand } from './quantile-band';
+import { timeSplits, valueSplits, valueTexts } from './ticks';
 
 /** Room for the numbers of the value axis and of the time axis, CSS pixels. */
 const GUTTER = 66;

@@ -1,7 +1,7 @@
 /** The table twin of a plot: the numbers that are drawn. */
 
-import { ascending, errorEnds, finite } from './curves';
 import type { AxisScale } from './axis-scale';
+import { ascending, errorEnds, finite } from './curves';
 import type { Band, Numbers, Series } from './types';
 
 export interface Column {

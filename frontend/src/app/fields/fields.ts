@@ -1,7 +1,7 @@
 /** How each number of a scenario is called and in which unit a person meets it. */
 
-import type { ProblemField, Value } from '../api/types';
 import { clean, digits, minus, pretty, prettyUnit } from '../../ui/units';
+import type { ProblemField, Value } from '../api/types';
 import { LAWS, SHARINGS } from './laws';
 
 export interface Field {

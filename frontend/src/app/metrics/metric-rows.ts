@@ -1,8 +1,8 @@
 /** The rows of the metrics table: which number, its name, unit and definition. */
 
+import { among, scaleFor, type Scale } from '../../ui/units';
 import type { Axis, AxisMetrics, Metrics, VariantMetrics } from '../api/types';
 import { AXES } from '../api/types';
-import { among, scaleFor, type Scale } from '../../ui/units';
 
 interface Definition<Key extends string = keyof AxisMetrics> {
   key: Key;

@@ -3,9 +3,9 @@
 import { ApiError, UNREACHABLE, type Api, type ScenarioRequest } from '../api/client';
 import { atStart, withChanges } from '../api/scenario-paths';
 import type { Axis, Changes, Scenario, SessionInfo } from '../api/types';
-import { StreamClient, type Connection, type Subscription } from '../stream/stream-client';
 import { messages } from '../messages.svelte';
 import { fromAddress, setAddress } from '../storage';
+import { StreamClient, type Connection, type Subscription } from '../stream/stream-client';
 import {
   forget,
   keptSessions,

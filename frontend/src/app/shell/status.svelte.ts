@@ -1,7 +1,7 @@
 /** Figures of the stream and of drawing for the status line, once a second. */
 
-import { app } from '../store.svelte';
 import { loop } from '../../ui/animation-loop';
+import { app } from '../store.svelte';
 
 const PERIOD = 1000;
 

@@ -1,8 +1,8 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from 'vitest';
 import type { SessionInfo } from '../api/types';
 import { Backfill } from './backfill';
-import type { Socket } from './stream-client';
 import { Ring } from './ring';
+import type { Socket } from './stream-client';
 
 const HELD = 4096;
 

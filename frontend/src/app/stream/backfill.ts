@@ -9,9 +9,9 @@
  */
 
 import type { ClientMessage, ServerMessage } from '../api/types';
-import type { Socket } from './stream-client';
 import { decodeFrame } from './frame';
 import type { Ring } from './ring';
+import type { Socket } from './stream-client';
 
 /** Time without a skipped frame before fetching begins, ms. */
 const PAUSE = 1000;

@@ -1,7 +1,7 @@
 /** The binary answer of a what-if: a result document and the curves of its window. */
 
-import type { Metrics } from '../api/types';
 import { StillSource, differenceName, type Envelope } from '../../plot/source';
+import type { Metrics } from '../api/types';
 
 export interface Preview {
   result: Metrics;

@@ -2,9 +2,9 @@
 
 import { ApiError, type Api } from '../api/client';
 import type { Changes, ProblemField, Scenario } from '../api/types';
-import { Backoff } from '../stream/backoff';
 import { errorText } from '../error-text';
 import { LatestWins } from '../latest-wins';
+import { Backoff } from '../stream/backoff';
 import { readAnswer, type Preview } from './whatif-answer';
 
 /** Bins of each curve while a control moves: more than a scope has pixels, and no more to carry. */

@@ -10,15 +10,15 @@ import type {
   IdentificationPlan,
   Scenario,
 } from '../../app/api/types';
-import { JobStore } from '../../app/jobs/job-store.svelte';
-import { differing, sourceOf, wholeOf } from '../../app/jobs/job-request';
-import { app, type Mode } from '../../app/store.svelte';
-import { LatestWins } from '../../app/latest-wins';
-import { WhatIf } from '../../app/whatif/whatif.svelte';
-import { load, save } from '../../app/storage';
 import { errorText } from '../../app/error-text';
-import type { Friction, Points, View } from './friction-curves';
+import { differing, sourceOf, wholeOf } from '../../app/jobs/job-request';
+import { JobStore } from '../../app/jobs/job-store.svelte';
+import { LatestWins } from '../../app/latest-wins';
+import { load, save } from '../../app/storage';
+import { app, type Mode } from '../../app/store.svelte';
+import { WhatIf } from '../../app/whatif/whatif.svelte';
 import { bodyOf, complaints, DEFAULT, formOf, SETTINGS, type Body, type Form } from './experiment-form';
+import type { Friction, Points, View } from './friction-curves';
 import { parametersOf } from './parameter-rows';
 import { comparison, compensates, forVariants, present } from './use';
 

@@ -1,8 +1,8 @@
 import { describe, expect, it } from 'vitest';
 import { computed, formula, nested, numberIn, refusals } from './quantity-fields';
-import { fieldsOf, taken } from './sizing/sizing-fields';
 import { section } from './sizing/cross-section';
 import { differs } from './sizing/design-readings';
+import { fieldsOf, taken } from './sizing/sizing-fields';
 
 it('dotted paths become tables and are read back', () => {
   const table = nested({ 'dimensions.x.mass': 5, 'dimensions.N': 145 });

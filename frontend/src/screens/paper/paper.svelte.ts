@@ -9,9 +9,9 @@ import type {
   PaperRow,
 } from '../../app/api/types';
 import { JobStore } from '../../app/jobs/job-store.svelte';
-import { app } from '../../app/store.svelte';
 import { screen } from '../../app/screen.svelte';
 import { fromAddress, load, save, setAddress } from '../../app/storage';
+import { app } from '../../app/store.svelte';
 import {
   FILTERS,
   isOfKind,

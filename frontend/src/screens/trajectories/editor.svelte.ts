@@ -3,17 +3,17 @@
 import { ApiError } from '../../app/api/client';
 import { equal } from '../../app/api/scenario-paths';
 import type { Changes, ProblemField, Trajectory } from '../../app/api/types';
-import type { GivenPath } from '../../app/session/kept-sessions';
-import { app } from '../../app/store.svelte';
-import { LatestWins, Turns } from '../../app/latest-wins';
-import { WhatIf } from '../../app/whatif/whatif.svelte';
-import { messages } from '../../app/messages.svelte';
-import { load, save } from '../../app/storage';
 import { fieldErrorsText, errorText } from '../../app/error-text';
-import { readChecked, type Checked } from './feasibility';
-import { History } from './undo-history';
+import { LatestWins, Turns } from '../../app/latest-wins';
+import { messages } from '../../app/messages.svelte';
+import type { GivenPath } from '../../app/session/kept-sessions';
+import { load, save } from '../../app/storage';
+import { app } from '../../app/store.svelte';
+import { WhatIf } from '../../app/whatif/whatif.svelte';
 import { asPath, asTable, fewest, keptTable, repeated, type DrawnPath, type Table } from './drawn-path';
+import { readChecked, type Checked } from './feasibility';
 import { converted, shape, type Shape } from './shapes';
+import { History } from './undo-history';
 
 export type Tool = 'edit' | 'add' | 'move';
 

@@ -1,6 +1,6 @@
 import { describe, expect, it } from 'vitest';
-import { edgeAt, nearest, outline, pointAt } from './geometry';
 import { newPath, type Point } from './drawn-path';
+import { edgeAt, nearest, outline, pointAt } from './geometry';
 import { converted, ring, shape, SHAPES } from './shapes';
 
 describe('outline', () => {

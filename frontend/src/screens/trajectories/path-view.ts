@@ -2,10 +2,10 @@
 
 import { multiples, roundStep } from '../../plot/range';
 import { minus } from '../../ui/units';
+import { outside, type DrawnPath, type Point } from './drawn-path';
 import { stretches, type Checked } from './feasibility';
 import { outline } from './geometry';
 import { hatching, type Inks } from './ink';
-import { outside, type DrawnPath, type Point } from './drawn-path';
 
 const MARGIN = { left: 40, right: 16, top: 12, bottom: 22 };
 /** Numbered places of the worst violations. */

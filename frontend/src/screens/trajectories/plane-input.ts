@@ -1,8 +1,8 @@
 /** From pointer and keys on the plane to changes of the path. */
 
+import { inserted, moved, removed, shifted, snap, type DrawnPath, type Point } from './drawn-path';
 import type { Editor } from './editor.svelte';
 import { edgeAt, pointAt } from './geometry';
-import { inserted, moved, removed, shifted, snap, type DrawnPath, type Point } from './drawn-path';
 import type { PathView } from './path-view';
 
 /** How near the pointer has to come, CSS pixels. */

@@ -1,9 +1,9 @@
 import { expect, it } from 'vitest';
-import { costAt, edgeLine, pathLine } from './landscape';
-import { comparison } from './compare';
-import { limitWarnings } from './stability-warnings';
-import type { LoopFigures } from './loop-store.svelte';
 import type { Scenario } from '../../app/api/types';
+import { comparison } from './compare';
+import { costAt, edgeLine, pathLine } from './landscape';
+import type { LoopFigures } from './loop-store.svelte';
+import { limitWarnings } from './stability-warnings';
 
 const MAP = {
   stride: 1,

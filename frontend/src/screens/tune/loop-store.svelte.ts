@@ -2,8 +2,8 @@
 
 import type { Api } from '../../app/api/client';
 import type { Axis, Changes, LoopAccuracy, LoopResponse, Loops, Scenario } from '../../app/api/types';
-import { LatestWins } from '../../app/latest-wins';
 import { errorText } from '../../app/error-text';
+import { LatestWins } from '../../app/latest-wins';
 
 /** So long after the last change, ms. */
 const REST = 200;

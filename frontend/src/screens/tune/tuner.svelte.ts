@@ -11,14 +11,17 @@ import type {
   TuneHistory,
   Value,
 } from '../../app/api/types';
-import { JobStore } from '../../app/jobs/job-store.svelte';
+import { errorText } from '../../app/error-text';
 import { differing, sourceOf, wholeOf, type Source } from '../../app/jobs/job-request';
+import { JobStore } from '../../app/jobs/job-store.svelte';
+import { load, save } from '../../app/storage';
 import { app, type Mode } from '../../app/store.svelte';
 import { WhatIf } from '../../app/whatif/whatif.svelte';
-import { load, save } from '../../app/storage';
-import { errorText } from '../../app/error-text';
 import { linesOf, pickedLine, type Line, type Picked } from './candidates';
 import { comparison } from './compare';
+import { loopOf, MAP, otherWords, type Swept } from './job-origin';
+import { costAt } from './landscape';
+import { LoopStore } from './loop-store.svelte';
 import {
   complaint,
   DEFAULT,
@@ -29,9 +32,6 @@ import {
   variantOf,
   type Form,
 } from './search-form';
-import { costAt } from './landscape';
-import { LoopStore } from './loop-store.svelte';
-import { loopOf, MAP, otherWords, type Swept } from './job-origin';
 
 type Choice = Partial<Record<Axis, string>>;
 

@@ -1,13 +1,13 @@
 /** The Monte Carlo study of the Lab screen: asked for, watched, and whether it is of what is shown. */
 
-import type { Axis, MonteCarlo } from '../../../app/api/types';
 import { equal } from '../../../app/api/scenario-paths';
-import { JobStore } from '../../../app/jobs/job-store.svelte';
+import type { Axis, MonteCarlo } from '../../../app/api/types';
 import { sourceOf, wholeOf, type Source as Asked } from '../../../app/jobs/job-request';
+import { JobStore } from '../../../app/jobs/job-store.svelte';
+import { load, save } from '../../../app/storage';
 import { app } from '../../../app/store.svelte';
 import type { QuantileBand } from '../../../plot/quantile-band';
 import type { Source } from '../../../plot/source';
-import { load, save } from '../../../app/storage';
 import { covers, quantileBands, type Spec } from './spread';
 
 export const CASES = [100, 300, 1000] as const;

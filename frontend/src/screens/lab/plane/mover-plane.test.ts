@@ -1,7 +1,7 @@
 import { expect, it, vi } from 'vitest';
 import type { Palette } from '../../../plot/palette';
-import { magnification, PlaneView } from './mover-plane';
 import { StillSource } from '../../../plot/source';
+import { magnification, PlaneView } from './mover-plane';
 
 it('magnifies errors to a visible, round size', () => {
   expect(magnification(0.03, 20.5e-6)).toBe(200);

@@ -3,10 +3,10 @@
  * thousandth of the path, so they are magnified: a mover is drawn at reference − factor × error.
  */
 
-import { minus, scaleFor } from '../../../ui/units';
 import type { Palette } from '../../../plot/palette';
 import { multiples, roundStep, type Range } from '../../../plot/range';
 import type { Source } from '../../../plot/source';
+import { minus, scaleFor } from '../../../ui/units';
 
 const POINTS = 1000;
 const MARGIN = 0.04;

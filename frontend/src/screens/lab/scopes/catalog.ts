@@ -2,9 +2,9 @@
 
 import { AXES, type Axis } from '../../../app/api/types';
 import type { Difference } from '../../../app/stream/ring';
+import type { Ink } from '../../../plot/palette';
 import type { Trace, Traces } from '../../../plot/scope-chart';
 import { differenceName } from '../../../plot/source';
-import type { Ink } from '../../../plot/palette';
 
 export interface Scope extends Traces {
   id: ScopeId;

@@ -1,15 +1,15 @@
 /** Which scopes are shown, over which time, and where the pointer is. */
 
-import { app } from '../../../app/store.svelte';
-import { PERIOD } from '../../../app/session/session.svelte';
 import { AXES, type Axis } from '../../../app/api/types';
-import { Ring } from '../../../app/stream/ring';
-import { fromAddress, load, save, setAddress } from '../../../app/storage';
 import { nameOf } from '../../../app/fields/fields';
-import { columnsOf, DEFAULT_SCOPES, SCOPES, scopeOf, type ScopeId } from './catalog';
-import type { Moment, Pointer } from '../../../plot/scope-chart';
+import { PERIOD } from '../../../app/session/session.svelte';
+import { fromAddress, load, save, setAddress } from '../../../app/storage';
+import { app } from '../../../app/store.svelte';
+import { Ring } from '../../../app/stream/ring';
 import { timeAt, type Range } from '../../../plot/range';
+import type { Moment, Pointer } from '../../../plot/scope-chart';
 import type { Source } from '../../../plot/source';
+import { columnsOf, DEFAULT_SCOPES, SCOPES, scopeOf, type ScopeId } from './catalog';
 import { LiveSource } from './live-source';
 import { STATISTICS, type Statistic } from './statistics';
 

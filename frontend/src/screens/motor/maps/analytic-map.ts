@@ -1,7 +1,7 @@
 /** The analytic force map of a scenario's plant, one phase, over the same axes as a computed map. */
 
-import type { Scenario } from '../../../app/api/types';
 import { numberAt } from '../../../app/api/scenario-paths';
+import type { Scenario } from '../../../app/api/types';
 
 export interface Analytic {
   tau: number;

@@ -2,12 +2,12 @@
 
 import { ApiError } from '../../../app/api/client';
 import type { FieldPicture, MapEntry, MapTables } from '../../../app/api/types';
+import { errorText } from '../../../app/error-text';
 import { JobStore } from '../../../app/jobs/job-store.svelte';
-import { app } from '../../../app/store.svelte';
 import { LatestWins } from '../../../app/latest-wins';
 import { messages } from '../../../app/messages.svelte';
 import { fromAddress, load, save, setAddress } from '../../../app/storage';
-import { errorText } from '../../../app/error-text';
+import { app } from '../../../app/store.svelte';
 import { numberIn, refusals, type Numbers } from '../quantity-fields';
 import { changesFrom, FIELDS, type Accuracy, type Design } from './geometry-fields';
 

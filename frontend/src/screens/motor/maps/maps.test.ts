@@ -1,9 +1,9 @@
 import { describe, expect, it } from 'vitest';
 import type { MapTables, Scenario } from '../../../app/api/types';
+import { placesOf, useMap, usedIn } from '../../../app/force-maps';
 import { analyticOf, fraction, normalForce, thrust, type Analytic } from './analytic-map';
 import { analyticCurve, curvesOf, publishedOf, surface, trustOf } from './force-curves';
 import { changesFrom } from './geometry-fields';
-import { placesOf, useMap, usedIn } from '../../../app/force-maps';
 
 const analytic: Analytic = {
   tau: 7.2e-3,

@@ -2,9 +2,9 @@
 
 import { ApiError, UNREACHABLE } from '../../../app/api/client';
 import type { Axis, MapEntry, PlatformDocument } from '../../../app/api/types';
-import { app } from '../../../app/store.svelte';
 import { LatestWins } from '../../../app/latest-wins';
 import { load, save } from '../../../app/storage';
+import { app } from '../../../app/store.svelte';
 import { refusals, type Numbers } from '../quantity-fields';
 import { bodyOf, FIELDS, valueIn, type Asked, type Support } from './platform-fields';
 

@@ -2,10 +2,10 @@
 
 import { ApiError } from '../../../app/api/client';
 import type { MapEntry, MapFit } from '../../../app/api/types';
-import { app } from '../../../app/store.svelte';
+import { errorText } from '../../../app/error-text';
 import { LatestWins } from '../../../app/latest-wins';
 import { load, save } from '../../../app/storage';
-import { errorText } from '../../../app/error-text';
+import { app } from '../../../app/store.svelte';
 import { refusals, type Field } from '../quantity-fields';
 import { LAWS, requests, type Asked, type Law, type Run } from './sharing-runs';
 

@@ -2,9 +2,9 @@
 
 import { ApiError, UNREACHABLE } from '../../../app/api/client';
 import type { DesignDocument } from '../../../app/api/types';
-import { app } from '../../../app/store.svelte';
 import { LatestWins } from '../../../app/latest-wins';
 import { fromAddress, load, save, setAddress } from '../../../app/storage';
+import { app } from '../../../app/store.svelte';
 import { nested, numberIn, refusals, type Numbers } from '../quantity-fields';
 import { dropped, fieldsOf, taken, type Direction } from './sizing-fields';
 
