@@ -22,25 +22,25 @@ function playing(): { app: Store; answers: ((metrics: Metrics) => void)[] } {
 
 it('shows the metrics of the newest question, however late an older one is answered', async () => {
   const { app, answers } = playing();
-  app.readMetrics();
-  app.readMetrics();
-  app.readMetrics();
+  app.metrics.read();
+  app.metrics.read();
+  app.metrics.read();
   expect(answers).toHaveLength(1);
   answers[0]?.(measured(1));
   await settled();
   answers[1]?.(measured(2));
   await settled();
-  expect(app.metrics?.window.end).toBe(2);
+  expect(app.metrics.current?.window.end).toBe(2);
   expect(answers).toHaveLength(2);
 });
 
 it('does not show the metrics of a session that it has left', async () => {
   const { app, answers } = playing();
-  app.readMetrics();
+  app.metrics.read();
   app.session.info = { id: 'b', time: 1 } as SessionInfo;
   answers[0]?.(measured(1));
   await settled();
-  expect(app.metrics).toBeNull();
+  expect(app.metrics.current).toBeNull();
 });
 
 const K_P = 'variants.B.controller.x.k_p';
@@ -92,16 +92,16 @@ describe('undo of live changes', () => {
     app.set({ [K_D]: 7 });
     await vi.advanceTimersByTimeAsync(1000);
     expect(changes).toEqual([{ old: 1 }, { [K_P]: 1 }, { [K_P]: 2 }, { [K_D]: 7 }]);
-    await Promise.all([app.undo(), vi.advanceTimersByTimeAsync(1000)]);
+    await Promise.all([app.undo.run(), vi.advanceTimersByTimeAsync(1000)]);
     expect(changes).toEqual([{ old: 1 }, { [K_P]: 1 }, { [K_P]: 2 }]);
-    await Promise.all([app.undo(), vi.advanceTimersByTimeAsync(1000)]);
+    await Promise.all([app.undo.run(), vi.advanceTimersByTimeAsync(1000)]);
     expect(changes).toEqual([{ old: 1 }]);
   });
 
   it('waits for a gesture that is still being sent, and leaves older changes alone', async () => {
     const { app, changes } = changing(50);
     app.set({ [K_P]: 1 });
-    const undone = app.undo();
+    const undone = app.undo.run();
     await vi.advanceTimersByTimeAsync(1000);
     await undone;
     expect(changes).toEqual([{ old: 1 }]);
@@ -114,7 +114,7 @@ describe('undo of live changes', () => {
       app.set({ [K_P]: k_p }, k_p < 3);
       await vi.advanceTimersByTimeAsync(300);
     }
-    const undone = app.undo();
+    const undone = app.undo.run();
     await vi.advanceTimersByTimeAsync(60);
     app.set({ [K_D]: 7 });
     await vi.advanceTimersByTimeAsync(1000);

@@ -15,7 +15,7 @@ export type Value = string | number | boolean | null | Value[] | { [key: string]
 /** Dotted path to value, as in `--set`. */
 export type Changes = Record<string, Value>;
 
-/** A scenario with all names resolved; read through paths, see `at` in paths.ts. */
+/** A scenario with all names resolved; read through paths, see `at` in scenario-paths.ts. */
 export type Scenario = Schemas['Scenario'];
 
 export type ScenarioEntry = Schemas['ScenarioEntry'];

@@ -1,6 +1,6 @@
 import { expect, it } from 'vitest';
 import type { Scenario } from '../api/types';
-import { carried, leftText, lost, type Left } from './replaced-session';
+import { carriedGains, replacedText, lostPaths, type ReplacedSession } from './replaced-session';
 
 function scenario(name: string, gains: Record<string, number>, mass = 5.9): Scenario {
   const controller = { x: { k_p: gains.A ?? 1 } };
@@ -14,7 +14,7 @@ function scenario(name: string, gains: Record<string, number>, mass = 5.9): Scen
 
 const B = 'variants.B.controller.x';
 
-function left(draft: Left['draft'] = {}): Left {
+function left(draft: ReplacedSession['draft'] = {}): ReplacedSession {
   const base = scenario('circle', {});
   const changed = scenario('circle', { B: 619e3 }, 6.5);
   return { base, scenario: changed, draft, drafts: [], paths: [], speed: 1, mode: 'live' };
@@ -22,18 +22,18 @@ function left(draft: Left['draft'] = {}): Left {
 
 it('names what was changed since the scenario was loaded, and what waits in what-if', () => {
   const all = left({ [`${B}.k_d`]: 2900, [`${B}.k_p`]: 700e3 });
-  expect(lost(all)).toEqual(['plant.x.mass', `${B}.k_p`, `${B}.k_d`]);
-  expect(leftText(all)).toBe(
+  expect(lostPaths(all)).toEqual(['plant.x.mass', `${B}.k_p`, `${B}.k_d`]);
+  expect(replacedText(all)).toBe(
     'circle was left with 3 changes, 2 of them what-if: plant x mass, B kp x, B kd x.',
   );
-  expect(leftText(left())).toBe('circle was left with 2 changes: plant x mass, B kp x.');
+  expect(replacedText(left())).toBe('circle was left with 2 changes: plant x mass, B kp x.');
   const untouched = { ...left(), scenario: scenario('circle', {}) };
-  expect(lost(untouched)).toEqual([]);
+  expect(lostPaths(untouched)).toEqual([]);
 });
 
 it('carries gains over to another scenario, not its motor, and only where they differ', () => {
   const all = left({ [`${B}.k_d`]: 2900, 'variants.C.controller.x.k_p': 5 });
   const to = scenario('rhombus', { B: 200e3 });
-  expect(carried(all, to)).toEqual({ [`${B}.k_p`]: 619e3, [`${B}.k_d`]: 2900 });
-  expect(carried(all, scenario('rhombus', { B: 619e3, d: 2900 }))).toEqual({});
+  expect(carriedGains(all, to)).toEqual({ [`${B}.k_p`]: 619e3, [`${B}.k_d`]: 2900 });
+  expect(carriedGains(all, scenario('rhombus', { B: 619e3, d: 2900 }))).toEqual({});
 });

@@ -6,7 +6,7 @@ import { nameOf } from '../fields/fields';
 import type { Own } from './kept-sessions';
 
 /** All that it takes to go back. */
-export interface Left extends Own {
+export interface ReplacedSession extends Own {
   scenario: Scenario;
   mode: 'whatif' | 'live';
   /** What-if changes before each gesture that made them, the oldest first. */
@@ -17,13 +17,13 @@ export interface Left extends Own {
 const LISTED = 3;
 
 /** Returns the paths that were changed since the scenario was loaded, and the what-if changes. */
-export function lost({ base, scenario, draft }: Left): readonly string[] {
+export function lostPaths({ base, scenario, draft }: ReplacedSession): readonly string[] {
   const given = difference(base, scenario).map(({ path }) => path);
   return [...new Set([...given, ...Object.keys(draft)])];
 }
 
 /** Returns of what was changed the controllers' part, as changes of another scenario. */
-export function carried({ base, scenario, draft }: Left, to: Scenario | null): Changes {
+export function carriedGains({ base, scenario, draft }: ReplacedSession, to: Scenario | null): Changes {
   const given = difference(base, scenario).map(({ path, to }) => [path, to] as const);
   const all: Changes = {
     ...Object.fromEntries(given.filter((each): each is [string, Value] => each[1] !== undefined)),
@@ -44,8 +44,8 @@ export function listed(paths: readonly string[]): string {
 }
 
 /** Says what was left behind. */
-export function leftText(left: Left): string {
-  const paths = lost(left);
+export function replacedText(left: ReplacedSession): string {
+  const paths = lostPaths(left);
   const pending = Object.keys(left.draft).length;
   const changes = paths.length === 1 ? 'one change' : `${paths.length} changes`;
   const waiting = pending > 0 && pending < paths.length ? `, ${pending} of them what-if` : '';

@@ -73,12 +73,12 @@ describe('another scenario', () => {
     expect(app.draft).toEqual({});
     expect(notice()?.text).toMatch(/^circle was left with one change: B kp x/);
     expect(notice()?.actions.map(({ name }) => name)).toEqual(['Undo', 'Keep the gains']);
-    expect(app.canUndo).toBe(true);
-    await app.undo();
+    expect(app.undo.possible).toBe(true);
+    await app.undo.run();
     expect(made.at(-1)?.scenario).toEqual(scenario('circle', 619000));
     expect(app.draft).toEqual({ [K_P]: 700000 });
     expect(app.changes).toMatchObject([{ path: K_P, from: 200300, to: 700000 }]);
-    expect(app.goesBack).toBe(false);
+    expect(app.undo.goesBack).toBe(false);
   });
 
   it('can be gone back from after others, and leaves its gains to the one that is open', async () => {
@@ -88,14 +88,14 @@ describe('another scenario', () => {
     await app.loadScenario('rhombus');
     const [undo, keep] = notice()?.actions ?? [];
     await app.loadScenario('pentagram');
-    expect(app.undoText).toBe('Go back to the session before, circle, at 0 s');
+    expect(app.undo.text).toBe('Go back to the session before, circle, at 0 s');
     keep?.run();
     expect(app.draft).toEqual({ [K_P]: 700000 });
     undo?.run();
     await settled();
     expect(made.at(-1)?.scenario).toEqual(scenario('circle', 619000));
     expect(app.draft).toEqual({ [K_P]: 700000 });
-    await app.undo();
+    await app.undo.run();
     expect(app.draft).toEqual({});
     undo?.run(); // done already
     await settled();
@@ -133,14 +133,14 @@ it('makes what was applied a what-if change again', async () => {
     changes: [{ tick: 0, set: { [K_P]: 700000 }, previous: { [K_P]: 619000 } }],
   } as unknown as SessionInfo;
   app.setMode('live');
-  expect(app.undoText).toBe('Take back Apply: B kp x');
-  await app.undo();
+  expect(app.undo.text).toBe('Take back Apply: B kp x');
+  await app.undo.run();
   expect(commands).toEqual(['undo']);
   expect(app.draft).toEqual({ [K_P]: 700000 });
   app.setMode('whatif');
   session.info = { ...session.info, changes: [] } as unknown as SessionInfo;
-  expect(app.undoText).toBe('Take back the what-if change of B kp x');
-  await app.undo();
+  expect(app.undo.text).toBe('Take back the what-if change of B kp x');
+  await app.undo.run();
   expect(app.draft).toEqual({});
 });
 
@@ -149,8 +149,8 @@ it('goes back from a given path while what-if changes wait', async () => {
   app.setMode('whatif');
   app.set({ [K_P]: 700000 });
   await app.givePath({ name: '', table: { kind: 'path' } });
-  expect(app.goesBack).toBe(true);
-  await app.undo();
+  expect(app.undo.goesBack).toBe(true);
+  await app.undo.run();
   expect(made).toHaveLength(2);
   expect(app.draft).toEqual({ [K_P]: 700000 });
 });
@@ -183,10 +183,10 @@ it('remembers when a change was made and undone, until a reset', async () => {
   await session.step(1);
   now({ tick: 5000, changes: [] });
   await session.undo();
-  expect(session.changedAt).toEqual([1, 2.5]);
+  expect(session.moments.changedAt).toEqual([1, 2.5]);
   now({ tick: 0, timeline: 1 });
   await session.reset();
-  expect(session.changedAt).toEqual([]);
+  expect(session.moments.changedAt).toEqual([]);
 });
 
 describe('play', () => {

@@ -17,12 +17,10 @@ import {
   type Kept,
   type Own,
 } from './kept-sessions';
+import { Moments, PERIOD } from './moments.svelte';
 
 /** Ticks that are kept: 33 s, a little more than the server has to resume from. */
 const CAPACITY = 65_536;
-export const PERIOD = 0.0005;
-/** Changes whose time is remembered. */
-const MARKS = 200;
 export const PUSH_SECONDS = 0.05;
 /** Simulated over real time. */
 export const SPEED = { least: 0.1, most: 10 };
@@ -42,9 +40,7 @@ export class SessionStore {
   paths = $state.raw<readonly GivenPath[]>([]);
   connection = $state<Connection>('connecting');
   speed = $state(1);
-  pushes = $state.raw<readonly { time: number; label: string }[]>([]);
-  /** Times at which parameters were changed, or a change undone, s. */
-  changedAt = $state.raw<readonly number[]>([]);
+  readonly moments = new Moments();
   /** Set between pressing STOP and the server's answer. */
   stopping = $state(false);
   /** Why there is no session on the server just now; empty while there is one. */
@@ -204,7 +200,7 @@ export class SessionStore {
 
   async push(axis: Axis, force: number): Promise<void> {
     const { tick } = await this.api.push(this.target, { axis, force, duration: PUSH_SECONDS });
-    this.pushes = [...this.pushes, { time: tick * PERIOD, label: `push ${axis}` }];
+    this.moments.notePush(tick, `push ${axis}`);
   }
 
   /** Takes other what-if changes. */
@@ -228,21 +224,21 @@ export class SessionStore {
 
   private update(info: SessionInfo): void {
     if (info.id !== this.info?.id || info.revision < this.info.revision) return;
-    this.noteChanges(info, this.info);
+    this.moments.noteChanges(info, this.info);
     this.info = info;
     this.keep();
   }
 
   private adopt(info: SessionInfo, own: Partial<Own>): void {
     this.client?.close();
-    this.noteChanges(info, null);
+    this.moments.noteChanges(info, null);
     this.info = info;
     this.base = own.base ?? info.base;
     this.draft = own.draft ?? {};
     this.paths = own.paths ?? [];
     this.speed = info.state === 'playing' ? info.speed : (own.speed ?? 1);
     this.missing = '';
-    this.pushes = [];
+    this.moments.pushes = [];
     setAddress({ session: info.id });
     this.keep();
     rememberDraft(info.id, this.draft);
@@ -252,23 +248,13 @@ export class SessionStore {
       {
         connection: (state) => (this.connection = state),
         session: (news) => this.update(news),
-        reset: () => (this.pushes = []),
+        reset: () => (this.moments.pushes = []),
         problem: (detail) => messages.error(detail),
       },
       { capacity: CAPACITY, alive: () => this.alive(info.id) },
     );
     this.client.subscribe(this.subscription);
     this.client.connect();
-  }
-
-  /** An undo takes the change off the server's list: that it was, and when, is remembered here. */
-  private noteChanges(info: SessionInfo, before: SessionInfo | null): void {
-    const same = before !== null && before.timeline === info.timeline;
-    const undone = same && info.changes.length < before.changes.length;
-    const ticks = [...info.changes.map(({ tick }) => tick), ...(undone ? [info.tick] : [])];
-    const known = same ? this.changedAt : [];
-    const times = ticks.map((tick) => tick * PERIOD).filter((time) => !known.includes(time));
-    this.changedAt = [...known, ...times].slice(-MARKS);
   }
 
   private keep(): void {

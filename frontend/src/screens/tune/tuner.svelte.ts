@@ -276,14 +276,14 @@ class Tuner {
 
   private askedFor(request: Record<string, unknown>): Scenario | null {
     const source = sourceOf(request);
-    return source ? wholeOf(source, app.resolved) : null;
+    return source ? wholeOf(source, app.catalogue.resolved) : null;
   }
 
   /** The present scenario with changes. */
   private now(set: Changes): Scenario | null {
     const { source } = this;
     if (!source) return null;
-    return wholeOf({ scenario: source.scenario, set: { ...source.set, ...set } }, app.resolved);
+    return wholeOf({ scenario: source.scenario, set: { ...source.set, ...set } }, app.catalogue.resolved);
   }
 
   private otherThan(report: ReportOf<'tune'> | ReportOf<'landscape'> | null): string {

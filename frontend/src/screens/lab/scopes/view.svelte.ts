@@ -2,7 +2,7 @@
 
 import { AXES, type Axis } from '../../../app/api/types';
 import { nameOf } from '../../../app/fields/fields';
-import { PERIOD } from '../../../app/session/session.svelte';
+import { PERIOD } from '../../../app/session/moments.svelte';
 import { fromAddress, load, save, setAddress } from '../../../app/storage';
 import { app } from '../../../app/store.svelte';
 import { Ring } from '../../../app/stream/ring';
@@ -72,7 +72,7 @@ class View {
       time: tick * PERIOD,
       label: labelOf(set),
     }));
-    return [...planned, ...changes, ...app.session.pushes].sort((a, b) => a.time - b.time);
+    return [...planned, ...changes, ...app.session.moments.pushes].sort((a, b) => a.time - b.time);
   });
 
   get source(): Source | null {
