@@ -1,9 +1,10 @@
+import { readdirSync } from 'node:fs';
 import js from '@eslint/js';
 import svelte from 'eslint-plugin-svelte';
 import globals from 'globals';
 import ts from 'typescript-eslint';
 
-const SCREENS = ['identify', 'lab', 'motor', 'paper', 'trajectories', 'tune'];
+const SCREENS = readdirSync(new URL('src/screens', import.meta.url));
 
 /** Forbids files of a folder to import, at once or lazily, what `regex` finds in the relative path. */
 function layer(folder, regex, message) {
@@ -23,12 +24,12 @@ const layers = [
   layer('plot', '^\\.\\./(?!ui/)', 'plot imports plot and ui'),
   layer(
     'app',
-    '^(\\.\\./)+(screens/|plot/(?!source$)|App)',
+    '^(\\.\\./)+(screens/|plot/(?!source$)|App\\.svelte)',
     'app imports app and ui, and of plot only source, the curves of a what-if',
   ),
   ...SCREENS.map((screen) => {
     const others = SCREENS.filter((other) => other !== screen).join('|');
-    const regex = `^(\\.\\./)+((screens/)?(${others})/|App)`;
+    const regex = `^(\\.\\./)+((screens/)?(${others})/|App\\.svelte)`;
     return layer(`screens/${screen}`, regex, 'a screen imports app, plot, ui and itself');
   }),
 ];

@@ -23,7 +23,9 @@ describe('a scenario file', () => {
 
   it('is named with the values that are refused', () => {
     const error = refused({ loc: 'variants.B.controller.x.k_p', message: 'must be a number' });
-    expect(fileErrorText('a.toml', error)).toBe('a.toml was not opened.\nB k_p x: Must be a number.');
+    expect(fileErrorText('a.toml', error)).toBe(
+      'a.toml was not opened.\nB k_p x: Must be a number.',
+    );
     expect(fileErrorText('a.toml', new Error('The server does not answer.'))).toBe(
       'a.toml was not opened. The server does not answer.',
     );

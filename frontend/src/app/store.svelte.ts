@@ -2,12 +2,7 @@
 
 import { TokenPrompt } from './api/access-token.svelte';
 import { Api, ApiError } from './api/client';
-import {
-  difference,
-  needsRestart,
-  ofTrajectory,
-  withChanges,
-} from './api/scenario-paths';
+import { difference, needsRestart, ofTrajectory, withChanges } from './api/scenario-paths';
 import type { Changes, Scenario, Value } from './api/types';
 import { Catalogue } from './catalogue.svelte';
 import { errorText, fileErrorText } from './error-text';
@@ -250,9 +245,7 @@ export class Store {
   private whatIsHere(): ReplacedSession | null {
     const { start, base, draft, paths, speed } = this.session;
     const drafts = this.whatIfChanges.history;
-    return (
-      start && base && { scenario: start, base, draft, drafts, paths, speed, mode: this.mode }
-    );
+    return start && base && { scenario: start, base, draft, drafts, paths, speed, mode: this.mode };
   }
 
   private tellOfReplaced(before: ReplacedSession, wayBack: Action): void {

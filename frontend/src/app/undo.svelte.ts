@@ -23,7 +23,7 @@ export class Undo {
   ) {}
 
   /** The session's last change; the server's account of it may come later. */
-  private readonly lastChange = $derived(this.store.session.info?.changes.at(-1));
+  private readonly lastChange = $derived.by(() => this.store.session.info?.changes.at(-1));
 
   /** Whether the session's last change gave it the what-if changes. */
   private readonly undoesApply = $derived(
@@ -33,13 +33,14 @@ export class Undo {
   );
 
   /** Whether what-if has a gesture to take back, before all that was done to the session. */
-  private readonly undoesDraft = $derived(
-    this.store.mode === 'whatif' && this.store.whatIfChanges.history.length > 0,
+  private readonly undoesDraft = $derived.by(
+    () => this.store.mode === 'whatif' && this.store.whatIfChanges.history.length > 0,
   );
 
   /** Whether Undo goes back to the session before this one, in which nothing was changed yet. */
-  readonly goesBack = $derived(
-    this.replaced.length > 0 &&
+  readonly goesBack = $derived.by(
+    () =>
+      this.replaced.length > 0 &&
       !this.undoesDraft &&
       this.store.session.info?.changes.length === 0,
   );

@@ -1,6 +1,14 @@
 /** An axis: values to pixels and back, its round ticks and their texts. */
 
-import { digits, minus, prettyUnit, quantity, scaleFor, type Quantity, type Scale } from '../ui/units';
+import {
+  digits,
+  minus,
+  prettyUnit,
+  quantity,
+  scaleFor,
+  type Quantity,
+  type Scale,
+} from '../ui/units';
 import { multiples, roundStep } from './range';
 import type { Axis } from './types';
 

@@ -218,7 +218,8 @@ export class Chart {
     c.clip();
     const x = (time: number) => this.px(time);
     const y = (value: number) => this.py(value, values);
-    for (const ribbon of this.quantileBands) drawQuantileBand(c, ribbon, this.palette[ribbon.ink], x, y);
+    for (const ribbon of this.quantileBands)
+      drawQuantileBand(c, ribbon, this.palette[ribbon.ink], x, y);
     c.restore();
   }
 

@@ -1,5 +1,13 @@
 import { describe, expect, it } from 'vitest';
-import { at, atStart, difference, needsRestart, numberAt, withChanges, withValue } from './scenario-paths';
+import {
+  at,
+  atStart,
+  difference,
+  needsRestart,
+  numberAt,
+  withChanges,
+  withValue,
+} from './scenario-paths';
 import type { Scenario } from './types';
 
 const scenario = {

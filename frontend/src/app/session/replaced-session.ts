@@ -23,7 +23,10 @@ export function lostPaths({ base, scenario, draft }: ReplacedSession): readonly 
 }
 
 /** Returns of what was changed the controllers' part, as changes of another scenario. */
-export function carriedGains({ base, scenario, draft }: ReplacedSession, to: Scenario | null): Changes {
+export function carriedGains(
+  { base, scenario, draft }: ReplacedSession,
+  to: Scenario | null,
+): Changes {
   const given = difference(base, scenario).map(({ path, to }) => [path, to] as const);
   const all: Changes = {
     ...Object.fromEntries(given.filter((each): each is [string, Value] => each[1] !== undefined)),

@@ -4,7 +4,7 @@ import type { Scenario } from '../api/types';
 import { readAnswer } from './whatif-answer';
 import { WhatIf } from './whatif.svelte';
 
-vi.mock('./preview', () => ({ readAnswer: vi.fn() }));
+vi.mock('./whatif-answer', () => ({ readAnswer: vi.fn() }));
 
 const problem = (status: number) => ({ title: '', status, detail: `status ${status}`, errors: [] });
 const refusal = (status: number, retryAfter: number | null = null) =>

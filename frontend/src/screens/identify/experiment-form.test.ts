@@ -1,6 +1,14 @@
 import { describe, expect, it } from 'vitest';
 import type { Scenario } from '../../app/api/types';
-import { bodyOf, complaint, complaints, DEFAULT, formOf, ratesOf, speedsOf } from './experiment-form';
+import {
+  bodyOf,
+  complaint,
+  complaints,
+  DEFAULT,
+  formOf,
+  ratesOf,
+  speedsOf,
+} from './experiment-form';
 
 const scenario = { name: 'circle', variants: { A: {}, B: {} } } as unknown as Scenario;
 

@@ -17,7 +17,15 @@ import { LatestWins } from '../../app/latest-wins';
 import { load, save } from '../../app/storage';
 import { app, type Mode } from '../../app/store.svelte';
 import { WhatIf } from '../../app/whatif/whatif.svelte';
-import { bodyOf, complaints, DEFAULT, formOf, SETTINGS, type Body, type Form } from './experiment-form';
+import {
+  bodyOf,
+  complaints,
+  DEFAULT,
+  formOf,
+  SETTINGS,
+  type Body,
+  type Form,
+} from './experiment-form';
 import type { Friction, Points, View } from './friction-curves';
 import { parametersOf } from './parameter-rows';
 import { comparison, compensates, forVariants, present } from './use';

@@ -1,7 +1,15 @@
 /** Numbers that one types on the Motor screen: their names, units and refusals. */
 
 import type { ProblemField } from '../../app/api/types';
-import { clean, digits, minus, prettyUnit, quantity, scaleFor, type Quantity } from '../../ui/units';
+import {
+  clean,
+  digits,
+  minus,
+  prettyUnit,
+  quantity,
+  scaleFor,
+  type Quantity,
+} from '../../ui/units';
 
 export interface Field {
   /** Dotted path in the request. */

@@ -10,7 +10,15 @@ import type { GivenPath } from '../../app/session/kept-sessions';
 import { load, save } from '../../app/storage';
 import { app } from '../../app/store.svelte';
 import { WhatIf } from '../../app/whatif/whatif.svelte';
-import { asPath, asTable, fewest, keptTable, repeated, type DrawnPath, type Table } from './drawn-path';
+import {
+  asPath,
+  asTable,
+  fewest,
+  keptTable,
+  repeated,
+  type DrawnPath,
+  type Table,
+} from './drawn-path';
 import { readChecked, type Checked } from './feasibility';
 import { converted, shape, type Shape } from './shapes';
 import { History } from './undo-history';

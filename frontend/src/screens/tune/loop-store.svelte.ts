@@ -1,7 +1,14 @@
 /** The loops that are looked at: the present gains and the chosen ones, asked for once a hand rests. */
 
 import type { Api } from '../../app/api/client';
-import type { Axis, Changes, LoopAccuracy, LoopResponse, Loops, Scenario } from '../../app/api/types';
+import type {
+  Axis,
+  Changes,
+  LoopAccuracy,
+  LoopResponse,
+  Loops,
+  Scenario,
+} from '../../app/api/types';
 import { errorText } from '../../app/error-text';
 import { LatestWins } from '../../app/latest-wins';
 

@@ -283,7 +283,10 @@ class Tuner {
   private now(set: Changes): Scenario | null {
     const { source } = this;
     if (!source) return null;
-    return wholeOf({ scenario: source.scenario, set: { ...source.set, ...set } }, app.catalogue.resolved);
+    return wholeOf(
+      { scenario: source.scenario, set: { ...source.set, ...set } },
+      app.catalogue.resolved,
+    );
   }
 
   private otherThan(report: ReportOf<'tune'> | ReportOf<'landscape'> | null): string {

@@ -34,7 +34,10 @@ class Study {
     if (!request || !this.question) return false;
     const asked = sourceOf(request);
     if (!asked) return true; // by a scenario's name, from elsewhere
-    return !equal(wholeOf(asked, app.catalogue.resolved), wholeOf(this.question, app.catalogue.resolved));
+    return !equal(
+      wholeOf(asked, app.catalogue.resolved),
+      wholeOf(this.question, app.catalogue.resolved),
+    );
   });
 
   readonly settings = $derived.by((): readonly string[] => {

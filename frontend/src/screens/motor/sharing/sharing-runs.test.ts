@@ -1,6 +1,15 @@
 import { describe, expect, it } from 'vitest';
 import type { MapFit, SharingDocument } from '../../../app/api/types';
-import { curvesOf, phasesOf, requests, ROWS, smooth, type Asked, type Run, rowTexts } from './sharing-runs';
+import {
+  curvesOf,
+  phasesOf,
+  requests,
+  ROWS,
+  smooth,
+  type Asked,
+  type Run,
+  rowTexts,
+} from './sharing-runs';
 
 const asked: Asked = {
   machines: ['new-design', 'previous-design'],
