@@ -20,7 +20,7 @@ from matplotlib import pyplot as plt
 
 from motionlab.config.load import load_scenario
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.control.force_sharing import reachable_force
+from motionlab.force_sharing.least_norm import reachable_force
 from motionlab.plant.magnetics import ForceMap
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run

@@ -12,11 +12,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from motionlab.analysis.frequency import margins
 from motionlab.config.load import load_scenario
 from motionlab.errors import ConfigError
-from motionlab.simulation.family import SPEEDS
-from motionlab.simulation.linear import linearise
+from motionlab.loop.family import SPEEDS
+from motionlab.loop.linearise import linearise
+from motionlab.loop.margins import margins
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run

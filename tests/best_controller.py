@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from motionlab.analysis.frequency import margins
 from motionlab.config.load import load_scenario
-from motionlab.simulation.family import SPEEDS
-from motionlab.simulation.linear import SLIDING, linearise
+from motionlab.loop.family import SPEEDS
+from motionlab.loop.linearise import SLIDING, linearise
+from motionlab.loop.margins import margins
 from tests.runs import play
 
 SCENARIO, VARIANT = "circle-resonant", "B"

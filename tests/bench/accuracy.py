@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from motionlab.simulation.kernel import SUBSTEPS
+from motionlab.kernel.tick import SUBSTEPS
 from tests.bench.table import Row
 from tests.physics import lane_case
 from tests.physics.nominal import CONTROL_PERIOD, Y_TRAPEZOID

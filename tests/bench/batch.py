@@ -7,12 +7,12 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from motionlab.build import initial_state
 from motionlab.config.load import load_scenario
+from motionlab.kernel.build import initial_state
+from motionlab.kernel.layout import parameter_row
 from motionlab.simulation.batch import lanes_of
-from motionlab.simulation.course import Course, cores
-from motionlab.simulation.layout import parameter_row
-from motionlab.simulation.noise import PAGE, page_inputs
+from motionlab.simulation.batch_runner import Course, cores
+from motionlab.simulation.inputs import PAGE, page_inputs
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.timeline import Timeline
 from tests.bench.machine import vector_unit

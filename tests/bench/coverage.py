@@ -16,9 +16,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from motionlab.config.load import load_scenario
-from motionlab.identify.experiment import identify
-from motionlab.identify.plan import plan
-from motionlab.identify.request import read_request
+from motionlab.studies.identify.experiment import identify
+from motionlab.studies.identify.plan import plan
+from motionlab.studies.identify.request import read_request
 from tests.bench.table import Row
 
 DRAWS = 200

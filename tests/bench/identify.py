@@ -5,10 +5,10 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 
-from motionlab.identify import experiment
-from motionlab.identify.document import IdentificationDocument
-from motionlab.identify.plan import plan
-from motionlab.identify.request import read_request
+from motionlab.studies.identify import experiment
+from motionlab.studies.identify.document import IdentificationDocument
+from motionlab.studies.identify.plan import plan
+from motionlab.studies.identify.request import read_request
 from tests.bench.table import Row
 from tests.runs import true_map
 

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.simulation.kernel import SUBSTEPS
-from motionlab.simulation.layout import INPUT_ROWS, PARAMETER_ROWS, STATE_ROWS
+from motionlab.kernel.layout import INPUT_ROWS, PARAMETER_ROWS, STATE_ROWS
+from motionlab.kernel.tick import SUBSTEPS
 
 Array = NDArray[np.float64]
 

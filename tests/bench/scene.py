@@ -15,7 +15,7 @@ from pathlib import Path
 import httpx
 import numpy as np
 
-from motionlab.scene import feed
+from motionlab.scene3d import protocol
 from tests.bench.table import Row
 from tests.service.viewers import Viewer
 
@@ -55,7 +55,7 @@ def _cost() -> Row:
             server.terminate()
     share = watched - alone
     return Row(
-        f"3-D stage watched, {feed.RATE:g} Hz, both processes",
+        f"3-D stage watched, {protocol.RATE:g} Hz, both processes",
         f"< {_SHARE:.0%} of a core",
         f"{share:.1%}",
         f"{alone:.1%} unwatched",
@@ -66,13 +66,13 @@ def _cost() -> Row:
 
 def _late_join() -> Row:
     """Send a million updates to one viewer, then let another join while the first reads on."""
-    start = feed.Start(
+    start = protocol.Start(
         _ORIGIN,
-        (feed.Axis(0.085, 7.2e-3, 0.0), feed.Axis(0.145, 7.2e-3, 0.0)),
+        (protocol.Axis(0.085, 7.2e-3, 0.0), protocol.Axis(0.145, 7.2e-3, 0.0)),
         {"A": "", "B": ""},
         [],
     )
-    command = (sys.executable, "-m", "motionlab.scene")
+    command = (sys.executable, "-m", "motionlab.scene3d")
     pipe = subprocess.PIPE
     with subprocess.Popen(command, stdin=pipe, stdout=pipe) as process:
         assert process.stdin is not None
@@ -80,13 +80,13 @@ def _late_join() -> Row:
         process.stdin.write(start.encode())
         process.stdin.flush()
         url = f"ws://127.0.0.1:{json.loads(process.stdout.readline())['port']}"
-        pose = np.zeros((1, feed.width(2)), np.float32)
+        pose = np.zeros((1, protocol.width(2)), np.float32)
         with Viewer(url, _ORIGIN) as first:
             arrivals = _read_on(first.look())
             time.sleep(1.0)
             for shown in range(_SHOWN // _MESSAGES_A_POSE):
                 pose[:] = 0.01 * np.sin(0.01 * shown + np.arange(pose.size))
-                process.stdin.write(feed.poses(pose))
+                process.stdin.write(protocol.poses(pose))
             process.stdin.flush()
             quiet = _longest_gap(process, arrivals, pose, None)
             stalled = _longest_gap(process, arrivals, pose, url)
@@ -103,18 +103,21 @@ def _late_join() -> Row:
 
 
 def _longest_gap(
-    process: subprocess.Popen[bytes], arrivals: list[float], pose: feed.Values, joins: str | None
+    process: subprocess.Popen[bytes],
+    arrivals: list[float],
+    pose: protocol.Values,
+    joins: str | None,
 ) -> float:
     """Return the longest time between two windows of the first viewer, at the usual rate, s."""
     assert process.stdin is not None
     before = len(arrivals)
     other = None
-    for tick in range(round(3.0 * feed.RATE)):
+    for tick in range(round(3.0 * protocol.RATE)):
         pose[:] = 0.01 * np.sin(0.1 * tick + np.arange(pose.size))
-        process.stdin.write(feed.poses(pose))
+        process.stdin.write(protocol.poses(pose))
         process.stdin.flush()
-        time.sleep(1.0 / feed.RATE)
-        if joins is not None and other is None and tick > feed.RATE:
+        time.sleep(1.0 / protocol.RATE)
+        if joins is not None and other is None and tick > protocol.RATE:
             other = Viewer(joins, _ORIGIN)
             _read_on(other.look())
     if other is not None:

@@ -8,13 +8,13 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from motionlab.build import initial_state, lane_parameters
 from motionlab.config.load import load_scenario
 from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.kernel.build import initial_state, lane_parameters
+from motionlab.kernel.layout import SAMPLE_ROWS, State
+from motionlab.kernel.tick import run_ticks
 from motionlab.lanes import WIDTH
-from motionlab.simulation.kernel import run_ticks
-from motionlab.simulation.layout import SAMPLE_ROWS, State
-from motionlab.simulation.noise import PAGE, page_inputs
+from motionlab.simulation.inputs import PAGE, page_inputs
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.run import run
 from motionlab.simulation.timeline import Timeline

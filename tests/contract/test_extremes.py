@@ -11,8 +11,8 @@ import pytest
 from motionlab.config.load import load_scenario
 from motionlab.config.schema import scenario_schema
 from motionlab.errors import ConfigError, Infeasible
+from motionlab.results.report import report
 from motionlab.simulation.prepare import prepare
-from motionlab.simulation.report import report
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run
 

@@ -12,11 +12,11 @@ import httpx
 import pytest
 
 from motionlab.cli import main
-from motionlab.identify.document import IdentificationDocument, PartialIdentification
-from motionlab.identify.experiment import identify
-from motionlab.identify.plan import plan
-from motionlab.identify.request import read_request
 from motionlab.service.settings import Settings
+from motionlab.studies.identify.document import IdentificationDocument, PartialIdentification
+from motionlab.studies.identify.experiment import identify
+from motionlab.studies.identify.plan import plan
+from motionlab.studies.identify.request import read_request
 from tests.service.live import API, until
 from tests.service.servers import PATIENCE, Server
 

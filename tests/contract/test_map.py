@@ -23,7 +23,8 @@ from motionlab.design.fem.geometry import Geometry, geometry
 from motionlab.design.fem.mesh import Resolution
 from motionlab.design.fem.workers import Work, fields
 from motionlab.errors import ConfigError, StoreError
-from motionlab.store.maps import MapStore, computed_or_kept
+from motionlab.store.maps import MapStore
+from motionlab.studies.maps.compute import computed_or_kept
 from tests.processes import runs, workers_of
 from tests.service.live import until
 from tests.service.servers import PATIENCE

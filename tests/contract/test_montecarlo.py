@@ -13,13 +13,13 @@ import pytest
 from motionlab.cli import main
 from motionlab.config.load import load_scenario
 from motionlab.errors import ConfigError
-from motionlab.montecarlo.document import MonteCarloDocument
-from motionlab.montecarlo.request import read_request
-from motionlab.montecarlo.study import plan, study
 from motionlab.service.settings import Settings
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run
+from motionlab.studies.montecarlo.document import MonteCarloDocument
+from motionlab.studies.montecarlo.request import read_request
+from motionlab.studies.montecarlo.study import plan, study
 from tests.service.live import API, until
 from tests.service.servers import PATIENCE, Server
 

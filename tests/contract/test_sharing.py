@@ -14,7 +14,7 @@ import pytest
 from motionlab.cli import main
 from motionlab.config.controller import SharingConfig
 from motionlab.config.load import load_scenario
-from motionlab.simulation.sharing import SharingDocument, SharingRequest
+from motionlab.studies.sharing.sharing import SharingDocument, SharingRequest
 from tests.service.openapi import Contract
 from tests.service.servers import PATIENCE, Server
 

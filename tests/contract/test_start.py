@@ -13,10 +13,10 @@ LATER = {
     "scipy.sparse",
     "skfem",
     "pyarrow",
-    "motionlab.identify.experiment",
-    "motionlab.montecarlo.study",
-    "motionlab.paper.registry",
-    "motionlab.tune.search",
+    "motionlab.studies.identify.experiment",
+    "motionlab.studies.montecarlo.study",
+    "motionlab.studies.paper.registry",
+    "motionlab.studies.tune.search",
 }
 
 STORED_MAP = """\

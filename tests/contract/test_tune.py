@@ -10,12 +10,12 @@ import httpx
 import numpy as np
 import pytest
 
-from motionlab.analysis.accuracy import crossover, sine_error
 from motionlab.cli import main
 from motionlab.config.load import load_scenario
+from motionlab.loop.linearise import SLIDING, linearise
+from motionlab.loop.steady_state_error import crossover, sine_error
 from motionlab.service.settings import Settings
-from motionlab.simulation.linear import SLIDING, linearise
-from motionlab.tune.document import LandscapeDocument, TuneDocument
+from motionlab.studies.tune.document import LandscapeDocument, TuneDocument
 from tests.service.live import API, until
 from tests.service.servers import PATIENCE, Server
 

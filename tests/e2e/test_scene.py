@@ -75,7 +75,7 @@ def moves(page: Page) -> bool:
 
 
 def scene_processes(server: Server) -> list[int]:
-    return children_of(server.pid, "motionlab.scene")
+    return children_of(server.pid, "motionlab.scene3d")
 
 
 def test_the_stage_moves_and_comes_back_when_its_process_is_killed(

@@ -12,17 +12,8 @@ from numpy.typing import NDArray
 from motionlab.control.compensation import OBSERVER, OFF, Compensation
 from motionlab.control.notch import PASS
 from motionlab.control.position import PositionController
-from motionlab.control.sharing import CLOSED_FORM
-from motionlab.lanes import WIDTH
-from motionlab.plant.current import Amplifiers
-from motionlab.plant.encoder import Encoder
-from motionlab.plant.friction import LuGre
-from motionlab.plant.magnetics import ForceMap
-from motionlab.plant.mechanics import Mechanics
-from motionlab.plant.resonance import sampled
-from motionlab.plant.table import ANALYTIC
-from motionlab.simulation.kernel import H, run_ticks
-from motionlab.simulation.layout import (
+from motionlab.force_sharing.functions import CLOSED_FORM
+from motionlab.kernel.layout import (
     INPUT_ROWS,
     PARAMETER_ROWS,
     SAMPLE_ROWS,
@@ -32,6 +23,15 @@ from motionlab.simulation.layout import (
     Parameters,
     State,
 )
+from motionlab.kernel.tick import H, run_ticks
+from motionlab.lanes import WIDTH
+from motionlab.plant.current import Amplifiers
+from motionlab.plant.encoder import Encoder
+from motionlab.plant.friction import LuGre
+from motionlab.plant.magnetics import ForceMap
+from motionlab.plant.mechanics import Mechanics
+from motionlab.plant.resonance import sampled
+from motionlab.plant.table_map import ANALYTIC
 from motionlab.telemetry.channels import Sample
 from tests.physics import nominal
 from tests.physics.nominal import CONTROL_PERIOD, Axis

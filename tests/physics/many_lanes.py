@@ -21,7 +21,7 @@ from motionlab.control.compensation import (
     REVERSED,
 )
 from motionlab.control.notch import sampled_notch
-from motionlab.simulation.layout import INPUT_ROWS, Inputs, Parameters
+from motionlab.kernel.layout import INPUT_ROWS, Inputs, Parameters
 from tests.physics.lane_case import Array, at_rest, circle, inputs, lane, rows, run
 from tests.physics.nominal import X, Y
 from tests.physics.table_case import table_lanes

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from motionlab.control.compensation import OBSERVER, OFF, RESIDUAL, REVERSED
+from motionlab.kernel.layout import Inputs, Parameters
+from motionlab.kernel.tick import H
 from motionlab.plant.resonance import sampled
-from motionlab.simulation.kernel import H
-from motionlab.simulation.layout import Inputs, Parameters
 from tests.physics.lane_case import Array, at_rest, inputs, lane, positions, rows
 from tests.physics.nominal import Axis, X, Y
 from tests.physics.stiff_reference import Loop, Mode, Phases
@@ -69,7 +69,7 @@ def compare(case: Case, motion: Array, axis: int, load: Array | None = None) -> 
     case : Case
         The loop.
     motion : ndarray, shape (ticks, 3, 2)
-        Reference, see `motionlab.simulation.layout.Inputs`.
+        Reference, see `motionlab.kernel.layout.Inputs`.
     axis : int
         0 is x, 1 is y.
     load : ndarray, shape (ticks,), optional

@@ -5,8 +5,8 @@ from __future__ import annotations
 from motionlab.config.controller import SharingConfig, SharingLaw
 from motionlab.config.force_map import TableMapConfig
 from motionlab.control.compensation import OBSERVER
-from motionlab.simulation.layout import Parameters
-from motionlab.simulation.maps import law_number, map_lanes, sharing_lanes
+from motionlab.kernel.force_maps import law_number, map_lanes, sharing_lanes
+from motionlab.kernel.layout import Parameters
 from tests.physics.lane_case import lane
 from tests.physics.nominal import X, Y
 

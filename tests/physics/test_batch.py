@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from motionlab.analysis.metrics import DEFINITIONS
-from motionlab.build import lane_parameters
 from motionlab.config.load import load_scenario
 from motionlab.config.planar import AXES
 from motionlab.errors import ConfigError, Infeasible
+from motionlab.kernel.build import lane_parameters
+from motionlab.kernel.layout import parameter_row
+from motionlab.results.metrics import DEFINITIONS
 from motionlab.simulation.batch import Batch, lanes_of, run_batch, run_prepared
-from motionlab.simulation.course import Course
-from motionlab.simulation.layout import parameter_row
+from motionlab.simulation.batch_runner import Course
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run

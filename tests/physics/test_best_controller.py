@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from motionlab.config.load import load_scenario
-from motionlab.simulation.linear import SLIDING, linearise
-from motionlab.simulation.sweep import sweep
+from motionlab.loop.frequency_sweep import sweep
+from motionlab.loop.linearise import SLIDING, linearise
 from tests.best_controller import (
     GAIN_MARGIN,
     PHASE_MARGIN,

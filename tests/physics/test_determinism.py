@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from motionlab.build import initial_state, lane_parameters
 from motionlab.config.load import load_scenario
 from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.simulation.kernel import run_ticks
-from motionlab.simulation.layout import SAMPLE_ROWS, Inputs, State
-from motionlab.simulation.noise import PAGE, page_inputs
+from motionlab.kernel.build import initial_state, lane_parameters
+from motionlab.kernel.layout import SAMPLE_ROWS, Inputs, State
+from motionlab.kernel.tick import run_ticks
+from motionlab.simulation.inputs import PAGE, page_inputs
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.simulation import Simulation
 from motionlab.simulation.timeline import Timeline

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from motionlab.control.force_sharing import reachable_force, share_force
+from motionlab.force_sharing.least_norm import reachable_force, share_force
 from motionlab.lanes import WIDTH, Lanes, pack, select, unpack
 from motionlab.plant.magnetics import ForceMap, thrust
 

@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from motionlab.analysis.accuracy import crossover, parabola_error, sine_error
-from motionlab.analysis.frequency import Margins, margins
-from motionlab.build import lane
 from motionlab.config.load import load_scenario
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, Infeasible
-from motionlab.simulation.linear import linearise
-from motionlab.simulation.maps import force_gain
-from motionlab.simulation.sweep import sweep
+from motionlab.kernel.build import lane
+from motionlab.kernel.force_maps import force_gain
+from motionlab.loop.frequency_sweep import sweep
+from motionlab.loop.linearise import linearise
+from motionlab.loop.margins import Margins, margins
+from motionlab.loop.steady_state_error import crossover, parabola_error, sine_error
 from tests.runs import IDEAL, play
 
 MASS = {"x": 5.9, "y": 13.9}

@@ -14,17 +14,17 @@ from motionlab.config.load import load_scenario
 from motionlab.config.plant import AmplifierConfig
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, ExperimentFailed
-from motionlab.identify import experiment
-from motionlab.identify.currents import STEP, CurrentLoops, reported
-from motionlab.identify.document import IdentificationDocument, PartialIdentification
-from motionlab.identify.experiment import identify
-from motionlab.identify.fit import fit_sliding
-from motionlab.identify.plan import plan, plan_document
-from motionlab.identify.request import read_request
-from motionlab.identify.rig import Rig
-from motionlab.identify.sliding import Doubt, in_words
-from motionlab.identify.stribeck import Fitted
-from motionlab.identify.thrust import readings, thrust_within
+from motionlab.studies.identify import experiment
+from motionlab.studies.identify.current_smoother import STEP, CurrentLoops, reported
+from motionlab.studies.identify.document import IdentificationDocument, PartialIdentification
+from motionlab.studies.identify.experiment import identify
+from motionlab.studies.identify.fit import fit_sliding
+from motionlab.studies.identify.plan import plan, plan_document
+from motionlab.studies.identify.request import read_request
+from motionlab.studies.identify.sliding import Doubt, in_words
+from motionlab.studies.identify.stribeck import Fitted
+from motionlab.studies.identify.test_bench import Rig
+from motionlab.studies.identify.thrust import readings, thrust_within
 from motionlab.telemetry.recording import VariantRecord
 from tests.runs import play, true_map
 

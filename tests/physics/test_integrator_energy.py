@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motionlab.simulation.kernel import H
-from motionlab.simulation.layout import Inputs
+from motionlab.kernel.layout import Inputs
+from motionlab.kernel.tick import H
 from tests.physics.lane_case import (
     IDEAL,
     at_rest,

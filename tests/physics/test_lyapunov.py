@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from motionlab.analysis.lyapunov import Lyapunov, lyapunov
 from motionlab.config.load import load_scenario
 from motionlab.config.plant import FrictionConfig
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.paper.stability import NOISELESS
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run
+from motionlab.studies.paper.lyapunov import Lyapunov, lyapunov
+from motionlab.studies.paper.stability import NOISELESS
 from motionlab.telemetry.channels import CHANNELS
 from motionlab.telemetry.recording import VariantRecord
 

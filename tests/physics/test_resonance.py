@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from motionlab.analysis.frequency import margins
 from motionlab.config.load import load_scenario
+from motionlab.kernel.layout import State
+from motionlab.kernel.tick import H
+from motionlab.loop.frequency_sweep import sweep
+from motionlab.loop.linearise import linearise, stability_limits
+from motionlab.loop.margins import margins
 from motionlab.plant.resonance import Resonance, natural, ring, sampled
-from motionlab.simulation.kernel import H
-from motionlab.simulation.layout import State
-from motionlab.simulation.linear import linearise, stability_limits
-from motionlab.simulation.sweep import sweep
 from tests.physics.lane_case import IDEAL, at_rest, changed, channel, inputs, lane, rows, run
 from tests.physics.nominal import CONTROL_PERIOD, X, Y
 from tests.runs import IDEAL as IDEAL_MOTOR

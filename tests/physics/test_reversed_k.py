@@ -14,8 +14,8 @@ import pytest
 from motionlab.config.load import load_scenario
 from motionlab.control.compensation import OBSERVER, PUBLISHED, REVERSED
 from motionlab.errors import ConfigError
-from motionlab.simulation.layout import INPUT_ROWS, State
-from motionlab.simulation.linear import linearise
+from motionlab.kernel.layout import INPUT_ROWS, State
+from motionlab.loop.linearise import linearise
 from tests.physics.lane_case import IDEAL, Array, at_rest, channel, lane, rows, run
 from tests.physics.nominal import CONTROL_PERIOD, POLE_PITCH, Axis, X, Y
 from tests.runs import SHORT, Played, play

@@ -9,17 +9,17 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from motionlab.analysis.map_fit import fit_analytic
-from motionlab.analysis.sharing import Model, reachable_over, ripple, share_over_pitch
 from motionlab.config.controller import SharingConfig, SharingLaw
 from motionlab.config.force_map import TableMapConfig
-from motionlab.control.force_sharing import reachable_force
-from motionlab.control.over_pitch import Shared, forces_over, share_over
-from motionlab.control.sharing import FORCE_PER_AMPERE, Sharing
+from motionlab.force_sharing.functions import FORCE_PER_AMPERE, Sharing
+from motionlab.force_sharing.least_norm import reachable_force
+from motionlab.force_sharing.pole_pitch import Shared, forces_over, share_over
+from motionlab.force_sharing.ripple import Model, reachable_over, ripple, share_over_pitch
+from motionlab.kernel.force_maps import law_number, map_lanes, sharing_lanes
 from motionlab.plant.magnetics import ForceMap
-from motionlab.plant.table import ANALYTIC
-from motionlab.simulation.maps import law_number, map_lanes, sharing_lanes
+from motionlab.plant.table_map import ANALYTIC
 from motionlab.store.maps import named_map
+from motionlab.studies.sharing.map_fit import fit_analytic
 
 Array = NDArray[np.float64]
 

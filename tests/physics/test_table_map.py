@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 
 from motionlab.config.controller import SharingConfig, SharingLaw
 from motionlab.config.force_map import TableMapConfig
-from motionlab.control.over_pitch import Shared, forces_over, share_over
 from motionlab.design.fem.mesh import Resolution
 from motionlab.design.fem.workers import Work, fields
+from motionlab.force_sharing.pole_pitch import Shared, forces_over, share_over
+from motionlab.kernel.force_maps import map_lanes, sharing_lanes
 from motionlab.lanes import WIDTH
-from motionlab.simulation.maps import map_lanes, sharing_lanes
 from motionlab.store.maps import named_map
 
 Array = NDArray[np.float64]

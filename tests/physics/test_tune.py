@@ -8,20 +8,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from motionlab.analysis.frequency import Margins, margins
 from motionlab.config.load import load_scenario
 from motionlab.errors import ConfigError
-from motionlab.simulation.family import SPEEDS, LoopFamily, with_gains
-from motionlab.simulation.linear import SLIDING, linearise
+from motionlab.loop.family import SPEEDS, LoopFamily, with_gains
+from motionlab.loop.linearise import SLIDING, linearise
+from motionlab.loop.margins import Margins, margins
+from motionlab.loop.stability_boundary import stability_edge
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run
-from motionlab.tune.document import LandscapeDocument, TuneDocument
-from motionlab.tune.edge import stability_edge
-from motionlab.tune.landscape import landscape
-from motionlab.tune.problem import plan
-from motionlab.tune.request import LandscapeRequest, TuneRequest, read_request
-from motionlab.tune.search import tune
+from motionlab.studies.tune.document import LandscapeDocument, TuneDocument
+from motionlab.studies.tune.landscape import landscape
+from motionlab.studies.tune.problem import plan
+from motionlab.studies.tune.request import LandscapeRequest, TuneRequest, read_request
+from motionlab.studies.tune.search import tune
 from tests.runs import IDEAL
 
 SHORT: dict[str, Any] = {"trajectory.frequency": 2.0, "trajectory.radius": 0.002}

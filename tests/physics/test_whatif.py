@@ -8,7 +8,7 @@ from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError
 from motionlab.simulation import whatif
 from motionlab.simulation.prepare import prepare
-from motionlab.simulation.result import document, main_window
+from motionlab.simulation.result import document
 from motionlab.simulation.run import run
 
 GAIN = {"variants.B.controller.x.k_p": 312000.0, "plant.x.friction.F_s": 4.0}
@@ -29,7 +29,7 @@ def changed_run(changes, *, base=None, exact=False, work_max=600.0):
 
 def test_a_stored_state_gives_the_bits_of_a_scheduled_change():
     changed, recording = changed_run(GAIN)
-    start, stop = main_window(changed)
+    start, stop = changed.window
     begin = start - changed.reference.period
     assert recording.first_tick == begin > 0
     assert recording.ticks == stop - begin
@@ -82,7 +82,7 @@ def test_a_variant_that_diverges_after_the_state_is_told_of():
 
 def test_what_is_too_long_never_runs_from_the_start():
     changed, recording = changed_run(GAIN, exact=True, work_max=20.0)
-    assert recording.first_tick == main_window(changed)[0] - changed.reference.period
+    assert recording.first_tick == changed.window[0] - changed.reference.period
     with pytest.raises(ConfigError, match="too large for a what-if") as caught:
         changed_run({"seed": 7}, work_max=20.0)
     (error,) = caught.value.errors

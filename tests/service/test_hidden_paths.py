@@ -112,7 +112,7 @@ def test_a_stage_that_cannot_be_loaded(server: Server, client: httpx.Client) -> 
     missing = (
         "import runpy, sys, types; sys.modules['viser'] = types.ModuleType('viser'); "
         f"sys.modules['viser'].__file__ = {sys.prefix + '/viser.py'!r}; "
-        "runpy.run_module('motionlab.scene', run_name='__main__')"
+        "runpy.run_module('motionlab.scene3d', run_name='__main__')"
     )
     for command in ((sys.executable, "-c", missing), ("/tmp/nowhere/python",)):
         server.app.state.scenes = Scenes(most=1, command=command)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import httpx
 import pytest
 
-from motionlab.analysis.frequency import margins
 from motionlab.config.load import load_scenario
-from motionlab.simulation.linear import linearise, stability_limits
+from motionlab.loop.linearise import linearise, stability_limits
+from motionlab.loop.margins import margins
 from tests.service.live import API
 
 GAIN = {"variants.A.controller.x.k_p": 3_200_000.0, "variants.A.controller.x.k_d": 1500.0}

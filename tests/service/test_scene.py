@@ -298,7 +298,7 @@ def test_viewers_of_a_scene_are_bounded_in_number(
 
 MISSING = (
     "import runpy, sys; sys.modules['viser'] = None; "
-    "runpy.run_module('motionlab.scene', run_name='__main__')"
+    "runpy.run_module('motionlab.scene3d', run_name='__main__')"
 )
 
 

@@ -16,16 +16,16 @@ import pytest
 from viser import _viser
 from websockets.exceptions import ConnectionClosed
 
-from motionlab.scene import feed, visitors
-from motionlab.scene.server import SceneServer
+from motionlab.scene3d import protocol, viewer_websockets
+from motionlab.scene3d.server import SceneServer
 from tests.service.live import until
 from tests.service.servers import PATIENCE
 from tests.service.test_scene import refused
 from tests.service.viewers import Viewer
 
 ORIGIN = "lab://this-test"
-AXES = (feed.Axis(0.085, 7.2e-3, 0.0), feed.Axis(0.145, 7.2e-3, 0.0))
-START = feed.Start(ORIGIN, AXES, {"A": "one", "B": "other"}, [(0.0, 0.0), (0.01, 0.0)])
+AXES = (protocol.Axis(0.085, 7.2e-3, 0.0), protocol.Axis(0.145, 7.2e-3, 0.0))
+START = protocol.Start(ORIGIN, AXES, {"A": "one", "B": "other"}, [(0.0, 0.0), (0.01, 0.0)])
 
 
 @pytest.fixture(scope="module")
@@ -39,9 +39,9 @@ def address(scene: SceneServer) -> str:
     return f"ws://127.0.0.1:{scene.port}"
 
 
-def pose(seconds: float) -> feed.Values:
+def pose(seconds: float) -> protocol.Values:
     """Return one pose, different at each time."""
-    values = np.sin(seconds + np.arange(feed.width(2), dtype=np.float32))
+    values = np.sin(seconds + np.arange(protocol.width(2), dtype=np.float32))
     return (0.01 * values)[None].astype(np.float32)
 
 
@@ -143,7 +143,7 @@ def test_a_button_moves_the_camera_of_its_viewer(scene: SceneServer) -> None:
 
 
 def test_the_process_ends_with_its_parents_pipe() -> None:
-    command = (sys.executable, "-m", "motionlab.scene")
+    command = (sys.executable, "-m", "motionlab.scene3d")
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
         assert process.stdin is not None
         assert process.stdout is not None
@@ -152,7 +152,7 @@ def test_the_process_ends_with_its_parents_pipe() -> None:
         port = json.loads(process.stdout.readline())["port"]
         with Viewer(f"ws://127.0.0.1:{port}", origin=ORIGIN) as viewer:
             viewer.look()
-            process.stdin.write(feed.poses(pose(0.5)))
+            process.stdin.write(protocol.poses(pose(0.5)))
             process.stdin.flush()
             viewer.positions("/lab/A/y")
             process.stdin.close()
@@ -194,7 +194,7 @@ def test_what_is_no_message_ends_its_own_connection_with_one_line(
         with pytest.raises(ConnectionClosed) as caught:
             viewer.drain(PATIENCE)
         assert caught.value.rcvd is not None
-        assert caught.value.rcvd.code == visitors.NOT_UNDERSTOOD
+        assert caught.value.rcvd.code == viewer_websockets.NOT_UNDERSTOOD
         watching(scene, 1)
         scene.show(pose(1.0))
         other.drain(0.1)  # it is still told

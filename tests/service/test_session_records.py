@@ -12,10 +12,10 @@ import httpx
 import numpy as np
 import pytest
 
-from motionlab.analysis.compare import compare
-from motionlab.analysis.metrics import variant_metrics
 from motionlab.config.load import load_scenario
 from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.results.comparison import compare
+from motionlab.results.metrics import variant_metrics
 from motionlab.service.session import METRICS_SECONDS
 from motionlab.service.sessions import IDLE_SECONDS, SPARE_SECONDS
 from motionlab.service.settings import Settings

@@ -8,12 +8,11 @@ import threading
 import numpy as np
 import pytest
 
-from motionlab import build
 from motionlab.config.load import load_scenario
-from motionlab.control import over_pitch
 from motionlab.errors import StoreError
+from motionlab.force_sharing import pole_pitch
+from motionlab.kernel import build, force_maps
 from motionlab.lanes.bank import Bank
-from motionlab.simulation import maps
 
 SIZE = 100
 MODEL = "variants.A.controller.model"
@@ -117,7 +116,7 @@ def test_a_table_is_made_while_others_find_theirs(three: Bank) -> None:
 def test_what_refers_to_tables_holds_them(monkeypatch: pytest.MonkeyPatch, what: str) -> None:
     """A running simulation finds its tables, whatever else is placed meanwhile."""
     tables = Bank()
-    for module in (build, maps, over_pitch):
+    for module in (build, force_maps, pole_pitch):
         monkeypatch.setattr(module, "TABLES", tables)
     changes = {f"{where}.force_map": "new-design" for where in ("plant", MODEL)}
     scenario = load_scenario("circle", changes)

@@ -6,7 +6,7 @@ import tomllib
 
 import pytest
 
-from motionlab.config import changes, complaints, shipped
+from motionlab.config import changes, shipped, validation_errors
 from motionlab.config.bounds import DEPTH_MAX, KEYS_MAX, check_depth
 from motionlab.config.changes import apply_changes
 from motionlab.config.load import load_scenario
@@ -131,8 +131,8 @@ def test_a_part_is_there_before_what_lies_inside_it() -> None:
 
 def test_many_complaints_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     hints = []
-    hint = complaints.did_you_mean
-    monkeypatch.setattr(complaints, "did_you_mean", lambda *a: hints.append(1) or hint(*a))
+    hint = validation_errors.did_you_mean
+    monkeypatch.setattr(validation_errors, "did_you_mean", lambda *a: hints.append(1) or hint(*a))
     with pytest.raises(ConfigError) as caught:
         load_scenario("circle", {f"plant.x.key{n}": "value" for n in range(1000)})
     lines = str(caught.value).splitlines()

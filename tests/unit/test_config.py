@@ -11,7 +11,7 @@ import pytest
 
 from motionlab.config.changes import parse_assignments
 from motionlab.config.force_map import ForceMapConfig
-from motionlab.config.load import load_scenario, phases
+from motionlab.config.load import epochs, load_scenario
 from motionlab.config.shipped import config_root, names, read
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.errors import ConfigError
@@ -286,7 +286,7 @@ def test_a_label_is_that_of_the_controller_that_runs(
 def test_a_schedule_gives_phases_in_order_of_time() -> None:
     gain = "variants.A.controller.x.k_p"
     schedule = [{"time": 2.0, "set": {gain: 2e5}}, {"time": 1.0, "set": {gain: 1e5}}]
-    found = phases(load_scenario("circle", {"schedule": schedule}))
+    found = epochs(load_scenario("circle", {"schedule": schedule}))
     assert [tick for tick, _ in found] == [0, 2000, 4000]
     gains = [scenario.variants["A"].controller.x.k_p for _, scenario in found]
     assert gains == [200300.0, 1e5, 2e5]

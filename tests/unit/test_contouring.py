@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motionlab.analysis.contour import REACH, contour_error
+from motionlab.results.contouring import REACH, contour_error
 
 
 def distance(path, measured, window=None):

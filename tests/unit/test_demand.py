@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from pydantic import TypeAdapter
 
-from motionlab.config.load import load_scenario, phases
+from motionlab.config.load import epochs, load_scenario
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.simulation.prepare import limit_sets
-from motionlab.trajectory.demand import QUANTITIES, UNITS, Span, demands
+from motionlab.trajectory.motion_limits import QUANTITIES, UNITS, Span, demands
 from motionlab.trajectory.reference import Reference, sample
 
 ADAPTER: TypeAdapter = TypeAdapter(TrajectoryConfig)
-LIMITS = limit_sets(tuple(phases(load_scenario("circle"))))[0][1]
+LIMITS = limit_sets(tuple(epochs(load_scenario("circle"))))[0][1]
 CORNERS = [[0.09, 0.0], [0.02, 0.03], [0.01, 0.031], [0.0, -0.15]]
 MOTIONS = {
     "in reach": {"points": [[0.03, 0.0], [0.0, 0.03], [-0.03, 0.0]], "v_max": 0.08, "a_max": 0.8},

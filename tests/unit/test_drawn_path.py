@@ -10,9 +10,9 @@ from pydantic import TypeAdapter, ValidationError
 
 from motionlab.config.timing import CONTROL_PERIOD as T_s
 from motionlab.config.trajectory import TrajectoryConfig
-from motionlab.trajectory.curve import polyline, spline
-from motionlab.trajectory.profile import jerk_limited, jerk_limited_ticks
+from motionlab.trajectory.motion_profile import jerk_limited, jerk_limited_ticks
 from motionlab.trajectory.reference import sample
+from motionlab.trajectory.spline import polyline, spline
 
 ADAPTER = TypeAdapter(TrajectoryConfig)
 RHOMBUS = [[0.03, 0.0], [0.0, 0.03], [-0.03, 0.0], [0.0, -0.03]]

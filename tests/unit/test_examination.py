@@ -6,21 +6,21 @@ import numpy as np
 import pytest
 from pydantic import TypeAdapter
 
-from motionlab.config.load import load_scenario, phases
+from motionlab.config.load import epochs, load_scenario
 from motionlab.config.shipped import names, read
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.errors import ConfigError, Infeasible
 from motionlab.simulation.prepare import limit_sets, prepare
-from motionlab.trajectory.demand import ALWAYS, QUANTITIES, Span
-from motionlab.trajectory.examination import examine
 from motionlab.trajectory.feasibility import check
+from motionlab.trajectory.motion_limits import ALWAYS, QUANTITIES, Span
 from motionlab.trajectory.reference import sample
-from motionlab.trajectory.slowing import slow_down, stretched
+from motionlab.trajectory.retiming import slow_down, stretched
+from motionlab.trajectory.trajectory_check import examine
 
 ADAPTER: TypeAdapter[Any] = TypeAdapter(TrajectoryConfig)
 SCENARIO = load_scenario("circle")
-LIMITS = limit_sets(tuple(phases(SCENARIO)))
+LIMITS = limit_sets(tuple(epochs(SCENARIO)))
 RHOMBUS = [[0.03, 0.0], [0.0, 0.03], [-0.03, 0.0], [0.0, -0.03]]
 
 
@@ -188,8 +188,8 @@ def limits_over_time(*limits: tuple[float, float]) -> dict[str, Any]:
 @pytest.mark.parametrize("limits", [[(0, 2.0), (0.5, 40.0)], [(0, 40.0), (0.2, 2.0), (0.9, 40.0)]])
 def test_limits_hold_until_they_are_changed(limits):
     scenario = load_scenario("trapezoid-y", limits_over_time(*limits))
-    assert prepare(scenario).phases[-1][0] > 0
-    assert examine(scenario.trajectory, limit_sets(tuple(phases(scenario))), bins=50).feasible
+    assert prepare(scenario).epochs[-1][0] > 0
+    assert examine(scenario.trajectory, limit_sets(tuple(epochs(scenario))), bins=50).feasible
 
 
 def test_limits_that_come_while_it_moves_are_refused_from_there_on():
@@ -197,11 +197,11 @@ def test_limits_that_come_while_it_moves_are_refused_from_there_on():
     with pytest.raises(Infeasible, match=r"t = 1\.0200 s.*allowed -2 to 2 N"):
         prepare(scenario)
     (violation,) = examine(
-        scenario.trajectory, limit_sets(tuple(phases(scenario))), bins=50
+        scenario.trajectory, limit_sets(tuple(epochs(scenario))), bins=50
     ).violations
     assert (violation.start, violation.end) == pytest.approx((1.02, 1.04 - CONTROL_PERIOD))
 
 
 def test_a_change_that_does_not_touch_the_limits_begins_none():
-    (one,) = limit_sets(tuple(phases(load_scenario("fig5"))))
+    (one,) = limit_sets(tuple(epochs(load_scenario("fig5"))))
     assert one[0] == ALWAYS

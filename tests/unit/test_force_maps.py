@@ -12,10 +12,10 @@ import pytest
 from motionlab.config.force_map import ForceMapConfig, TableMapConfig
 from motionlab.config.load import load_scenario
 from motionlab.config.shipped import config_root
-from motionlab.control.tabulate import share_cells
 from motionlab.errors import ConfigError, StoreError
+from motionlab.force_sharing.tables import share_cells
 from motionlab.lanes.bank import Bank
-from motionlab.simulation.linear import linearise
+from motionlab.loop.linearise import linearise
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document, metadata
 from motionlab.simulation.run import run

@@ -7,10 +7,10 @@ import pytest
 from numpy.typing import NDArray
 
 from motionlab.config.timing import SUBSTEPS
-from motionlab.identify.fit import fit_presliding, fit_sliding
-from motionlab.identify.presliding import force_ramp, model_response
-from motionlab.identify.stribeck import curve_half_width, stribeck_curve
 from motionlab.plant.friction import LuGre
+from motionlab.studies.identify.fit import fit_presliding, fit_sliding
+from motionlab.studies.identify.presliding import force_ramp, model_response
+from motionlab.studies.identify.stribeck import curve_half_width, stribeck_curve
 
 TRUE = (0.24, 3.59, 0.0436, 10.3, 0.05)
 NAMES = ("F_c", "F_s", "v_s", "sigma_2", "f_0")

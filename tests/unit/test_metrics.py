@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motionlab.analysis.compare import RATIOS, compare
-from motionlab.analysis.metrics import CONTOUR_DEFINITIONS, DEFINITIONS, variant_metrics
 from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.results.comparison import RATIOS, compare
+from motionlab.results.metrics import CONTOUR_DEFINITIONS, DEFINITIONS, variant_metrics
 from motionlab.telemetry.recording import Divergence
 from tests.recordings import make_recording, make_reference
 

@@ -12,17 +12,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from motionlab.errors import ConfigError, StoreError
-from motionlab.paper.document import Comparison, JudgedRow, Kind, Number, ReproduceDocument
-from motionlab.paper.experiments import Experiments
-from motionlab.paper.figures import FIGURES
-from motionlab.paper.judge import holds, is_better, status
-from motionlab.paper.kinds import KINDS
-from motionlab.paper.known import known_failures
-from motionlab.paper.page import table
-from motionlab.paper.quantity import Found, Quantity, look_up
-from motionlab.paper.registry import GROUPS, SOURCE, quantities
-from motionlab.paper.report import report
-from motionlab.paper.reproduce import is_reproduced, judged, reproduce, summary
+from motionlab.studies.paper.docs_table import table
+from motionlab.studies.paper.document import Comparison, JudgedRow, Kind, Number, ReproduceDocument
+from motionlab.studies.paper.evidence import KINDS
+from motionlab.studies.paper.experiments import Experiments
+from motionlab.studies.paper.figures import FIGURES
+from motionlab.studies.paper.known_failures import known_failures
+from motionlab.studies.paper.printed_number import Found, Quantity, look_up
+from motionlab.studies.paper.registry import GROUPS, SOURCE, quantities
+from motionlab.studies.paper.report import report
+from motionlab.studies.paper.reproduce import is_reproduced, judged, reproduce, summary
+from motionlab.studies.paper.verdict import holds, is_better, status
 
 PAGE = (Path(__file__).parents[2] / "docs" / "paper.md").read_text()
 
@@ -201,7 +201,9 @@ def test_every_kind_has_its_words_and_its_rows() -> None:
 
 
 def test_every_row_is_on_the_page() -> None:
-    assert table() in PAGE, "put what `python -m motionlab.paper.page` prints into docs/paper.md"
+    assert table() in PAGE, (
+        "put what `python -m motionlab.studies.paper.docs_table` prints into docs/paper.md"
+    )
 
 
 def test_every_figure_named_by_a_row_is_drawn() -> None:

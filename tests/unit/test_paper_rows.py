@@ -7,13 +7,13 @@ from typing import Any
 
 import pytest
 
-from motionlab.paper.document import Comparison, Number
-from motionlab.paper.experiments import Experiments
-from motionlab.paper.lax import lax
-from motionlab.paper.quantity import Found
-from motionlab.paper.registry import quantities
-from motionlab.paper.report import report
-from motionlab.paper.reproduce import judged
+from motionlab.studies.paper.document import Comparison, Number
+from motionlab.studies.paper.experiments import Experiments
+from motionlab.studies.paper.loose_bands import lax
+from motionlab.studies.paper.printed_number import Found
+from motionlab.studies.paper.registry import quantities
+from motionlab.studies.paper.report import report
+from motionlab.studies.paper.reproduce import judged
 from tests.unit.test_paper import document, row
 
 

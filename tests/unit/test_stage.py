@@ -9,9 +9,9 @@ import sys
 import numpy as np
 import pytest
 
-from motionlab.scene import feed, geometry
-from motionlab.scene.feed import Axis, Start
-from motionlab.scene.geometry import Layout
+from motionlab.scene3d import geometry, protocol
+from motionlab.scene3d.geometry import Layout
+from motionlab.scene3d.protocol import Axis, Start
 
 PITCH = 7.2e-3
 AXES = (Axis(0.085, PITCH, 0.0), Axis(0.145, PITCH, 0.0))
@@ -74,30 +74,30 @@ def test_too_many_teeth_are_not_drawn() -> None:
 
 def test_what_is_told_is_understood() -> None:
     start = Start("lab://x", AXES, {"A": "no compensation"}, [(0.0, 0.015), (0.015, 0.0)])
-    poses = np.arange(2 * feed.width(1), dtype=np.float32).reshape(2, -1)
-    pipe = io.BytesIO(start.encode() + feed.poses(poses) + feed.message(feed.CLEAR))
-    told = feed.read(pipe)
+    poses = np.arange(2 * protocol.width(1), dtype=np.float32).reshape(2, -1)
+    pipe = io.BytesIO(start.encode() + protocol.poses(poses) + protocol.message(protocol.CLEAR))
+    told = protocol.read(pipe)
     assert told is not None
-    assert told[0] == feed.START
+    assert told[0] == protocol.START
     again = Start.decode(told[1])
     assert (again.origin, again.axes, again.variants) == (start.origin, start.axes, start.variants)
     assert np.array_equal(again.path, start.path)
-    told = feed.read(pipe)
+    told = protocol.read(pipe)
     assert told is not None
     assert np.array_equal(np.frombuffer(told[1], "<f4").reshape(2, -1), poses)
-    assert feed.read(pipe) == (feed.CLEAR, b"")
-    assert feed.read(pipe) is None
+    assert protocol.read(pipe) == (protocol.CLEAR, b"")
+    assert protocol.read(pipe) is None
 
 
 def test_a_cut_or_absurd_message_is_not_taken() -> None:
-    assert feed.read(io.BytesIO(feed.message(feed.CLEAR, b"1234")[:-1])) is None
+    assert protocol.read(io.BytesIO(protocol.message(protocol.CLEAR, b"1234")[:-1])) is None
     with pytest.raises(ValueError, match="4000001 bytes"):
-        feed.read(io.BytesIO(b"P" + (4_000_001).to_bytes(4, "little")))
+        protocol.read(io.BytesIO(b"P" + (4_000_001).to_bytes(4, "little")))
 
 
 def test_a_pose_has_as_many_numbers_as_names() -> None:
-    names = feed.column_names(["A", "B"])
-    assert len(names) == len(set(names)) == feed.width(2)
+    names = protocol.column_names(["A", "B"])
+    assert len(names) == len(set(names)) == protocol.width(2)
     assert names[:4] == [
         "x.position_reference",
         "y.position_reference",

@@ -11,8 +11,8 @@ from pydantic import TypeAdapter
 
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.errors import Infeasible
-from motionlab.trajectory.demand import MotionLimits
 from motionlab.trajectory.feasibility import check, count_rate_warning
+from motionlab.trajectory.motion_limits import MotionLimits
 from motionlab.trajectory.reference import sample
 
 ADAPTER = TypeAdapter(TrajectoryConfig)

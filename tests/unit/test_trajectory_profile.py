@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.trajectory.profile import (
+from motionlab.trajectory.motion_profile import (
     minimum_jerk,
     minimum_jerk_ticks,
     smooth_start,

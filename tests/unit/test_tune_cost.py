@@ -6,10 +6,15 @@ import math
 
 import pytest
 
-from motionlab.simulation.family import Figures, Worst
-from motionlab.tune.request import Constraints
-from motionlab.tune.trials import RAN_AWAY, Outcome
-from motionlab.tune.verdict import Verdict, Violation, margin_violations, outcome_violations
+from motionlab.loop.family import Figures, Worst
+from motionlab.studies.tune.evaluation import (
+    Verdict,
+    Violation,
+    margin_violations,
+    outcome_violations,
+)
+from motionlab.studies.tune.request import Constraints
+from motionlab.studies.tune.trials import RAN_AWAY, Outcome
 
 WANTED = Constraints(gain_margin=2.0, phase_margin=0.5, Ms=2.0, saturated=0.1, force=10.0)
 STILL = Outcome(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, diverged=False)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from motionlab.tune.document import GainMargins, GainMetrics, TunedAxis, WorstMargin
-from motionlab.tune.report import Worst, worst_of
+from motionlab.studies.tune.document import GainMargins, GainMetrics, TunedAxis, WorstMargin
+from motionlab.studies.tune.report import Worst, worst_of
 
 
 def metrics(peak: float | None, effort: float | None) -> GainMetrics:

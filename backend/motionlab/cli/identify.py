@@ -90,10 +90,10 @@ def add(commands: Any) -> None:
 def _identify(options: argparse.Namespace) -> int:
     """Carry out ``motionlab identify``."""
     from motionlab.config.changes import parse_assignments
-    from motionlab.identify.experiment import identify
-    from motionlab.identify.plan import plan
-    from motionlab.identify.report import check_target, report, write
-    from motionlab.identify.request import read_request
+    from motionlab.studies.identify.experiment import identify
+    from motionlab.studies.identify.plan import plan
+    from motionlab.studies.identify.report import check_target, report, write
+    from motionlab.studies.identify.request import read_request
 
     request: dict[str, Any] = {
         "scenario": options.scenario,

@@ -62,7 +62,8 @@ def _map(options: argparse.Namespace) -> int:
     from motionlab.design.fem.geometry import geometry
     from motionlab.design.fem.report import report
     from motionlab.store.files import data_root
-    from motionlab.store.maps import MapStore, check_target, computed_or_kept, save
+    from motionlab.store.maps import MapStore, check_target, save
+    from motionlab.studies.maps.compute import computed_or_kept
 
     wanted = geometry(parse_assignments(options.assignments))
     if options.out is not None:
@@ -83,8 +84,8 @@ def _map(options: argparse.Namespace) -> int:
 
 def _fit(options: argparse.Namespace) -> int:
     """Carry out ``motionlab map --fit``."""
-    from motionlab.simulation.sharing import fit
-    from motionlab.simulation.sharing_report import fit_report
+    from motionlab.studies.sharing.report import fit_report
+    from motionlab.studies.sharing.sharing import fit
 
     if options.assignments or options.out is not None:
         wrong = "--set" if options.assignments else "--out"

@@ -55,9 +55,9 @@ def add(commands: Any) -> None:
 def _montecarlo(options: argparse.Namespace) -> int:
     """Carry out ``motionlab montecarlo``."""
     from motionlab.config.changes import parse_assignments
-    from motionlab.montecarlo.report import report
-    from motionlab.montecarlo.request import read_request
-    from motionlab.montecarlo.study import case_changes, plan, study
+    from motionlab.studies.montecarlo.report import report
+    from motionlab.studies.montecarlo.request import read_request
+    from motionlab.studies.montecarlo.study import case_changes, plan, study
 
     request: dict[str, Any] = {
         "scenario": options.scenario,

@@ -45,8 +45,8 @@ def add(commands: Any) -> None:
 
 def _reproduce(options: argparse.Namespace) -> int:
     """Carry out ``motionlab reproduce``."""
-    from motionlab.paper.report import report
-    from motionlab.paper.reproduce import is_reproduced, reproduce
+    from motionlab.studies.paper.report import report
+    from motionlab.studies.paper.reproduce import is_reproduced, reproduce
 
     with share_done("reproduce") as progress:
         found = reproduce(options.only, lambda share, _: progress(share))

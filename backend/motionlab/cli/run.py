@@ -72,7 +72,7 @@ def _run(options: argparse.Namespace) -> int:
     if options.json:
         print(json.dumps(result, allow_nan=False))
     else:
-        from motionlab.simulation.report import report
+        from motionlab.results.report import report
 
         print(report(result))
     diverged = [name for name, variant in result["variants"].items() if variant["diverged"]]

@@ -38,8 +38,8 @@ def add(commands: Any) -> None:
 def _sharing(options: argparse.Namespace) -> int:
     """Carry out ``motionlab sharing``."""
     from motionlab.config.changes import parse_assignments
-    from motionlab.simulation.sharing import LAWS, read_sharing_request, sharing
-    from motionlab.simulation.sharing_report import report
+    from motionlab.studies.sharing.report import report
+    from motionlab.studies.sharing.sharing import LAWS, read_sharing_request, sharing
 
     tables = parse_assignments(options.assignments)
     wanted = read_sharing_request(tables)

@@ -94,10 +94,10 @@ def add(commands: Any) -> None:
 
 def _tune(options: argparse.Namespace) -> int:
     """Carry out ``motionlab tune``."""
-    from motionlab.tune.problem import plan
-    from motionlab.tune.report import report
-    from motionlab.tune.request import TuneRequest, read_request
-    from motionlab.tune.search import tune
+    from motionlab.studies.tune.problem import plan
+    from motionlab.studies.tune.report import report
+    from motionlab.studies.tune.request import TuneRequest, read_request
+    from motionlab.studies.tune.search import tune
 
     problem = plan(read_request(TuneRequest, _request(options)), source(options))
     with share_done("tuning") as progress:

@@ -9,7 +9,7 @@ from itertools import groupby
 from typing import Any
 
 from motionlab.config.bounds import DEPTH_MAX
-from motionlab.config.parts import controller_name, resolve
+from motionlab.config.includes import controller_name, resolve
 from motionlab.errors import ConfigError, FieldError
 
 SCHEDULABLE = ("plant", "variants", "load")

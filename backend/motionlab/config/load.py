@@ -11,13 +11,13 @@ from typing import Any
 from pydantic import ValidationError
 
 from motionlab.config.changes import apply_changes, check_schedulable
-from motionlab.config.complaints import field_errors
-from motionlab.config.parts import resolve
+from motionlab.config.includes import resolve
 from motionlab.config.quantity import Config
 from motionlab.config.scenario import Scenario
 from motionlab.config.shipped import is_name, parse, read
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.config.trajectory import TrajectoryConfig
+from motionlab.config.validation_errors import field_errors
 from motionlab.errors import ConfigError, FieldError
 
 
@@ -71,7 +71,7 @@ def validate(document: Mapping[str, Any]) -> Scenario:
     scenario = _validate(document)
     for index, event in enumerate(scenario.schedule):
         check_schedulable(event.set, f"schedule.{index}.set")
-    phases(scenario)
+    epochs(scenario)
     return scenario
 
 
@@ -89,7 +89,7 @@ def validate_trajectory(tables: Mapping[str, Any]) -> TrajectoryConfig:
         raise ConfigError(*field_errors(error, _Holder)) from None
 
 
-def phases(scenario: Scenario, start: int = 0) -> list[tuple[int, Scenario]]:
+def epochs(scenario: Scenario, start: int = 0) -> list[tuple[int, Scenario]]:
     """Return the parameter sets of a run: from which tick on each holds, in order of time.
 
     Parameters

@@ -6,8 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from motionlab.config.drawn import DrawnPath
-from motionlab.config.figures import Circle, Polygon, Sine, Star
+from motionlab.config.drawn_path import DrawnPath
 from motionlab.config.moves import (
     REQUIRED,
     Dwell,
@@ -21,6 +20,7 @@ from motionlab.config.moves import (
     Waypoints,
 )
 from motionlab.config.quantity import Config, quantity
+from motionlab.config.shapes import Circle, Polygon, Sine, Star
 
 Part = Annotated[
     PointTarget

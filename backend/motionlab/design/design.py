@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from motionlab.config.changes import set_path
-from motionlab.config.complaints import field_errors
+from motionlab.config.validation_errors import field_errors
 from motionlab.design.document import DesignDocument
 from motionlab.design.inputs import DesignRequest, Dimensions
 from motionlab.design.presets import PRESETS, Preset

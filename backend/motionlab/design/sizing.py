@@ -6,7 +6,7 @@ import math
 
 from pydantic import ValidationError
 
-from motionlab.config.complaints import field_errors
+from motionlab.config.validation_errors import field_errors
 from motionlab.design import equations as eq
 from motionlab.design import readings
 from motionlab.design.document import Reading, Sizing

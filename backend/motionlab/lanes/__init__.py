@@ -7,10 +7,10 @@ from typing import Any, TypeAlias
 
 import numba
 
-from motionlab.lanes.cache import model_hash, use_cache
+from motionlab.lanes.compile_cache import model_hash, use_cache
 from motionlab.lanes.gather import load_four
-from motionlab.lanes.memory import axes_at, pack, record, recorded, unpack
-from motionlab.lanes.mode import flush_subnormals, restore_mode
+from motionlab.lanes.load_store import axes_at, pack, record, recorded, unpack
+from motionlab.lanes.subnormals import flush_subnormals, restore_mode
 from motionlab.lanes.vector import (
     WIDE,
     WIDTH,

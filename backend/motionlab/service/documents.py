@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import BaseModel, ConfigDict
 
-from motionlab.simulation.document import AxisComparison, VariantMetrics, Window
+from motionlab.results.document import AxisComparison, VariantMetrics, Window
 
 
 class SessionMetrics(BaseModel):

@@ -7,12 +7,12 @@ from typing import Annotated, Any, Literal
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, TypeAdapter
 
 from motionlab.design.fem.document import MapEntry
-from motionlab.identify.document import IdentificationDocument, PartialIdentification
-from motionlab.montecarlo.document import MonteCarloDocument
-from motionlab.paper.document import PartialReproduce, ReproduceDocument
-from motionlab.simulation.document import ResultDocument
-from motionlab.tune.bode import SweepDocument
-from motionlab.tune.document import (
+from motionlab.results.document import ResultDocument
+from motionlab.studies.identify.document import IdentificationDocument, PartialIdentification
+from motionlab.studies.loop.response import SweepDocument
+from motionlab.studies.montecarlo.document import MonteCarloDocument
+from motionlab.studies.paper.document import PartialReproduce, ReproduceDocument
+from motionlab.studies.tune.document import (
     LandscapeDocument,
     PartialLandscape,
     PartialTuning,

@@ -5,9 +5,9 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
-from motionlab.analysis.compare import compare
-from motionlab.analysis.metrics import variant_metrics
 from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.results.comparison import compare
+from motionlab.results.metrics import variant_metrics
 from motionlab.telemetry.recording import Recording
 from motionlab.trajectory.reference import Reference
 

@@ -15,10 +15,10 @@ from fastapi import HTTPException
 from motionlab.config.load import load_scenario
 from motionlab.config.plant import PlantConfig
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.scene import feed
+from motionlab.kernel.force_maps import pole_pitch
+from motionlab.scene3d import protocol
 from motionlab.service.listener import Listener
 from motionlab.service.session import Session
-from motionlab.simulation.maps import pole_pitch
 
 VIEWERS_MAX = 8
 """Viewers of one scene."""
@@ -28,7 +28,7 @@ VARIANTS_MAX = 2
 
 _START_SECONDS = 60.0  # a busy machine that reads viser for the first time
 _PATH_POINTS = 600
-_POSE_TICKS = round(1.0 / feed.RATE / CONTROL_PERIOD)
+_POSE_TICKS = round(1.0 / protocol.RATE / CONTROL_PERIOD)
 
 
 class Scene:
@@ -58,7 +58,7 @@ class Scene:
         self._rows = np.empty(0, np.intp)
         if session is not None:
             rows = {name: row for row, (name, _) in enumerate(session.history.columns)}
-            self._rows = np.array([rows[name] for name in feed.column_names(variants)])
+            self._rows = np.array([rows[name] for name in protocol.column_names(variants)])
 
     @property
     def alive(self) -> bool:
@@ -143,24 +143,24 @@ class Scene:
             await self._process.wait()
 
     async def _feed(self, session: Session) -> None:
-        """Send the newest pose whenever something has moved, at most `feed.RATE` times a second."""
+        """Send the newest pose whenever something has moved, at most at `protocol.RATE`, Hz."""
         listener = Listener()
         session.listeners.add(listener)
         try:
-            self._write(feed.message(feed.CLEAR) + self._past())
+            self._write(protocol.message(protocol.CLEAR) + self._past())
             while not session.closed:
                 await listener.wake.wait()
                 listener.wake.clear()
                 if listener.was_reset:
                     listener.was_reset = False
-                    self._write(feed.message(feed.CLEAR) + self._past())
+                    self._write(protocol.message(protocol.CLEAR) + self._past())
                 elif listener.has_changed:
                     listener.has_changed = False
                     # It may rest now: told twice, even what is not shown each time is shown.
                     self._write(2 * self._newest(session))
                 elif self._idle():
                     self._write(self._newest(session))
-                await asyncio.sleep(1.0 / feed.RATE)
+                await asyncio.sleep(1.0 / protocol.RATE)
         finally:
             session.listeners.discard(listener)
             session.touched = time.monotonic()
@@ -169,23 +169,23 @@ class Scene:
         ring = session.history.ring
         if ring.end == ring.first:
             return b""
-        return feed.poses(ring.read(self._rows, ring.end - 1, ring.end).T)
+        return protocol.poses(ring.read(self._rows, ring.end - 1, ring.end).T)
 
     def _past(self) -> bytes:
         """Return the poses of the last seconds, or where the motor rests before its first tick."""
         if self.session is None:
-            return feed.poses(np.zeros((1, feed.width(VARIANTS_MAX)), np.float32))
+            return protocol.poses(np.zeros((1, protocol.width(VARIANTS_MAX)), np.float32))
         ring = self.session.history.ring
         if ring.end == ring.first:
-            return feed.poses(self._at_rest(self.session))
-        span = round(feed.TRAIL_SECONDS * feed.RATE) * _POSE_TICKS
+            return protocol.poses(self._at_rest(self.session))
+        span = round(protocol.TRAIL_SECONDS * protocol.RATE) * _POSE_TICKS
         first = max(ring.first, ring.end - 1 - span)
         past = ring.read(self._rows, first, ring.end)[:, ::-1][:, ::_POSE_TICKS][:, ::-1]
-        return feed.poses(past.T)
+        return protocol.poses(past.T)
 
-    def _at_rest(self, session: Session) -> feed.Values:
+    def _at_rest(self, session: Session) -> protocol.Values:
         """Return the pose at the trajectory's first place, without current."""
-        names = feed.column_names(session.variants[:VARIANTS_MAX])
+        names = protocol.column_names(session.variants[:VARIANTS_MAX])
         place = dict(zip("xy", session.prepared.reference.position[0], strict=True))
         split = [name.rpartition(".") for name in names]
         pose = [
@@ -205,7 +205,7 @@ class Scene:
             path = [(float(x), float(y)) for x, y in position[chosen.astype(int)]]
         variants = list(scenario.variants.items())[:VARIANTS_MAX]
         labels = {name: variant.label for name, variant in variants}
-        return feed.Start(self.origin, _axes(scenario.plant), labels, path).encode()
+        return protocol.Start(self.origin, _axes(scenario.plant), labels, path).encode()
 
     def _idle(self) -> bool:
         """Return whether the process has taken what it was sent."""
@@ -217,9 +217,9 @@ class Scene:
             self._process.stdin.write(data)
 
 
-def _axes(plant: PlantConfig) -> tuple[feed.Axis, feed.Axis]:
+def _axes(plant: PlantConfig) -> tuple[protocol.Axis, protocol.Axis]:
     x, y = (
-        feed.Axis(axis.stroke, pole_pitch(axis.force_map), axis.force_map.offset)
+        protocol.Axis(axis.stroke, pole_pitch(axis.force_map), axis.force_map.offset)
         for axis in (plant.x, plant.y)
     )
     return x, y

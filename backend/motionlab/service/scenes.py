@@ -19,7 +19,7 @@ from motionlab.service import proxy
 from motionlab.service.scene import Scene
 from motionlab.service.session import Session
 
-COMMAND = (sys.executable, "-m", "motionlab.scene")
+COMMAND = (sys.executable, "-m", "motionlab.scene3d")
 UNWATCHED_SECONDS = 30.0
 _SWEEP_SECONDS = 2.0
 _LOG = logging.getLogger(__name__)

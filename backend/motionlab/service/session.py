@@ -17,7 +17,7 @@ from typing import Any, Literal, ParamSpec, TypeVar
 import numpy as np
 from pydantic import BaseModel, Field, TypeAdapter
 
-from motionlab.config.load import phases
+from motionlab.config.load import epochs
 from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.service.changes import Change, Changes, changed
@@ -366,7 +366,7 @@ class Session:
         scenario, kept = self._changes.replayed()
         simulation = Simulation(self.prepared, endless=True)
         if scenario is not self.prepared.scenario:
-            simulation.adopt(ready(tuple(phases(scenario))))
+            simulation.adopt(ready(tuple(epochs(scenario))))
         return simulation, kept
 
     def _adopt(self, simulation: Simulation) -> None:
@@ -378,7 +378,7 @@ class Session:
     async def _change(self, changes: Mapping[str, Any]) -> int:
         def prepared(scenario: Scenario, tick: int) -> tuple[Change, list[Any]]:
             after, change = changed(scenario, changes, tick)
-            return change, ready(tuple(phases(after, tick)))
+            return change, ready(tuple(epochs(after, tick)))
 
         change, made_ready = await self._in_thread(prepared, self.simulation.scenario, self.tick)
         with self._claimed():

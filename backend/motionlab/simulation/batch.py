@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.analysis.metrics import DEFINITIONS
-from motionlab.build import mover_parameters
 from motionlab.config.changes import apply_changes
 from motionlab.config.load import load_scenario, validate
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, FieldError
-from motionlab.simulation.course import Course, Progress
+from motionlab.kernel.build import mover_parameters
+from motionlab.results.metrics import DEFINITIONS
+from motionlab.simulation.batch_runner import Course, Progress
 from motionlab.simulation.prepare import Prepared, prepare
 
 Array = NDArray[np.float64]
@@ -39,7 +39,7 @@ class Batch:
     variants : tuple of str
         Second axis of the arrays; their third is AXES.
     metrics : dict of str to ndarray, shape (cases, variants, axes)
-        Keys of `motionlab.analysis.metrics.DEFINITIONS`, in SI units; NaN where the run of the case
+        Keys of `motionlab.results.metrics.DEFINITIONS`, in SI units; NaN where the run of the case
         has None or nothing: a variant that diverged, an axis that does not move, no hold.
     failed : ndarray of int, shape (cases, variants)
         Tick at which a variant diverged; -1 where it has not.
@@ -161,14 +161,14 @@ def run_prepared(
 
 
 def lanes_of(prepared: Prepared) -> Array:
-    """Return the lane parameters of every variant, (phases, variants, PARAMETER_ROWS, axes)."""
+    """Return the lane parameters of every variant, (epochs, variants, PARAMETER_ROWS, axes)."""
     return np.array(
         [
             [
                 mover_parameters(scenario, variant.controller)
                 for variant in scenario.variants.values()
             ]
-            for _, scenario in prepared.phases
+            for _, scenario in prepared.epochs
         ]
     ).transpose(0, 1, 3, 2)
 
@@ -206,7 +206,7 @@ def _shared(case: Prepared) -> object:
         case.scenario.trajectory,
         case.scenario.window,
         case.scenario.settling_band,
-        tuple((tick, _acting(scenario)) for tick, scenario in case.phases),
+        tuple((tick, _acting(scenario)) for tick, scenario in case.epochs),
     )
 
 

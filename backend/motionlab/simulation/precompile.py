@@ -13,7 +13,7 @@ from pathlib import Path
 from motionlab.config.load import load_scenario
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.lanes import WIDE
-from motionlab.lanes.cache import cache_folder
+from motionlab.lanes.compile_cache import cache_folder
 from motionlab.simulation.batch import run_prepared
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run

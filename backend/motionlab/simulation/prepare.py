@@ -10,24 +10,24 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.build import motion_limits
 from motionlab.config.controller import ModelConfig, SharingConfig
-from motionlab.config.load import phases
+from motionlab.config.load import epochs
 from motionlab.config.planar import AXES
 from motionlab.config.plant import PlantConfig
 from motionlab.config.scenario import LoadConfig, Scenario
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.errors import ConfigError, FieldError
-from motionlab.simulation.maps import check_maps, map_digests
-from motionlab.simulation.noise import load_force
+from motionlab.kernel.build import motion_limits
+from motionlab.kernel.force_maps import check_maps, map_digests
+from motionlab.simulation.inputs import load_force
 from motionlab.telemetry.channels import CHANNELS, REFERENCES
-from motionlab.trajectory.demand import MotionLimits, Span
 from motionlab.trajectory.feasibility import check
+from motionlab.trajectory.motion_limits import MotionLimits, Span
 from motionlab.trajectory.reference import Reference, sample
 
 Array = NDArray[np.float64]
-Phases = tuple[tuple[int, Scenario], ...]
+Epochs = tuple[tuple[int, Scenario], ...]
 _Deciding = tuple[PlantConfig, ModelConfig, SharingConfig, float, float]
 _Digests = tuple[str, ...]
 
@@ -47,19 +47,27 @@ class Prepared:
         The sampled trajectory.
     load : ndarray, shape (ticks, 2)
         External load force without noise, N.
-    phases : tuple of (int, Scenario)
+    epochs : tuple of (int, Scenario)
         From which tick on which parameters hold.
     """
 
     scenario: Scenario
     reference: Reference
     load: Array
-    phases: Phases
+    epochs: Epochs
 
     @property
     def duration(self) -> float:
         """Simulated time, s."""
         return self.reference.ticks * CONTROL_PERIOD
+
+    @property
+    def window(self) -> tuple[int, int]:
+        """Ticks that metrics are taken over and end."""
+        window = self.scenario.window
+        if window is None:
+            return self.reference.window
+        return to_ticks(window.start), to_ticks(window.end)
 
     @property
     def work(self) -> float:
@@ -100,7 +108,7 @@ def prepare(scenario: Scenario) -> Prepared:
         If an event, a force step or the window lies outside the run.
     """
     reference = _sampled(scenario.trajectory)
-    changes = tuple(phases(scenario))
+    changes = tuple(epochs(scenario))
     _check_feasibility(scenario.trajectory, changes)
     _refuse_times_outside(scenario, changes, reference.ticks)
     loads = tuple((tick, changed.load) for tick, changed in changes)
@@ -143,7 +151,7 @@ def _check_motion(  # noqa: PLR0913, PLR0917 - all that decides whether a motion
 _check = cast("Callable[..., None]", functools.lru_cache(maxsize=16)(_check_motion))
 
 
-def limit_sets(changes: Phases) -> list[tuple[Span, MotionLimits]]:
+def limit_sets(changes: Epochs) -> list[tuple[Span, MotionLimits]]:
     """Return when which distinct limits hold, of every variant and phase."""
     return [
         (
@@ -154,13 +162,13 @@ def limit_sets(changes: Phases) -> list[tuple[Span, MotionLimits]]:
     ]
 
 
-def _check_feasibility(trajectory: TrajectoryConfig, changes: Phases) -> None:
+def _check_feasibility(trajectory: TrajectoryConfig, changes: Epochs) -> None:
     """Check the motion against what each variant can do between one change and the next."""
     for span, decides, maps in _deciding(changes):
         _check(trajectory, *decides, span, maps)
 
 
-def _deciding(changes: Phases) -> list[tuple[Span, _Deciding, _Digests]]:
+def _deciding(changes: Epochs) -> list[tuple[Span, _Deciding, _Digests]]:
     """Return all that decides whether a motion is feasible, and when it holds."""
     ended: list[tuple[Span, _Deciding, _Digests]] = []
     lasting: list[tuple[Span, _Deciding, _Digests]] = []  # of the phase before, then of this one
@@ -188,7 +196,7 @@ def _deciding(changes: Phases) -> list[tuple[Span, _Deciding, _Digests]]:
     return ended + lasting
 
 
-def _refuse_times_outside(scenario: Scenario, changes: Phases, ticks: int) -> None:
+def _refuse_times_outside(scenario: Scenario, changes: Epochs, ticks: int) -> None:
     end = ticks * CONTROL_PERIOD
     times = [(f"schedule.{i}.time", e.time) for i, e in enumerate(scenario.schedule)]
     for index, (_, changed) in enumerate(changes):

@@ -7,16 +7,16 @@ import json
 from typing import Any
 
 from motionlab import __version__
-from motionlab.analysis.compare import compare
-from motionlab.analysis.metrics import variant_metrics
-from motionlab.config.parts import resolve
+from motionlab.config.includes import resolve
 from motionlab.config.planar import AXES
 from motionlab.config.plant import PlantConfig
 from motionlab.config.scenario import Scenario, VariantConfig
 from motionlab.config.shipped import names
-from motionlab.config.timing import CONTROL_PERIOD, to_ticks
+from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.kernel.force_maps import maps_of
 from motionlab.lanes import model_hash
-from motionlab.simulation.maps import maps_of
+from motionlab.results.comparison import compare
+from motionlab.results.metrics import variant_metrics
 from motionlab.simulation.prepare import Prepared
 from motionlab.telemetry.recording import Divergence, Recording
 from motionlab.trajectory.feasibility import count_rate_warning
@@ -46,7 +46,7 @@ def document(prepared: Prepared, recording: Recording) -> dict[str, Any]:
         Metrics in SI units; see docs/results.md.
     """
     scenario = prepared.scenario
-    window = main_window(prepared)
+    window = prepared.window
     plant = _in_effect(prepared, window).plant
     measured = _measure(prepared, recording, window)
     return {
@@ -106,15 +106,7 @@ def _measure(prepared: Prepared, recording: Recording, window: Window) -> dict[s
 
 def _in_effect(prepared: Prepared, window: Window) -> Scenario:
     """Return the parameters in effect at the end of a window."""
-    return [scenario for tick, scenario in prepared.phases if tick < window[1]][-1]
-
-
-def main_window(prepared: Prepared) -> Window:
-    """Return the ticks that metrics are taken over."""
-    window = prepared.scenario.window
-    if window is None:
-        return prepared.reference.window
-    return to_ticks(window.start), to_ticks(window.end)
+    return [scenario for tick, scenario in prepared.epochs if tick < window[1]][-1]
 
 
 def _segments(prepared: Prepared, window: Window) -> list[Window]:
@@ -123,7 +115,7 @@ def _segments(prepared: Prepared, window: Window) -> list[Window]:
     Without a schedule that is the main window. Of a motion that repeats, each is the last two
     periods of its interval, after at least one where there is room; otherwise the whole interval.
     """
-    starts = [tick for tick, _ in prepared.phases]
+    starts = [tick for tick, _ in prepared.epochs]
     if len(starts) == 1:
         return [window]
     ends = [*starts[1:], prepared.reference.ticks]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.planar import AXES
-from motionlab.simulation.layout import SAMPLE_ROWS
+from motionlab.kernel.layout import SAMPLE_ROWS
 from motionlab.simulation.prepare import Prepared
 from motionlab.simulation.simulation import (
     Simulation,

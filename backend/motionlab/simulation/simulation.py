@@ -9,18 +9,23 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.build import LANES_PER_VARIANT, VARIANTS_PER_BLOCK, initial_state, lane_parameters
 from motionlab.config.scenario import Scenario
+from motionlab.kernel.build import (
+    LANES_PER_VARIANT,
+    VARIANTS_PER_BLOCK,
+    initial_state,
+    lane_parameters,
+)
+from motionlab.kernel.force_maps import check_maps
+from motionlab.kernel.layout import FORCE_LIMIT_ROW, SAMPLE_ROWS, State, reads_tables
+from motionlab.kernel.tick import run_ticks
 from motionlab.lanes import WIDTH
-from motionlab.simulation.kernel import run_ticks
-from motionlab.simulation.layout import FORCE_LIMIT_ROW, SAMPLE_ROWS, State, reads_tables
-from motionlab.simulation.maps import check_maps
-from motionlab.simulation.noise import PAGE, load_force, page_inputs
-from motionlab.simulation.prepare import Phases, Prepared
+from motionlab.simulation.inputs import PAGE, load_force, page_inputs
+from motionlab.simulation.prepare import Epochs, Prepared
 from motionlab.simulation.timeline import Timeline
 
 Array = NDArray[np.float64]
-ReadyPhase = tuple[int, Scenario, Array]
+ReadyEpoch = tuple[int, Scenario, Array]
 """First tick, parameters that hold from there, and the numbers of their lanes."""
 
 _FAILED = State._fields.index("failed")
@@ -65,7 +70,7 @@ class Simulation:
         self.tick = 0 if start is None else start.tick
         self._released = False
         self._forget_pages()
-        self._changes = ready(prepared.phases)
+        self._changes = ready(prepared.epochs)
         self._apply_changes()
         if start is None:
             x, y = prepared.reference.position[0]
@@ -118,7 +123,7 @@ class Simulation:
         """The parameters in effect."""
         return self._scenario
 
-    def adopt(self, changes: Sequence[ReadyPhase]) -> None:
+    def adopt(self, changes: Sequence[ReadyEpoch]) -> None:
         """Replace the parameters from the present tick on.
 
         Parameters
@@ -194,7 +199,7 @@ class Simulation:
         return self._page[1]
 
 
-def ready(changes: Phases) -> list[ReadyPhase]:
+def ready(changes: Epochs) -> list[ReadyEpoch]:
     """Return parameter sets with the numbers of their lanes, for `Simulation.adopt`.
 
     This is the slow part of a change: force maps are read, and tables are computed where they are

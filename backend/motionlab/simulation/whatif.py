@@ -8,12 +8,11 @@ from collections.abc import Mapping
 from typing import Any
 
 from motionlab.config.changes import check_schedulable
-from motionlab.config.load import load_scenario, phases
+from motionlab.config.load import epochs, load_scenario
 from motionlab.config.timing import to_ticks
 from motionlab.errors import ConfigError, FieldError
-from motionlab.simulation.maps import map_digests
+from motionlab.kernel.force_maps import map_digests
 from motionlab.simulation.prepare import Prepared, prepare
-from motionlab.simulation.result import main_window
 from motionlab.simulation.run import run
 from motionlab.simulation.simulation import Simulation, Snapshot, sample_page
 from motionlab.telemetry.recording import Recording
@@ -62,11 +61,11 @@ def run_changed(
     Recording
         The whole run, or from the state's tick, its `first_tick`, to the end of the window.
     """
-    start, stop = main_window(changed)
+    start, stop = changed.window
     tick = start - max(LEAD, changed.reference.period)
     exact = exact and changed.work <= work_max
     if not exact and stop > SOON and tick > 0 and _fits_a_running_session(changes):
-        maps = map_digests(phases(load_scenario(source)))
+        maps = map_digests(epochs(load_scenario(source)))
         variants, stored = _state(json.dumps(source), tick, maps)
         if stored is not None and variants == list(changed.scenario.variants):
             return run(changed, start=stored, stop=stop)
@@ -86,7 +85,7 @@ def run_changed(
 
 def ticks_at_most(changed: Prepared, *, exact: bool, work_max: float) -> int:
     """Return how many ticks `run_changed` records of a scenario at most."""
-    start, stop = main_window(changed)
+    start, stop = changed.window
     from_state = stop - start + max(LEAD, changed.reference.period)
     whole = exact or stop <= SOON or changed.work <= work_max
     return changed.reference.ticks if whole and changed.work <= work_max else from_state

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 from motionlab.config.shipped import config_root, did_you_mean, is_name
-from motionlab.design.fem.compute import Progress, compute
 from motionlab.design.fem.force_map import ForceMap, PresetName, content_hash
 from motionlab.design.fem.geometry import Geometry
 from motionlab.errors import ConfigError, FieldError, StoreFull
@@ -150,32 +149,6 @@ def read_map(path: Path) -> ForceMap:
 @functools.lru_cache(maxsize=32)
 def _read(path: Path, _stamp: Stamp) -> ForceMap:
     return ForceMap.read(path, where=f"map {path.stem}")
-
-
-def computed_or_kept(
-    store: MapStore,
-    geometry: Geometry,
-    preset: PresetName,
-    *,
-    workers: int | None = None,
-    progress: Progress | None = None,
-) -> tuple[ForceMap, bool]:
-    """Return a map and whether it was kept before; one that has to be computed is kept.
-
-    Raises
-    ------
-    NoConvergence, WorkerLost
-        See `motionlab.design.fem.compute.compute`.
-    StoreError
-        If it cannot be kept; `StoreFull`, before it is computed, where there is no room.
-    """
-    found = store.find(geometry, preset)
-    if found is not None:
-        return found, True
-    store.check_room()
-    made = compute(geometry, preset, workers=workers, progress=progress)
-    store.keep(made)
-    return made, False
 
 
 def _size(path: Path) -> int:

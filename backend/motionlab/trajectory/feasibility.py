@@ -7,7 +7,7 @@ import numpy as np
 from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import Infeasible
-from motionlab.trajectory.demand import (
+from motionlab.trajectory.motion_limits import (
     ALWAYS,
     QUANTITIES,
     RELATIVE_ROUNDING,

@@ -12,8 +12,7 @@ import numba
 import numpy as np
 
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
-from motionlab.trajectory.path import Array, Path, Vector, line, ray
-from motionlab.trajectory.profile import (
+from motionlab.trajectory.motion_profile import (
     Law,
     minimum_jerk,
     minimum_jerk_ticks,
@@ -21,6 +20,7 @@ from motionlab.trajectory.profile import (
     trapezoidal,
     trapezoidal_ticks,
 )
+from motionlab.trajectory.path import Array, Path, Vector, line, ray
 
 EdgeRule = Callable[[Vector, Vector], "Piece"]
 """How to get from one point to the next."""

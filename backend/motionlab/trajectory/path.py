@@ -1,7 +1,7 @@
 """Geometry: where a path runs, as a function of a parameter q that a time law supplies.
 
 A path maps q of shape (n,) to the position (n, 2) in m and its first two derivatives with respect
-to q. It knows no time; `motionlab.trajectory.profile` knows no place.
+to q. It knows no time; `motionlab.trajectory.motion_profile` knows no place.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.errors import ConfigError, FieldError
 from motionlab.trajectory.motion import Piece
 from motionlab.trajectory.path import Array, Vector
-from motionlab.trajectory.plan import plan
+from motionlab.trajectory.pieces import plan
 
 LONGEST = 3600.0
 """Longest reference, s; its arrays take 350 MB."""

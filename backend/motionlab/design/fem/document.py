@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from pydantic import Field, ValidationError
 
-from motionlab.config.complaints import field_errors
 from motionlab.config.quantity import Config
+from motionlab.config.validation_errors import field_errors
 from motionlab.design.fem.force_map import ForceMap, PresetName
 from motionlab.design.fem.geometry import Geometry
 from motionlab.design.fem.report import summary

@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, ValidationError, model_validator
 
 from motionlab import __version__
-from motionlab.config.complaints import field_errors
 from motionlab.config.quantity import Config
+from motionlab.config.validation_errors import field_errors
 from motionlab.design.fem.cells import Cells
 from motionlab.design.fem.geometry import Geometry
 from motionlab.errors import ConfigError, FieldError

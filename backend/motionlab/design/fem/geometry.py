@@ -8,8 +8,8 @@ from typing import Any, Self
 
 from pydantic import ValidationError, model_validator
 
-from motionlab.config.complaints import field_errors
 from motionlab.config.quantity import Config, quantity
+from motionlab.config.validation_errors import field_errors
 from motionlab.errors import ConfigError
 
 PAPER = "Huang et al., IEEE Access 2019, section II-A"

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, ValidationError, model_validator
 
-from motionlab.config.complaints import field_errors
 from motionlab.config.quantity import Config, quantity
+from motionlab.config.validation_errors import field_errors
 from motionlab.design.fem.contour import Triangles, contour
 from motionlab.design.fem.field import FieldModel, Position
 from motionlab.design.fem.geometry import OURS, Geometry

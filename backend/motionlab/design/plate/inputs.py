@@ -9,8 +9,8 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, ValidationError, model_validator
 
 from motionlab.config.changes import set_path
-from motionlab.config.complaints import field_errors
 from motionlab.config.quantity import Config, quantity
+from motionlab.config.validation_errors import field_errors
 from motionlab.errors import ConfigError, FieldError
 
 PAPER = "Huang et al., IEEE Access 2019, section II-B"

@@ -9,6 +9,7 @@ from fastapi import APIRouter, Body, Request, Response
 from motionlab.config.load import load_scenario
 from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError
+from motionlab.loop.linearise import SLIDING, linearise
 from motionlab.service.bodies import JsonRoute
 from motionlab.service.computed import computed
 from motionlab.service.described import Described
@@ -17,11 +18,16 @@ from motionlab.service.problems import responses
 from motionlab.service.routes.jobs import Asked, accepted, as_job
 from motionlab.service.settings import Settings
 from motionlab.service.workers.worker import Call
-from motionlab.simulation.linear import SLIDING, linearise
 from motionlab.simulation.prepare import prepare
-from motionlab.tune.accuracy import AccuracyDocument, accuracy
-from motionlab.tune.bode import ResponseDocument, SweepDocument, SweepRequest, response, swept
-from motionlab.tune.request import AxisRequest, read_request
+from motionlab.studies.loop.accuracy import AccuracyDocument, accuracy
+from motionlab.studies.loop.response import (
+    ResponseDocument,
+    SweepDocument,
+    SweepRequest,
+    response,
+    swept,
+)
+from motionlab.studies.tune.request import AxisRequest, read_request
 
 router = APIRouter(tags=["simulate"], route_class=JsonRoute)
 

@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 from fastapi import APIRouter, Body, Request, Response
 
 from motionlab.errors import ConfigError, FieldError
-from motionlab.identify.document import IdentificationDocument, PlanDocument
-from motionlab.identify.request import IdentifyRequest, read_request
 from motionlab.service.bodies import JsonRoute
 from motionlab.service.computed import computed
 from motionlab.service.described import Described
@@ -17,9 +15,11 @@ from motionlab.service.problems import responses
 from motionlab.service.routes.jobs import Asked, accepted, as_job
 from motionlab.service.settings import Settings
 from motionlab.service.workers.worker import Call
+from motionlab.studies.identify.document import IdentificationDocument, PlanDocument
+from motionlab.studies.identify.request import IdentifyRequest, read_request
 
 if TYPE_CHECKING:
-    from motionlab.identify.plan import Experiment
+    from motionlab.studies.identify.plan import Experiment
 
 router = APIRouter(tags=["identify"], route_class=JsonRoute)
 
@@ -66,7 +66,7 @@ async def plan_identification(
 
 
 def _plan(body: dict[str, Any], work_max: float) -> PlanDocument:
-    from motionlab.identify.plan import plan, plan_document
+    from motionlab.studies.identify.plan import plan, plan_document
 
     return plan_document(plan(read_request(body)), work_max)
 
@@ -77,14 +77,14 @@ def _checked(_: Call, bounds: Settings, body: dict[str, Any]) -> Asked:
 
 
 def _identified(call: Call, body: dict[str, Any], bounds: Settings) -> IdentificationDocument:
-    from motionlab.identify.experiment import identify
+    from motionlab.studies.identify.experiment import identify
 
     return identify(_planned(body, bounds), call.progress)
 
 
 def _planned(body: dict[str, Any], settings: Settings) -> Experiment:
     """Return a request's experiment, checked, or raise what is wrong with it."""
-    from motionlab.identify.plan import plan
+    from motionlab.studies.identify.plan import plan
 
     experiment = plan(read_request(body))
     if experiment.seconds > settings.work_max:

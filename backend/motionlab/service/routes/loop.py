@@ -7,20 +7,20 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Request, Response
 from pydantic import BaseModel, Field
 
-from motionlab.analysis.frequency import margins
 from motionlab.config.load import load_scenario
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
-from motionlab.service.bodies import JsonRoute
-from motionlab.service.computed import computed
-from motionlab.service.problems import responses
-from motionlab.service.routes.simulate import SimulateRequest
-from motionlab.simulation.linear import (
+from motionlab.loop.linearise import (
     SLIDING,
     NoLinearisation,
     linearise,
     stability_limits,
 )
+from motionlab.loop.margins import margins
+from motionlab.service.bodies import JsonRoute
+from motionlab.service.computed import computed
+from motionlab.service.problems import responses
+from motionlab.service.routes.simulate import SimulateRequest
 
 router = APIRouter(tags=["simulate"], route_class=JsonRoute)
 

@@ -37,7 +37,8 @@ from motionlab.service.settings import Settings
 from motionlab.service.workers.worker import Call
 from motionlab.store.files import data_root
 from motionlab.store.map_library import Found, delete_computed, find_map, map_entries
-from motionlab.store.maps import MapStore, computed_or_kept, map_file
+from motionlab.store.maps import MapStore, map_file
+from motionlab.studies.maps.compute import computed_or_kept
 
 
 class _NameConvertor(StringConvertor):

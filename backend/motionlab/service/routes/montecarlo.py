@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 from fastapi import APIRouter, Body, Request, Response
 
 from motionlab.errors import ConfigError, FieldError
-from motionlab.montecarlo.document import MonteCarloDocument
-from motionlab.montecarlo.request import MonteCarloRequest, read_request
 from motionlab.service.bodies import JsonRoute
 from motionlab.service.described import Described
 from motionlab.service.kinds import MonteCarloJob
@@ -16,9 +14,11 @@ from motionlab.service.problems import responses
 from motionlab.service.routes.jobs import Asked, accepted, as_job
 from motionlab.service.settings import Settings
 from motionlab.service.workers.worker import Call
+from motionlab.studies.montecarlo.document import MonteCarloDocument
+from motionlab.studies.montecarlo.request import MonteCarloRequest, read_request
 
 if TYPE_CHECKING:
-    from motionlab.montecarlo.study import Study
+    from motionlab.studies.montecarlo.study import Study
 
 router = APIRouter(tags=["montecarlo"], route_class=JsonRoute)
 
@@ -55,14 +55,14 @@ def _checked(_: Call, _bounds: Settings, body: dict[str, Any]) -> Asked:
 
 
 def _studied(call: Call, body: dict[str, Any], _: Settings) -> MonteCarloDocument:
-    from motionlab.montecarlo.study import study
+    from motionlab.studies.montecarlo.study import study
 
     return study(_planned(body), call.progress)
 
 
 def _planned(body: dict[str, Any]) -> Study:
     """Return a request's study, checked, or raise what is wrong with it."""
-    from motionlab.montecarlo.study import plan
+    from motionlab.studies.montecarlo.study import plan
 
     planned = plan(read_request(body))
     if planned.seconds > WORK_MAX:

@@ -7,7 +7,6 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Body, Request, Response
 from pydantic import BaseModel, ConfigDict, Field
 
-from motionlab.paper.document import PaperDocument, ReproduceDocument
 from motionlab.service.bodies import JsonRoute
 from motionlab.service.computed import computed
 from motionlab.service.kinds import ReproduceJob
@@ -15,6 +14,7 @@ from motionlab.service.problems import responses
 from motionlab.service.routes.jobs import Asked, accepted, as_job
 from motionlab.service.settings import Settings
 from motionlab.service.workers.worker import Call
+from motionlab.studies.paper.document import PaperDocument, ReproduceDocument
 
 router = APIRouter(tags=["paper"], route_class=JsonRoute)
 
@@ -28,7 +28,7 @@ class _Names:
     """
 
     def __get_pydantic_json_schema__(self, core: Any, handler: Any) -> dict[str, Any]:
-        from motionlab.paper.registry import GROUPS, quantities
+        from motionlab.studies.paper.registry import GROUPS, quantities
 
         names = [*(group.id for group in GROUPS), *(row.id for row in quantities())]
         items = {"type": "string", "enum": names}
@@ -61,7 +61,7 @@ async def get_paper(request: Request) -> Response:
 
 
 def _paper() -> PaperDocument:
-    from motionlab.paper.registry import paper
+    from motionlab.studies.paper.registry import paper
 
     return paper()
 
@@ -82,13 +82,13 @@ async def reproduce_paper(request: Request, body: Annotated[ReproduceRequest, Bo
 
 
 def _checked(_: Call, _bounds: Settings, body: ReproduceRequest) -> Asked:
-    from motionlab.paper.registry import quantities
+    from motionlab.studies.paper.registry import quantities
 
     quantities(body.only)  # what is unknown is refused now
     return Asked.of(body.model_dump())
 
 
 def _reproduced(call: Call, body: dict[str, Any], _: Settings) -> ReproduceDocument:
-    from motionlab.paper.reproduce import reproduce
+    from motionlab.studies.paper.reproduce import reproduce
 
     return reproduce(body["only"], call.progress)

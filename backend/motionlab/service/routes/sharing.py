@@ -10,7 +10,8 @@ from motionlab.service.bodies import JsonRoute
 from motionlab.service.computed import computed
 from motionlab.service.described import DescribedTable
 from motionlab.service.problems import responses
-from motionlab.simulation.sharing import (
+from motionlab.store.maps import map_names
+from motionlab.studies.sharing.sharing import (
     FitDocument,
     SharingDocument,
     SharingRequest,
@@ -18,7 +19,6 @@ from motionlab.simulation.sharing import (
     read_sharing_request,
     sharing,
 )
-from motionlab.store.maps import map_names
 
 router = APIRouter(tags=["design"], route_class=JsonRoute)
 

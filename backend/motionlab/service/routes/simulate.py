@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from motionlab.config.load import load_scenario
 from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError
+from motionlab.results.document import ResultDocument
 from motionlab.service.bodies import JsonRoute
 from motionlab.service.computed import ComputedResponse, json_of
 from motionlab.service.described import PATHS_MAX, Paths, ScenarioSource
@@ -20,7 +21,6 @@ from motionlab.service.problems import responses
 from motionlab.service.routes.jobs import Asked, accepted, as_job
 from motionlab.service.settings import Settings
 from motionlab.service.workers.worker import Call
-from motionlab.simulation.document import ResultDocument
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run

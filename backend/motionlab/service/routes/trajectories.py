@@ -10,9 +10,10 @@ from fastapi import APIRouter, Body, HTTPException, Path, Request, Response
 from pydantic import BaseModel, Field
 from starlette.convertors import StringConvertor, register_url_convertor
 
-from motionlab.config.load import load_scenario, phases, validate_trajectory
+from motionlab.config.load import epochs, load_scenario, validate_trajectory
 from motionlab.config.shipped import config_root, names, read
 from motionlab.config.trajectory import TrajectoryConfig
+from motionlab.kernel.force_maps import map_digests
 from motionlab.service.binary import MEDIA_TYPE, packed
 from motionlab.service.bodies import JsonRoute
 from motionlab.service.computed import ComputedResponse, called, computed
@@ -20,12 +21,11 @@ from motionlab.service.described import TrajectoryTable
 from motionlab.service.problems import responses
 from motionlab.service.routes.simulate import SimulateRequest
 from motionlab.service.workers.worker import Call
-from motionlab.simulation.maps import map_digests
-from motionlab.simulation.prepare import Phases, limit_sets
+from motionlab.simulation.prepare import Epochs, limit_sets
 from motionlab.store.files import data_root
 from motionlab.store.trajectories import KINDS, TrajectoryStore
-from motionlab.trajectory.examination import Examination, LimitSets, examine
-from motionlab.trajectory.slowing import slow_down
+from motionlab.trajectory.retiming import slow_down
+from motionlab.trajectory.trajectory_check import Examination, LimitSets, examine
 
 
 class _NameConvertor(StringConvertor):
@@ -198,21 +198,21 @@ def _slowed(body: CheckRequest) -> Slowed:
 
 def _limits(body: CheckRequest) -> LimitSets:
     text = json.dumps([body.scenario, body.set])
-    return _limits_of(text, map_digests(_phases_of(text)))
+    return _limits_of(text, map_digests(_epochs_of(text)))
 
 
 # A path that is dragged asks for the same again and again.
 
 
 @functools.lru_cache(maxsize=16)
-def _phases_of(scenario_and_changes: str) -> Phases:
+def _epochs_of(scenario_and_changes: str) -> Epochs:
     scenario, changes = json.loads(scenario_and_changes)
-    return tuple(phases(load_scenario(scenario, changes)))
+    return tuple(epochs(load_scenario(scenario, changes)))
 
 
 @functools.lru_cache(maxsize=16)
 def _limits_of(scenario_and_changes: str, _maps: tuple[str, ...]) -> LimitSets:
-    return limit_sets(_phases_of(scenario_and_changes))
+    return limit_sets(_epochs_of(scenario_and_changes))
 
 
 def _store() -> TrajectoryStore:

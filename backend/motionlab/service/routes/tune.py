@@ -14,11 +14,11 @@ from motionlab.service.problems import responses
 from motionlab.service.routes.jobs import Asked, accepted, as_job
 from motionlab.service.settings import Settings
 from motionlab.service.workers.worker import Call
-from motionlab.tune.document import LandscapeDocument, TuneDocument
-from motionlab.tune.request import LandscapeRequest, TuneRequest, read_request
+from motionlab.studies.tune.document import LandscapeDocument, TuneDocument
+from motionlab.studies.tune.request import LandscapeRequest, TuneRequest, read_request
 
 if TYPE_CHECKING:
-    from motionlab.tune.problem import Problem
+    from motionlab.studies.tune.problem import Problem
 
 router = APIRouter(tags=["tune"], route_class=JsonRoute)
 
@@ -82,13 +82,13 @@ def _checked(
 
 
 def _tuned(call: Call, body: dict[str, Any], bounds: Settings) -> TuneDocument:
-    from motionlab.tune.search import tune
+    from motionlab.studies.tune.search import tune
 
     return tune(_planned(TuneRequest, body, bounds), call.progress)
 
 
 def _mapped(call: Call, body: dict[str, Any], bounds: Settings) -> LandscapeDocument:
-    from motionlab.tune.landscape import landscape
+    from motionlab.studies.tune.landscape import landscape
 
     return landscape(_planned(LandscapeRequest, body, bounds), call.progress)
 
@@ -97,7 +97,7 @@ def _planned(
     model: type[TuneRequest | LandscapeRequest], body: dict[str, Any], settings: Settings
 ) -> Problem:
     """Return a request's problem, checked, or raise what is wrong with it."""
-    from motionlab.tune.problem import plan
+    from motionlab.studies.tune.problem import plan
 
     problem = plan(read_request(model, body))
     too_much = [

@@ -21,7 +21,7 @@ from motionlab.service.routes.simulate import SimulateRequest, prepare_request
 from motionlab.service.settings import Settings
 from motionlab.service.workers.worker import Call
 from motionlab.simulation.prepare import Prepared
-from motionlab.simulation.result import document, main_window
+from motionlab.simulation.result import document
 from motionlab.simulation.whatif import run_changed, ticks_at_most
 from motionlab.telemetry.channels import REFERENCES, stream_columns
 from motionlab.telemetry.decimate import min_max
@@ -81,7 +81,7 @@ async def what_if(request: Request, body: Annotated[WhatIfRequest, Body()]) -> R
 def _answer(call: Call, body: WhatIfRequest, bounds: Settings) -> bytes:
     prepared = prepare_request(body, bounds)
     _check_columns(body, prepared)
-    start, stop = main_window(prepared)
+    start, stop = prepared.window
     curves = len(body.columns) * _bins(stop - start, body.points)[1] * _VALUE_BYTES
     if curves > bounds.answer_max:
         raise ConfigError(
@@ -122,7 +122,7 @@ def _bins(ticks: int, points: int) -> tuple[int, int]:
 def _encoded(body: WhatIfRequest, prepared: Prepared, recording: Recording) -> bytes:
     known = dict(stream_columns(list(prepared.scenario.variants)))
     begin = recording.first_tick
-    start, stop = main_window(prepared)
+    start, stop = prepared.window
     size, count = _bins(stop - start, body.points)
     curves = np.empty((len(body.columns), 2, count), dtype=np.float32)
     for curve, name in zip(curves, body.columns, strict=True):

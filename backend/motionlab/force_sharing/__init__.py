@@ -1,0 +1,1 @@
+"""Sharing a force command among three phases."""

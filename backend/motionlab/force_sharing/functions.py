@@ -1,0 +1,301 @@
+"""Sharing a force command by any law, on an analytic map or on a table.
+
+A law says which part of the commanded force each phase gives; the map says which current that
+takes. Laws:
+
+least-norm
+    ``F_k = abs(f) c_k**2 / sum c_j**2`` with c_k what phase k can give at its current limit, as
+    `motionlab.force_sharing.least_norm` does on the analytic map.
+force-per-ampere
+    Least copper loss ``sum i_k**2`` for the commanded force. On the analytic map
+    ``sqrt(x_k)/(1 + B q_k)``, with ``q = (i/I_pk)**2``, is the same for all phases that carry
+    current; on a table the shares are tabulated. What one phase cannot give, another does.
+sine, cubic
+    Classical sharing functions of position alone: a phase takes over from the one before it
+    along ``(1 - cos pi z)/2`` or ``3 z**2 - 2 z**3``, in the middle of the half pitch in which
+    it pulls.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.force_sharing.least_norm import Share, share_force
+from motionlab.lanes import Lanes, compiled, load_four, select, square_root
+from motionlab.lanes.functions import clip, sine_cosine
+from motionlab.plant.magnetics import (
+    ForceMap,
+    Phases,
+    current_for,
+    force_fraction,
+    thrust_shape,
+)
+from motionlab.plant.table_map import TableMap, cell, phase_thrust, phase_turns
+
+Array = NDArray[np.float64]
+
+LEAST_NORM, FORCE_PER_AMPERE, SINE, CUBIC = 0.0, 1.0, 2.0, 3.0
+"""Values of Sharing.law."""
+
+INVERSE_POSITIONS, INVERSE_LEVELS = 288, 64
+"""Cells of the inverse of a table: along a pole pitch, and along sqrt(thrust/largest thrust)."""
+
+SHARE_POSITIONS, SHARE_LEVELS = 240, 32
+"""Cells of the shares of least copper loss: along a pole pitch, and along force/largest force."""
+
+_TINY = 1e-30
+
+
+class Sharing(NamedTuple):
+    """Law of each lane, and where its tables lie among all tables."""
+
+    law: Lanes
+    overlap: Lanes  # share of the pole pitch over which a phase hands over, 1
+    inverse: Lanes  # first number of the cells of current over position and thrust; -1: none
+    shares: Lanes  # first number of the cells of shares of least copper loss; -1: none
+
+
+CLOSED_FORM = Sharing(LEAST_NORM, 1.0 / 6.0, -1.0, -1.0)
+"""A lane that shares in proportion to the square of what its phases can give."""
+
+
+class _Phase(NamedTuple):
+    """What one phase can do the way it is asked to pull."""
+
+    x: Lanes  # analytic shape, 0 where it pulls the other way
+    most: Lanes  # thrust at the lane's current limit, N
+    whole: Lanes  # thrust at the largest current of the map, N
+
+
+@compiled
+def share_by_law(  # noqa: PLR0913, PLR0917 - what a law depends on
+    force_map: ForceMap,
+    table: TableMap,
+    sharing: Sharing,
+    tables: Array | None,
+    current_limit: Lanes,
+    position: Lanes,
+    force: Lanes,
+) -> Share:
+    """Share `force`, N, at the measured `position`, m, by each lane's law and kind of map.
+
+    Without tables every lane shares by the closed form, and nothing else is compiled.
+    """
+    if tables is None:
+        return share_force(force_map, current_limit, position, force)
+    forward = force > 0.0
+    sense = select(forward, 1.0, -1.0)
+    turns = phase_turns(force_map, position)
+    shape = thrust_shape(force_map, position)
+    a = _phase(force_map, table, tables, current_limit, turns.a, shape.a, sense)
+    b = _phase(force_map, table, tables, current_limit, turns.b, shape.b, sense)
+    c = _phase(force_map, table, tables, current_limit, turns.c, shape.c, sense)
+
+    wanted = abs(force)
+    part = _shares(force_map, table, sharing, tables, turns, a, b, c, wanted, forward)
+    f_a = clip(wanted * part.a, 0.0, a.most)
+    f_b = clip(wanted * part.b, 0.0, b.most)
+    f_c = clip(wanted * part.c, 0.0, c.most)
+    # What a phase at its limit leaves, the others give as far as they can.
+    left = wanted - (f_a + f_b + f_c)
+    room = (a.most - f_a) + (b.most - f_b) + (c.most - f_c)
+    passed = clip(left / select(room > _TINY, room, _TINY), 0.0, 1.0)
+    passed = select(sharing.law == FORCE_PER_AMPERE, passed, 0.0)
+    f_a = f_a + passed * (a.most - f_a)
+    f_b = f_b + passed * (b.most - f_b)
+    f_c = f_c + passed * (c.most - f_c)
+    limited = wanted - (f_a + f_b + f_c) > 1e-9 * wanted
+
+    current = Phases(
+        _current(force_map, table, sharing, tables, current_limit, turns.a, a, f_a),
+        _current(force_map, table, sharing, tables, current_limit, turns.b, b, f_b),
+        _current(force_map, table, sharing, tables, current_limit, turns.c, c, f_c),
+    )
+    given = (
+        _given(force_map, table, tables, turns.a, a, current.a, sense)
+        + _given(force_map, table, tables, turns.b, b, current.b, sense)
+        + _given(force_map, table, tables, turns.c, c, current.c, sense)
+    )
+    return Share(current, select(forward, given, -given), limited)
+
+
+@compiled
+def _phase(  # noqa: PLR0913, PLR0917 - map, limit and place
+    force_map: ForceMap,
+    table: TableMap,
+    tables: Array,
+    current_limit: Lanes,
+    turns: Lanes,
+    shape: Lanes,
+    sense: Lanes,
+) -> _Phase:
+    tabled = table.thrust >= 0.0
+    x = _positive(sense * shape)
+    i_max = table.currents / table.per_ampere
+    formula = force_map.F_pk * x
+    most = _positive(sense * phase_thrust(table, tables, turns, current_limit))
+    whole = _positive(sense * phase_thrust(table, tables, turns, i_max))
+    return _Phase(
+        x=x,
+        most=select(tabled, most, formula * force_fraction(force_map, current_limit)),
+        whole=select(tabled, whole, formula),
+    )
+
+
+@compiled
+def _shares(  # noqa: PLR0913, PLR0917 - every law
+    force_map: ForceMap,
+    table: TableMap,
+    sharing: Sharing,
+    tables: Array,
+    turns: Phases,
+    a: _Phase,
+    b: _Phase,
+    c: _Phase,
+    wanted: Lanes,
+    forward: Lanes,
+) -> Phases:
+    """Return the part of the commanded force that each phase is to give."""
+    law = sharing.law
+    squares = a.most * a.most + b.most * b.most + c.most * c.most
+    scale = 1.0 / select(squares > _TINY, squares, _TINY)
+    f = _least_loss(force_map, a.x, b.x, c.x, wanted)
+    sum_f = f.a + f.b + f.c
+    per = 1.0 / select(sum_f > _TINY, sum_f, _TINY)
+    whole = a.whole + b.whole + c.whole
+    level = clip(wanted / select(whole > _TINY, whole, _TINY), 0.0, 1.0) * SHARE_LEVELS
+    tabled = table.thrust >= 0.0
+    per_ampere = law == FORCE_PER_AMPERE
+    classical = law > FORCE_PER_AMPERE
+    return Phases(
+        select(
+            classical,
+            _classical(sharing, turns.a, forward),
+            select(
+                per_ampere,
+                select(tabled, _tabled(sharing, tables, turns.a, level, forward), f.a * per),
+                a.most * a.most * scale,
+            ),
+        ),
+        select(
+            classical,
+            _classical(sharing, turns.b, forward),
+            select(
+                per_ampere,
+                select(tabled, _tabled(sharing, tables, turns.b, level, forward), f.b * per),
+                b.most * b.most * scale,
+            ),
+        ),
+        select(
+            classical,
+            _classical(sharing, turns.c, forward),
+            select(
+                per_ampere,
+                select(tabled, _tabled(sharing, tables, turns.c, level, forward), f.c * per),
+                c.most * c.most * scale,
+            ),
+        ),
+    )
+
+
+@compiled
+def _least_loss(force_map: ForceMap, a: Lanes, b: Lanes, c: Lanes, wanted: Lanes) -> Phases:
+    """Return the forces of least copper loss on the analytic map, up to a common factor.
+
+    With ``F = G (1 - 1/(1 + B q)) x``, ``G = F_pk (1 + B)/B``, the loss sum q is least where
+    ``sqrt(x_k)/(1 + B q_k) = 1/w`` for every phase that carries current. At most two phases pull
+    the same way: the stronger one alone, or both.
+    """
+    knee = force_map.I_pk * (1.0 / force_map.I_knee)
+    asymptote = (1.0 + knee * knee) / (knee * knee)
+    y = wanted / (force_map.F_pk * asymptote)
+    r_a, r_b, r_c = square_root(a), square_root(b), square_root(c)
+    strongest = select(a > b, a, b)
+    strongest = select(c > strongest, c, strongest)
+    both = r_a * r_b + r_b * r_c + r_c * r_a > strongest - y
+    rest = clip(a + b + c - y, _TINY, np.inf)
+    inverse_w = rest / (r_a + r_b + r_c)
+    return Phases(
+        select(both, _positive(a - r_a * inverse_w), select(a >= strongest, 1.0, 0.0)),
+        select(both, _positive(b - r_b * inverse_w), select(b >= strongest, 1.0, 0.0)),
+        select(both, _positive(c - r_c * inverse_w), select(c >= strongest, 1.0, 0.0)),
+    )
+
+
+@compiled
+def _classical(sharing: Sharing, turns: Lanes, forward: Lanes) -> Lanes:
+    """Return the share of a phase by a sharing function; the three sum to 1."""
+    place = select(forward, turns, 1.0 - turns)
+    per = 1.0 / sharing.overlap
+    start = 1.0 / 12.0 - 0.5 * sharing.overlap
+    rise = clip((place - start) * per, 0.0, 1.0)
+    fall = clip((place - start - 1.0 / 3.0) * per, 0.0, 1.0)
+    _, cos_rise = sine_cosine(0.5 * rise)
+    _, cos_fall = sine_cosine(0.5 * fall)
+    sine = 0.5 * (cos_fall - cos_rise)
+    cubic = rise * rise * (3.0 - 2.0 * rise) - fall * fall * (3.0 - 2.0 * fall)
+    return select(sharing.law == SINE, sine, cubic)
+
+
+@compiled
+def _tabled(sharing: Sharing, tables: Array, turns: Lanes, level: Lanes, forward: Lanes) -> Lanes:
+    """Return the share of a phase of least copper loss, between its nodes."""
+    column, u = cell(turns * SHARE_POSITIONS, SHARE_POSITIONS)
+    row, w = cell(level, SHARE_LEVELS)
+    sheet = select(forward, 0.0, float(SHARE_POSITIONS * SHARE_LEVELS))
+    first = select(sharing.shares > 0.0, sharing.shares, 0.0)
+    return _between(tables, first + 4.0 * (sheet + column * SHARE_LEVELS + row), u, w)
+
+
+@compiled
+def _current(  # noqa: PLR0913, PLR0917 - map, limit and place
+    force_map: ForceMap,
+    table: TableMap,
+    sharing: Sharing,
+    tables: Array,
+    current_limit: Lanes,
+    turns: Lanes,
+    phase: _Phase,
+    force: Lanes,
+) -> Lanes:
+    """Return the current, A, at which a phase gives `force`, N, the way it is asked to pull."""
+    formula = force_map.F_pk * phase.x
+    y = force / select(formula > _TINY, formula, _TINY)
+    closed = current_for(force_map, clip(y, 0.0, force_fraction(force_map, current_limit)))
+    level = square_root(clip(force / select(phase.whole > _TINY, phase.whole, _TINY), 0.0, 1.0))
+    column, u = cell(turns * INVERSE_POSITIONS, INVERSE_POSITIONS)
+    row, w = cell(level * INVERSE_LEVELS, INVERSE_LEVELS)
+    first = select(sharing.inverse > 0.0, sharing.inverse, 0.0)
+    found = _between(tables, first + 4.0 * (column * INVERSE_LEVELS + row), u, w)
+    return select(table.thrust >= 0.0, clip(found, 0.0, current_limit), closed)
+
+
+@compiled
+def _given(  # noqa: PLR0913, PLR0917 - map and place
+    force_map: ForceMap,
+    table: TableMap,
+    tables: Array,
+    turns: Lanes,
+    phase: _Phase,
+    i: Lanes,
+    sense: Lanes,
+) -> Lanes:
+    """Return the thrust that a current gives the way it is asked for, N."""
+    found = sense * phase_thrust(table, tables, turns, i)
+    closed = force_map.F_pk * force_fraction(force_map, i) * phase.x
+    return select(table.thrust >= 0.0, found, closed)
+
+
+@compiled
+def _between(tables: Array, first: Lanes, u: Lanes, w: Lanes) -> Lanes:
+    low, low_next, high, high_next = load_four(tables, first)
+    near = low + w * (low_next - low)
+    return near + u * (high + w * (high_next - high) - near)
+
+
+@compiled
+def _positive(x: Lanes) -> Lanes:
+    return select(x > 0.0, x, 0.0)

@@ -1,0 +1,1 @@
+"""The compiled control period: lane parameters, one tick, scoring of batches."""

@@ -1,0 +1,295 @@
+"""From a scenario to what the kernel takes: lane parameters, initial state, motion limits."""
+
+from __future__ import annotations
+
+import math
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.config.controller import (
+    CompensationConfig,
+    ControllerConfig,
+    Law,
+    ModelConfig,
+    SharingConfig,
+)
+from motionlab.config.planar import AXES
+from motionlab.config.plant import (
+    AmplifierConfig,
+    AxisConfig,
+    FrictionConfig,
+    PlantConfig,
+    ResonanceConfig,
+)
+from motionlab.config.scenario import Scenario
+from motionlab.config.timing import CONTROL_PERIOD, PLANT_STEP
+from motionlab.control.compensation import (
+    CANUDAS_DE_WIT,
+    OBSERVER,
+    OFF,
+    PUBLISHED,
+    RESIDUAL,
+    REVERSED,
+    Compensation,
+)
+from motionlab.control.notch import sampled_notch
+from motionlab.control.position import PositionController
+from motionlab.force_sharing.pole_pitch import share_over
+from motionlab.kernel.force_maps import map_lanes, sharing_lanes
+from motionlab.kernel.layout import PARAMETER_ROWS, STATE_ROWS, Limits, Parameters, State
+from motionlab.lanes import WIDTH
+from motionlab.lanes.bank import TABLES
+from motionlab.plant.current import Amplifiers
+from motionlab.plant.encoder import Encoder
+from motionlab.plant.friction import LuGre
+from motionlab.plant.mechanics import Mechanics
+from motionlab.plant.resonance import Resonance, sampled
+from motionlab.trajectory.motion_limits import MotionLimits
+
+LANES_PER_VARIANT = len(AXES)
+VARIANTS_PER_BLOCK = WIDTH // LANES_PER_VARIANT
+
+_FRICTIONLESS = LuGre(sigma_0=1.0, sigma_1=0.0, sigma_2=0.0, F_c=1e-60, F_s=1e-60, v_s=1.0)
+"""A bristle that gives way at 1e-60 N: below the last bit of any force, and no 0/0."""
+
+_RESIDUAL_GAIN = 100.0  # 1/s
+_CANUDAS_DE_WIT_GAIN = 300.0  # 1/s
+_BRISTLE_LIMIT = 1.2  # of F_s/sigma_0
+_POSITIONS_PER_PITCH = 361
+_SURE = 0.99
+"""What the thrust may be less between these positions than at them, as a share."""
+
+
+def lane_parameters(scenario: Scenario) -> NDArray[np.float64]:
+    """Return the parameters of every lane of a scenario.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Resolved scenario.
+
+    Returns
+    -------
+    ndarray, shape (blocks, PARAMETER_ROWS, WIDTH)
+        Lane ``2 i + a`` holds axis a of variant i; lanes left over repeat the first variant. The
+        tables that it refers to stay in place as long as this array.
+    """
+    with TABLES.lease() as lease:
+        columns = [
+            column
+            for variant in scenario.variants.values()
+            for column in mover_parameters(scenario, variant.controller)
+        ]
+    blocks = -(-len(columns) // WIDTH)
+    while len(columns) < blocks * WIDTH:
+        columns.append(columns[len(columns) % LANES_PER_VARIANT])
+    lanes = np.array(columns, dtype=np.float64).reshape(blocks, WIDTH, PARAMETER_ROWS)
+    parameters = np.array(lanes.transpose(0, 2, 1), order="C")  # no view: it keeps the lease
+    lease.keep_with(parameters)
+    return parameters
+
+
+def mover_parameters(scenario: Scenario, controller: ControllerConfig) -> list[list[float]]:
+    """Return the lane parameters of both axes of one variant, shape (2, PARAMETER_ROWS)."""
+    return [
+        [value for group in lane(scenario, controller, axis) for value in group] for axis in AXES
+    ]
+
+
+def initial_state(
+    blocks: int, start: tuple[float, float], *, width: int = WIDTH
+) -> NDArray[np.float64]:
+    """Return the state of movers at rest at `start`, m; shape (blocks, STATE_ROWS, `width`)."""
+    state = np.zeros((blocks, STATE_ROWS, width))
+    state[:, State._fields.index("p")] = np.tile(start, width // LANES_PER_VARIANT)
+    state[:, State._fields.index("failed")] = -1.0
+    return state
+
+
+def motion_limits(
+    plant: PlantConfig,
+    model: ModelConfig,
+    *,
+    sharing: SharingConfig,
+    force_limit: float,
+    current_limit: float,
+) -> MotionLimits:
+    """Return what a motor can do under a controller with this model and these limits.
+
+    The thrust that can be had is what the controller's law of sharing gives on its map at its force
+    limit, which depends on the position in the pole pitch.
+    """
+    axes = (plant.x, plant.y)
+    with TABLES.lease() as lease:
+        maps = [map_lanes(axis.force_map) for axis in (model.x, model.y)]
+        laws = [sharing_lanes(sharing, axis.force_map) for axis in (model.x, model.y)]
+
+    def friction(axis: int, v: NDArray[np.float64]) -> NDArray[np.float64]:
+        return _steady_friction(axes[axis].friction, v)
+
+    def available(
+        axis: int, position: NDArray[np.float64], sign: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        if plant.force == "ideal":
+            return np.full_like(position, force_limit)
+        found = maps[axis]
+        shared = share_over(
+            found.force_map,
+            found.table,
+            laws[axis],
+            current_limit=current_limit,
+            position=position,
+            force=sign * force_limit,
+        )
+        return np.abs(shared.force)
+
+    lease.keep_with(available)
+
+    def sure(axis: int) -> float:
+        pitch = np.linspace(0.0, maps[axis].force_map.tau, _POSITIONS_PER_PITCH)
+        least = min(float(available(axis, pitch, np.full_like(pitch, s)).min()) for s in (-1, 1))
+        return _SURE * least
+
+    return MotionLimits(
+        stroke=(plant.x.stroke, plant.y.stroke),
+        v_max=(plant.x.velocity_max, plant.y.velocity_max),
+        a_max=(plant.x.acceleration_max, plant.y.acceleration_max),
+        mass=(plant.x.mass, plant.y.mass),
+        friction=friction,
+        available_thrust=available,
+        sure_thrust=(sure(0), sure(1)),
+    )
+
+
+def lane(scenario: Scenario, controller: ControllerConfig, axis: str) -> Parameters:
+    """Return the parameter groups of one axis of one variant, as plain numbers."""
+    plant: AxisConfig = getattr(scenario.plant, axis)
+    model = getattr(controller.model, axis)
+    truth, believed = map_lanes(plant.force_map), map_lanes(model.force_map)
+    return Parameters(
+        friction=_friction(plant.friction),
+        force_map=truth.force_map,
+        amplifiers=_amplifiers(plant.amplifiers),
+        encoder=Encoder(
+            resolution=plant.encoder.resolution,
+            sde_amplitude=plant.encoder.sde_amplitude,
+            sde_period=plant.encoder.sde_period,
+        ),
+        mechanics=Mechanics(
+            M=plant.mass,
+            stop=plant.stroke + plant.stop_distance,
+            stop_stiffness=plant.stop_stiffness,
+            stop_damping=plant.stop_damping,
+        ),
+        resonance=_resonance(plant.resonance, plant.mass),
+        controller=_position_controller(scenario, controller, axis),
+        notch=sampled_notch(**getattr(controller, axis).notch.model_dump()),
+        compensation=_compensation(controller.compensation, model.friction),
+        model_friction=_friction(model.friction),
+        model_force_map=believed.force_map,
+        limits=Limits(current=controller.current_limit, error=scenario.divergence_error),
+        table=truth.table,
+        model_table=believed.table,
+        sharing=sharing_lanes(controller.sharing, model.force_map),
+    )
+
+
+def _position_controller(
+    scenario: Scenario, controller: ControllerConfig, axis: str
+) -> PositionController:
+    gains = getattr(controller, axis)
+    observer = controller.disturbance_observer
+    return PositionController(
+        k_p=gains.k_p,
+        k_d=gains.k_d,
+        M=getattr(controller.model, axis).mass,
+        force_limit=controller.force_limit,
+        feedforward=float(controller.feedforward),
+        observer=float(observer.enabled),
+        observer_alpha=_alpha(observer.bandwidth),
+        delay=float(controller.delay),
+        ideal_force=float(scenario.plant.force == "ideal"),
+    )
+
+
+def _compensation(config: CompensationConfig, model: FrictionConfig) -> Compensation:
+    gain = config.gain
+    if gain is None:
+        gain = _CANUDAS_DE_WIT_GAIN if config.law == "canudas-de-wit" else _RESIDUAL_GAIN
+    limit = config.bristle_limit
+    if limit is None:
+        limit = _BRISTLE_LIMIT if config.law in {"residual-k", "reversed-k"} else math.inf
+    return Compensation(
+        law=_law(config.law),
+        enabled=float(config.enabled and config.law != "off" and model.enabled),
+        from_reference=float(config.velocity == "reference"),
+        gain=gain,
+        residual_alpha=_alpha(config.residual_bandwidth),
+        regularisation=config.regularisation,
+        z_limit=limit * model.F_s / model.sigma_0,
+        k_d_share=config.k_d_share,
+    )
+
+
+def _law(law: Law) -> float:
+    match law:
+        case "off":
+            return OFF
+        case "lugre-observer":
+            return OBSERVER
+        case "published-k":
+            return PUBLISHED
+        case "residual-k":
+            return RESIDUAL
+        case "canudas-de-wit":
+            return CANUDAS_DE_WIT
+        case "reversed-k":
+            return REVERSED
+
+
+def _friction(config: FrictionConfig) -> LuGre:
+    if not config.enabled:
+        return _FRICTIONLESS
+    return LuGre(**config.model_dump(exclude={"enabled"}))
+
+
+def _amplifiers(config: AmplifierConfig) -> Amplifiers:
+    half = 0.5 * PLANT_STEP
+    rest = 0.0 if config.bandwidth is None else math.exp(-2.0 * math.pi * config.bandwidth * half)
+    return Amplifiers(rest, *config.gain, *config.offset, config.limit)
+
+
+def _resonance(config: ResonanceConfig, mass: float) -> Resonance:
+    return sampled(
+        frequency=config.frequency,
+        damping=config.damping,
+        coupling=config.coupling,
+        mass=mass,
+        h=PLANT_STEP,
+    )
+
+
+def _alpha(bandwidth: float) -> float:
+    """Return the coefficient of a first-order low-pass filter of `bandwidth`, Hz."""
+    return 1.0 - math.exp(-2.0 * math.pi * bandwidth * CONTROL_PERIOD)
+
+
+def _steady_friction(config: FrictionConfig, v: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the friction at constant velocity, N: eqs (20) to (22) with dz/dt = 0."""
+    if not config.enabled:
+        return np.zeros_like(v)
+    return _stribeck(v, config.F_c, config.F_s, config.v_s, config.sigma_2)
+
+
+@numba.njit(error_model="numpy", nogil=True, cache=True)
+def _stribeck(
+    velocity: NDArray[np.float64], F_c: float, F_s: float, v_s: float, sigma_2: float
+) -> NDArray[np.float64]:
+    friction = np.empty(len(velocity))
+    for k in range(len(velocity)):
+        v = velocity[k]
+        level = F_c + (F_s - F_c) * math.exp(-((v / v_s) ** 2))
+        friction[k] = np.sign(v) * level + sigma_2 * v
+    return friction

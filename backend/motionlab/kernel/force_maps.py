@@ -1,0 +1,236 @@
+"""Force maps of lanes: from a config to the numbers that the kernel reads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.config.controller import SharingConfig, SharingLaw
+from motionlab.config.force_map import AnyForceMapConfig, ForceMapConfig, TableMapConfig
+from motionlab.config.planar import AXES
+from motionlab.config.scenario import Scenario
+from motionlab.design.fem.force_map import ForceMap as Map
+from motionlab.errors import ConfigError, FieldError
+from motionlab.force_sharing.functions import CUBIC, FORCE_PER_AMPERE, LEAST_NORM, SINE, Sharing
+from motionlab.force_sharing.pole_pitch import Shared, forces_over, share_over
+from motionlab.force_sharing.tables import inverse_cells, share_cells
+from motionlab.kernel.layout import Parameters
+from motionlab.lanes.bank import TABLES
+from motionlab.plant.magnetics import ForceMap
+from motionlab.plant.table_map import ANALYTIC, TableMap, normal_cells, thrust_cells
+from motionlab.store.maps import named_map
+
+Array = NDArray[np.float64]
+
+_GAIN_AT = 0.5
+"""Least force at which the loop's gain is taken, N: at none, currents of offsets alone decide."""
+_GAIN_STEP = 0.1
+"""Half of the difference by which the gain is taken, as a share of the force."""
+_BEYOND = 1e9
+"""A force that no motor gives, N."""
+_GAIN_POSITIONS = 144
+
+
+@dataclass(frozen=True)
+class MapLanes:
+    """What a lane holds of one force map: a formula, or a place among the tables."""
+
+    force_map: ForceMap
+    table: TableMap
+
+
+def pole_pitch(config: AnyForceMapConfig) -> float:
+    """Return the pole pitch of a map of either kind, m.
+
+    Raises
+    ------
+    ConfigError
+        If no map of that name is there, or it cannot be read.
+    """
+    return config.tau if isinstance(config, ForceMapConfig) else named_map(config.name).tau
+
+
+def map_lanes(config: AnyForceMapConfig) -> MapLanes:
+    """Return what a lane holds of a map of either kind.
+
+    Raises
+    ------
+    ConfigError
+        If no map of that name is there, or it cannot be read.
+    """
+    match config:
+        case ForceMapConfig():
+            return MapLanes(ForceMap(**config.model_dump(exclude={"kind"})), ANALYTIC)
+        case TableMapConfig():
+            found = named_map(config.name)
+            # The formula beside a table is computed and forgotten: any numbers without a 0/0 do.
+            formula = ForceMap(found.tau, config.offset, 1.0, 0.0, found.i_max, found.i_max, 0, 0)
+            return MapLanes(formula, _table(found, config.gain))
+
+
+def sharing_lanes(config: SharingConfig, model: AnyForceMapConfig) -> Sharing:
+    """Return what a lane holds of its law of sharing on a model's map.
+
+    Raises
+    ------
+    ConfigError
+        If no map of that name is there, or it cannot be read.
+    """
+    law = law_number(config.law)
+    if isinstance(model, ForceMapConfig):
+        return Sharing(law, config.overlap, -1.0, -1.0)
+    found = named_map(model.name)
+
+    def thrust(turns: Array, i: Array) -> Array:
+        return found.thrust((turns - 0.5) * found.tau, i)
+
+    digest, i_max = found.digest, found.i_max
+    inverse = TABLES.place((digest, "inverse"), lambda: inverse_cells(thrust, i_max))
+    shares = -1
+    if law == FORCE_PER_AMPERE:
+        shares = TABLES.place((digest, "shares"), lambda: share_cells(thrust, i_max))
+    return Sharing(law, config.overlap, float(inverse), float(shares))
+
+
+def law_number(law: SharingLaw) -> float:
+    """Return how a law of sharing is told to lanes."""
+    match law:
+        case "least-norm":
+            return LEAST_NORM
+        case "force-per-ampere":
+            return FORCE_PER_AMPERE
+        case "sine":
+            return SINE
+        case "cubic":
+            return CUBIC
+
+
+def check_maps(scenario: Scenario) -> None:
+    """Refuse force maps that are not there, and currents that a table does not reach.
+
+    Raises
+    ------
+    ConfigError
+        Naming the first map that cannot be used, else every current that is too large.
+    """
+    errors: list[FieldError] = []
+    for loc, config in _tables(scenario):
+        found = named_map(config.name, loc)
+        owner = loc.split(".model.")[0]
+        if owner == loc:
+            axis = getattr(scenario.plant, loc.split(".")[1])
+            field, limit = loc.replace("force_map", "amplifiers.limit"), axis.amplifiers.limit
+        else:
+            controller = scenario.variants[loc.split(".")[1]].controller
+            field, limit = f"{owner}.current_limit", controller.current_limit
+        if limit > found.i_max * (1.0 + 1e-9):
+            errors.append(
+                FieldError(
+                    loc=field,
+                    message=f"is more than force map {config.name!r} reaches",
+                    value=limit,
+                    range=f"<= {found.i_max:g}",
+                    unit="A",
+                )
+            )
+    if errors:
+        raise ConfigError(*errors)
+
+
+def force_gain(par: Parameters, force: float) -> float:
+    """Return the plant's thrust per newton commanded, as a small-signal gain of the loop, 1.
+
+    ``(T(f + d) - T(f - d))/(2 d)`` with T the mean over a pole pitch of the thrust that a command
+    settles at, through sharing, amplifiers and the plant's map; the mean of both directions. Of two
+    analytic maps of one knee, with amplifiers that do as told, it does not depend on f.
+
+    Parameters
+    ----------
+    par : Parameters
+        Of one lane, plain numbers.
+    force : float
+        Magnitude of the command about which the loop moves, N; at most half of what the controller
+        reaches is taken, for limits have no place in a linear loop.
+    """
+    pitch = np.linspace(0.0, par.force_map.tau, _GAIN_POSITIONS, endpoint=False)
+
+    def shared(commands: Array) -> Shared:
+        return share_over(
+            par.model_force_map,
+            par.model_table,
+            par.sharing,
+            current_limit=par.limits.current,
+            position=np.tile(pitch, len(commands)),
+            force=np.repeat(commands, len(pitch)),
+        )
+
+    reach = np.abs(shared(np.array([_BEYOND, -_BEYOND])).force).min()
+    f = min(max(force, _GAIN_AT), 0.5 * reach)
+    commands = f * np.array([1.0 + _GAIN_STEP, 1.0 - _GAIN_STEP, _GAIN_STEP - 1.0, -1 - _GAIN_STEP])
+    amplifiers = par.amplifiers
+    gain = np.array([amplifiers.gain_a, amplifiers.gain_b, amplifiers.gain_c])
+    offset = np.array([amplifiers.offset_a, amplifiers.offset_b, amplifiers.offset_c])
+    found = forces_over(
+        par.force_map,
+        par.table,
+        position=np.tile(pitch, len(commands)),
+        current=gain[:, None] * shared(commands).current + offset[:, None],
+    )
+    T = found.thrust.reshape(len(commands), -1).mean(axis=1)
+    return float((T[0] - T[1] + T[2] - T[3]) / (4.0 * _GAIN_STEP * f))
+
+
+def maps_of(scenario: Scenario) -> dict[str, dict[str, Any]]:
+    """Return which tables a scenario uses, by field: name and hashes, for the record of a run."""
+    return {
+        loc: {
+            "name": config.name,
+            "content_hash": named_map(config.name).document.content_hash,
+            "digest": named_map(config.name).digest,
+        }
+        for loc, config in _tables(scenario)
+    }
+
+
+def map_digests(epochs: Iterable[tuple[int, Scenario]]) -> tuple[str, ...]:
+    """Return the hashes of the tables that some scenarios use, in their order.
+
+    A map's file may change under its name: what is remembered of a scenario holds for these alone.
+
+    Raises
+    ------
+    ConfigError
+        If no map of a name is there, or it cannot be read.
+    """
+    return tuple(
+        named_map(config.name, loc).digest
+        for _, scenario in epochs
+        for loc, config in _tables(scenario)
+    )
+
+
+def _tables(scenario: Scenario) -> Iterator[tuple[str, TableMapConfig]]:
+    for axis in AXES:
+        config = getattr(scenario.plant, axis).force_map
+        if isinstance(config, TableMapConfig):
+            yield f"plant.{axis}.force_map", config
+    for name, variant in scenario.variants.items():
+        for axis in AXES:
+            config = getattr(variant.controller.model, axis).force_map
+            if isinstance(config, TableMapConfig):
+                yield f"variants.{name}.controller.model.{axis}.force_map", config
+
+
+def _table(found: Map, gain: float) -> TableMap:
+    positions, currents = len(found.document.positions) - 1, len(found.document.currents) - 1
+    dx, di = found.tau / positions, found.i_max / currents
+    digest = found.digest
+    thrust = TABLES.place((digest, "thrust"), lambda: thrust_cells(found.hermite(), dx, di))
+    normal = TABLES.place(
+        (digest, "normal"), lambda: normal_cells(found.hermite("normal_force"), dx, di)
+    )
+    return TableMap(float(thrust), float(normal), positions, currents, 1.0 / di, gain)

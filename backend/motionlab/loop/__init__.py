@@ -1,0 +1,1 @@
+"""The sampled loop, linearised: margins, stability boundary, frequency sweep."""

@@ -1,0 +1,267 @@
+"""The loops of one axis over its gains: stability, margins and the edge, without a simulation.
+
+In the force ``u = k_p e + k_d de/dt`` the gains are factors, and everything else of the controller
+is linear: the open loop and the closed loop's matrix are affine in k_p and k_d. Three
+linearisations therefore give every loop of the plane of gains, at each sliding velocity.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.config.scenario import Scenario
+from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.loop.linearise import (
+    SLIDING,
+    Loop,
+    StateSpace,
+    controller_about,
+    parameters,
+    plant_about,
+)
+from motionlab.loop.margins import GRID, sampled
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+SLOWEST = 0.5
+SPEEDS = tuple(np.geomspace(SLOWEST, SLIDING, 11).tolist())
+"""Sliding velocities at which margins are looked for, in Stribeck velocities: below SLIDING,
+friction falls with velocity. That costs margin, most of all about the Stribeck velocity itself."""
+
+
+class Worst(NamedTuple):
+    """The worst that a margin is over the sliding velocities, and where."""
+
+    value: float
+    velocity: float  # m/s
+
+
+class Figures(NamedTuple):
+    """The worst margins over the velocities, infinite where there is none.
+
+    Attributes
+    ----------
+    gain_margin : Worst
+        Smallest factor, up or down, by which the gain may change to the edge.
+    phase_margin : Worst
+        rad.
+    Ms : Worst
+        Largest abs(1/(1 + L)).
+    """
+
+    gain_margin: Worst
+    phase_margin: Worst
+    Ms: Worst
+
+
+@dataclass(frozen=True)
+class LoopFamily:
+    """The loops of one axis of one variant for any gains, at one or several sliding velocities.
+
+    Attributes
+    ----------
+    velocity : ndarray, shape (v,)
+        m/s, evenly spaced in their logarithms.
+    plants : list of StateSpace
+        At each velocity.
+    frequency : ndarray, shape (f,)
+        Hz, closer where a loop changes fast.
+    matrix : ndarray, shape (3, v, n, n)
+        Closed loop without gains, and what each N/m and each N s/m adds to it, of the states whose
+        poles the gains move.
+    fixed : ndarray, shape (v,)
+        Largest modulus of the other poles.
+    response : ndarray of complex, shape (3, v, f)
+        As `matrix`, of the open loop.
+    """
+
+    velocity: Array
+    plants: list[StateSpace]
+    frequency: Array
+    matrix: Array
+    fixed: Array
+    response: Complex
+
+    @classmethod
+    def of(
+        cls,
+        scenario: Scenario,
+        variant: str,
+        axis: str,
+        speeds: tuple[float, ...] = SPEEDS,
+        *,
+        like: LoopFamily | None = None,
+    ) -> LoopFamily:
+        """Return the loops of one axis.
+
+        Parameters
+        ----------
+        scenario : Scenario
+            Motor and controllers.
+        variant : str
+            Which controller.
+        axis : str
+            ``x`` or ``y``.
+        speeds : tuple of float
+            Sliding velocities, in Stribeck velocities of the motor.
+        like : LoopFamily, optional
+            Loops of the same motor at the same speeds with other numbers in its observers, whose
+            plants and frequencies are taken over.
+
+        Raises
+        ------
+        ConfigError
+            For the law ``published-k``, which has no linearisation.
+        """
+        par = parameters(scenario, variant, axis)
+        velocity = par.friction.v_s * np.array(speeds)
+        plants = like.plants if like else [plant_about(par, v) for v in velocity]
+
+        def loops(k_p: float, k_d: float) -> list[Loop]:
+            with_gains = par._replace(controller=par.controller._replace(k_p=k_p, k_d=k_d))
+            at = zip(plants, velocity, strict=True)
+            return [Loop(plant, controller_about(with_gains, v)) for plant, v in at]
+
+        corners = [loops(0.0, 0.0), loops(_UNIT, 0.0), loops(0.0, _UNIT)]
+        closed = _affine(np.array([[loop.closed() for loop in corner] for corner in corners]))
+        moved = _moved(closed)
+        kept = np.flatnonzero(~moved)
+        frequency = like.frequency if like else _frequencies(loops(_UNIT, _UNIT))
+        return cls(
+            velocity,
+            plants,
+            frequency,
+            closed[:, :, moved][..., moved],
+            _radius(closed[0][:, kept[:, None], kept]),
+            _responses(corners, frequency),
+        )
+
+    def radii(self, k_p: Array, k_d: Array) -> Array:
+        """Return the largest modulus of the poles at each velocity, shape (..., v)."""
+        free, p, d = self.matrix
+        closed = free + k_p[..., None, None, None] * p + k_d[..., None, None, None] * d
+        return np.maximum(_radius(closed), self.fixed)
+
+    def radius(self, k_p: Array, k_d: Array) -> Array:
+        """Return the largest modulus at any velocity, shape of `k_p` and `k_d`; stable below 1."""
+        return self.radii(k_p, k_d).max(axis=-1)
+
+    def open(self, k_p: float, k_d: float) -> Complex:
+        """Return the open loop at each velocity and frequency."""
+        free, p, d = self.response
+        return free + k_p * p + k_d * d
+
+    def figures(self, k_p: float, k_d: float) -> Figures:
+        """Return the worst margins, interpolated between frequencies and between velocities."""
+        L = self.open(k_p, k_d)
+        size = L.real**2 + L.imag**2
+        phase = np.full(len(L), math.inf)
+        v, at_unity = _between(L, size > 1.0, lambda ends: np.log(np.abs(ends)))
+        np.minimum.at(phase, v, np.abs(np.angle(-at_unity)))
+        gain = np.full(len(L), math.inf)  # of its logarithm
+        v, turns = _between(L, L.imag > 0.0, lambda ends: np.angle(-ends))
+        np.minimum.at(gain, v, np.abs(np.log(np.abs(turns))))
+        nearest = np.sqrt((1.0 + 2.0 * L.real + size).min(axis=-1))
+        factor, least = self._least(gain), self._least(nearest)
+        return Figures(
+            gain_margin=factor._replace(value=math.exp(factor.value)),
+            phase_margin=self._least(phase),
+            Ms=least._replace(value=1.0 / max(least.value, _TINY)),
+        )
+
+    def _least(self, values: Array) -> Worst:
+        """Return the least of some values over the velocities, on the parabola through it."""
+        k = int(values.argmin())
+        value, velocity = float(values[k]), float(self.velocity[k])
+        if not 0 < k < len(values) - 1 or not np.isfinite(values[k - 1 : k + 2]).all():
+            return Worst(value, velocity)
+        slope = 0.5 * float(values[k + 1] - values[k - 1])
+        bend = float(values[k + 1] + values[k - 1]) - 2.0 * value
+        if bend == 0.0:
+            return Worst(value, velocity)
+        step = math.log(self.velocity[k + 1] / velocity)
+        return Worst(
+            max(value - 0.5 * slope**2 / bend, 0.0), velocity * math.exp(-step * slope / bend)
+        )
+
+
+_EVERY, _CHANGE = 4, 0.12
+"""Every which frequency of the grid to begin with, and what L may change between neighbours: as it
+does in one such step where it falls by 40 dB a decade."""
+_UNIT = 1e3
+"""Gain that is large enough to tell by: N/m, and N s/m."""
+_TINY = 1e-12
+"""Least distance from -1 that is told from none."""
+
+
+def _affine(corners: Array) -> Array:
+    """Return the value without gains, and what a unit of each adds."""
+    return np.stack([corners[0], *((corner - corners[0]) / _UNIT for corner in corners[1:])])
+
+
+def _moved(closed: Array) -> NDArray[np.bool_]:
+    """Return which states have poles that gains move: their loop holds an entry with a gain in it.
+
+    States that drive one another in a ring share poles; those of different rings do not.
+    """
+    from scipy.sparse.csgraph import connected_components
+
+    _, ring = connected_components((closed != 0.0).any(axis=(0, 1)), connection="strong")
+    rows, columns = np.nonzero((closed[1:] != 0.0).any(axis=(0, 1)))
+    return np.isin(ring, ring[rows[ring[rows] == ring[columns]]])
+
+
+def _radius(matrix: Array) -> Array:
+    return np.abs(np.linalg.eigvals(matrix)).max(axis=-1, initial=0.0)
+
+
+def _frequencies(loops: list[Loop]) -> Array:
+    """Return frequencies, Hz, close enough for each of some loops."""
+    begin = np.append(GRID[::_EVERY], GRID[-1])
+    grid, _ = sampled(lambda some: np.stack([loop.open(some) for loop in loops]), begin, _CHANGE)
+    return grid
+
+
+def _responses(corners: list[list[Loop]], frequency: Array) -> Complex:
+    """Return the open loop without gains, and what a unit of each adds, at each velocity."""
+    plant = np.stack([loop.plant.response(frequency) for loop in corners[0]])
+    free, with_p = (
+        np.stack([loop.controller.response(frequency) for loop in corner]) for corner in corners[:2]
+    )
+    p = plant * (with_p - free) / _UNIT
+    # k_d acts on the difference of what k_p acts on
+    differenced = -np.expm1(-2j * np.pi * frequency * CONTROL_PERIOD) / CONTROL_PERIOD
+    return np.stack([plant * free, p, p * differenced])
+
+
+def with_gains(scenario: Scenario, variant: str, axis: str, k_p: float, k_d: float) -> Scenario:
+    """Return a scenario with other gains on one axis of one variant, N/m and N s/m."""
+    owner = scenario.variants[variant]
+    gains = getattr(owner.controller, axis).model_copy(update={"k_p": k_p, "k_d": k_d})
+    changed = owner.model_copy(
+        update={"controller": owner.controller.model_copy(update={axis: gains})}
+    )
+    return scenario.model_copy(update={"variants": scenario.variants | {variant: changed}})
+
+
+def _between(
+    L: Complex, side: NDArray[np.bool_], measure: Callable[[Complex], Array]
+) -> tuple[NDArray[np.intp], Complex]:
+    """Return where along frequency L changes sides, and L there, where a measure of it is 0.
+
+    log abs(L) and arg L are straight between neighbours. A phase that jumps from pi to -pi passes
+    through no 0.
+    """
+    v, f = np.nonzero(side[:, 1:] != side[:, :-1])
+    before, after = L[v, f], L[v, f + 1]
+    begins, ends = measure(before), measure(after)
+    real = (begins * ends < 0.0) & (np.abs(ends - begins) < math.pi)
+    share = begins[real] / (begins[real] - ends[real])
+    return v[real], before[real] * (after[real] / before[real]) ** share

@@ -1,0 +1,371 @@
+"""The sampled loop of one axis, linearised about standing still or about sliding at one velocity.
+
+The plant, from force command to position, is held over a control period (zero-order hold)::
+
+    M dv/dt = f - f_f,   df/dt = omega (gain f_command - f)
+    f_f = sigma_0 z + sigma_1 dz/dt + sigma_2 v,   dz/dt = lambda g'(v_0) v - lambda z
+    d^2y/dt^2 = omega_r^2 (compliance f - y) - 2 zeta omega_r dy/dt,   p_meas = p + y
+
+with ``lambda = abs(v_0)/g(v_0)``; stuck (v_0 = 0), ``dz/dt = v``. The controller is the kernel's,
+tick for tick. The gain is the thrust that one more newton of command gives, as a mean over the pole
+pitch. Limits, quantisation, commutation and what else changes along it have no place in it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.config.scenario import Scenario
+from motionlab.config.timing import CONTROL_PERIOD, PLANT_STEP
+from motionlab.control.compensation import CANUDAS_DE_WIT, PUBLISHED, RESIDUAL, REVERSED
+from motionlab.errors import ConfigError, FieldError
+from motionlab.kernel.build import lane
+from motionlab.kernel.force_maps import check_maps, force_gain
+from motionlab.kernel.layout import Parameters
+from motionlab.lanes.bank import TABLES
+from motionlab.plant.friction import LuGre
+from motionlab.plant.resonance import natural
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Flags = NDArray[np.bool_]
+
+T_S = CONTROL_PERIOD
+_NO_FRICTION = 1e-30
+"""Below this stiction there is no bristle, N."""
+SLIDING = 4.0
+"""Velocity at which limits of stability are looked for, in Stribeck velocities: friction no longer
+falls with it, and nothing sticks, which would help."""
+_COARSE, _FINE, _FURTHEST = 1.2, 1e-4, 1e3
+_CREEP = 1e-3
+"""Rate at which a stuck bristle relaxes, 1/s: a mover may rest anywhere, and no pole lies at 1."""
+
+
+class NoLinearisation(ConfigError):
+    """A law that cannot be linearised."""
+
+
+@dataclass(frozen=True)
+class StateSpace:
+    """A sampled linear system ``x+ = A x + B u, y = C x + D u`` of one input and one output."""
+
+    A: Array
+    B: Array
+    C: Array
+    D: float
+
+    def response(self, frequency: Array) -> Complex:
+        """Return the frequency response at `frequency`, Hz, shape (n,)."""
+        used = _in_path(self.A != 0.0, self.B != 0.0, self.C != 0.0)
+        A, B, C = self.A[np.ix_(used, used)], self.B[used], self.C[used]
+        z = np.exp(2j * np.pi * frequency * T_S)
+        pencil = z[:, None, None] * np.eye(len(A)) - A
+        inside = np.linalg.solve(pencil, np.broadcast_to(B[:, None], (len(z), len(B), 1)))
+        return np.asarray(inside[..., 0] @ C + self.D, dtype=np.complex128)
+
+
+@dataclass(frozen=True)
+class Loop:
+    """The linearised loop of one axis.
+
+    Attributes
+    ----------
+    plant : StateSpace
+        Force command, N, to position, m.
+    controller : StateSpace
+        Position, m, to the opposite of the force command, N.
+    """
+
+    plant: StateSpace
+    controller: StateSpace
+
+    def open(self, frequency: Array) -> Complex:
+        """Return the open loop ``L = C P`` at `frequency`, Hz; closed, ``1/(1 + L)`` remains."""
+        return self.plant.response(frequency) * self.controller.response(frequency)
+
+    def closed(self) -> Array:
+        """Return the matrix of the closed loop, whose eigenvalues are its poles in the z plane."""
+        p, c = self.plant, self.controller
+        closed = [
+            [p.A - c.D * np.outer(p.B, p.C), -np.outer(p.B, c.C)],
+            [np.outer(c.B, p.C), c.A],
+        ]
+        return np.block(closed)
+
+    @property
+    def stable(self) -> bool:
+        """Whether every pole lies inside the unit circle."""
+        return _is_stable(self.closed())
+
+
+@TABLES.lease()
+def linearise(scenario: Scenario, variant: str, axis: str, *, v: float) -> Loop:
+    """Return the loop of one axis of one variant about one velocity.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Motor and controllers.
+    variant : str
+        Which controller.
+    axis : str
+        ``x`` or ``y``.
+    v : float
+        Sliding velocity, m/s; 0 is stuck.
+
+    Raises
+    ------
+    NoLinearisation
+        For the law ``published-k``, and ``reversed-k`` with a share of k_d: their K is a quotient.
+    ConfigError
+        If a force map is not there, or its currents do not reach far enough.
+    """
+    return _loop(parameters(scenario, variant, axis), v)
+
+
+@TABLES.lease()
+def stability_limits(scenario: Scenario, variant: str, axis: str) -> dict[str, float | None]:
+    """Return the nearest gains of one axis at which its loop changes between stable and unstable.
+
+    Each gain is moved alone, up from a stable loop and down from an unstable one, while the axis
+    slides at `SLIDING`.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Motor and controllers.
+    variant : str
+        Which controller.
+    axis : str
+        ``x`` or ``y``.
+
+    Returns
+    -------
+    dict of str to float or None
+        ``k_p``, N/m, and ``k_d``, N s/m; None where no such gain is found up to a thousandfold.
+
+    Raises
+    ------
+    ConfigError
+        As `linearise`.
+    """
+    par = parameters(scenario, variant, axis)
+    return {gain: _edge(par, gain, SLIDING * par.friction.v_s) for gain in ("k_p", "k_d")}
+
+
+def _edge(par: Parameters, gain: str, v: float) -> float | None:
+    """Return where moving a gain changes stability; the closed loop is affine in each gain."""
+    start = getattr(par.controller, gain)
+    if start == 0.0:
+        return None
+
+    def closed(value: float) -> Array:
+        controller = par.controller._replace(**{gain: value})
+        return _loop(par._replace(controller=controller), v).closed()
+
+    here = closed(start)
+    slope = closed(2.0 * start) - here
+
+    def stable(factor: float) -> bool:
+        return _is_stable(here + (factor - 1.0) * slope)
+
+    begins = stable(1.0)
+    ratio = _COARSE if begins else 1.0 / _COARSE
+    inside = 1.0
+    while stable(inside * ratio) == begins:
+        inside *= ratio
+        if not 1.0 / _FURTHEST < inside < _FURTHEST:
+            return None
+    outside = inside * ratio
+    while abs(outside / inside - 1.0) > _FINE:
+        middle = math.sqrt(inside * outside)
+        inside, outside = (middle, outside) if stable(middle) == begins else (inside, middle)
+    return start * math.sqrt(inside * outside)
+
+
+def _in_path(leads: Flags, enters: Flags, leaves: Flags) -> NDArray[np.intp]:
+    """Return which states the input reaches and the output shows; the others change no response."""
+    reach = np.linalg.matrix_power(leads | np.eye(len(leads), dtype=bool), len(leads))
+    return np.flatnonzero((reach @ enters) & (leaves @ reach))
+
+
+def _is_stable(A: Array) -> bool:
+    return bool(np.abs(np.linalg.eigvals(A)).max() < 1.0)
+
+
+def parameters(scenario: Scenario, variant: str, axis: str) -> Parameters:
+    """Return what a linearisation takes from a scenario: one lane, as plain numbers.
+
+    Parameters
+    ----------
+    scenario, variant, axis
+        As `linearise`.
+
+    Raises
+    ------
+    ConfigError
+        As `linearise`.
+    """
+    check_maps(scenario)
+    par = lane(scenario, scenario.variants[variant].controller, axis)
+    law = par.compensation
+    if law.enabled and law.law == PUBLISHED:
+        raise _quotient(variant, "law", "published-k")
+    if law.enabled and law.law == REVERSED and law.k_d_share > 0.0:
+        raise _quotient(variant, "k_d_share", law.k_d_share)
+    return par
+
+
+def _quotient(variant: str, field: str, value: object) -> NoLinearisation:
+    return NoLinearisation(
+        FieldError(
+            loc=f"variants.{variant}.controller.compensation.{field}",
+            message="has no linearisation: its K is a quotient that passes through 0/0",
+            value=value,
+        )
+    )
+
+
+def _loop(par: Parameters, v: float) -> Loop:
+    return Loop(plant_about(par, v), controller_about(par, v))
+
+
+class _Bristle(NamedTuple):
+    """Bristle state about a velocity: ``dz/dt = slope v - rate z``."""
+
+    slope: float  # lambda g'(v_0), 1; 1 where it sticks
+    rate: float  # lambda, 1/s
+    bend: float  # g'(v_0), s
+
+
+def _bristle(f: LuGre, v: float) -> _Bristle:
+    if f.F_s < _NO_FRICTION:
+        return _Bristle(slope=0.0, rate=1.0, bend=0.0)
+    if v == 0.0:
+        return _Bristle(slope=1.0, rate=_CREEP, bend=0.0)
+    speed = abs(v)
+    dip = (f.F_s - f.F_c) * math.exp(-((speed / f.v_s) ** 2)) / f.sigma_0
+    g = f.F_c / f.sigma_0 + dip
+    bend = -2.0 * speed / f.v_s**2 * dip
+    return _Bristle(slope=speed / g * bend, rate=speed / g, bend=bend)
+
+
+def _force(f: LuGre, v: float) -> float:
+    """Return the force that sliding at a velocity takes, N; stuck, what it takes to slide."""
+    speed = abs(v)
+    return f.F_c + (f.F_s - f.F_c) * math.exp(-((speed / f.v_s) ** 2)) + f.sigma_2 * speed
+
+
+def plant_about(par: Parameters, v: float) -> StateSpace:
+    """Return the plant of one lane about a velocity, m/s: force command to position."""
+    from scipy.linalg import expm
+
+    f, M, mode = par.friction, par.mechanics.M, par.resonance
+    bristle = _bristle(f, v)
+    n = 4 if mode.compliance == 0.0 else 6  # position, velocity, bristle, force; deflection, rate
+    A, B, C, per_force = np.zeros((n, n)), np.zeros(n), np.zeros(n), np.zeros(n)
+    A[0, 1] = C[0] = 1.0
+    A[1, 1] = -(f.sigma_1 * bristle.slope + f.sigma_2) / M
+    A[1, 2] = (f.sigma_1 * bristle.rate - f.sigma_0) / M
+    A[2, 1], A[2, 2] = bristle.slope, -bristle.rate
+    per_force[1] = 1.0 / M
+    if mode.compliance != 0.0:
+        stiffness, damping = natural(mode, PLANT_STEP)
+        A[4, 5], A[5, 4], A[5, 5] = 1.0, -stiffness, -damping
+        per_force[5] = stiffness * mode.compliance
+        C[4] = 1.0
+
+    ideal = par.controller.ideal_force > 0.0
+    gain = 1.0 if ideal else force_gain(par, _force(f, v))
+    rest = par.amplifiers.half_step
+    if ideal or rest == 0.0:  # the force is there at once
+        B, A[3, 3] = gain * per_force, -1.0
+    else:
+        omega = -math.log(rest) / (0.5 * PLANT_STEP)
+        A[:, 3] += per_force
+        A[3, 3], B[3] = -omega, gain * omega
+    held = np.zeros((n + 1, n + 1))
+    held[:n, :n], held[:n, n] = A, B
+    step = cast("Array", expm(held * T_S))
+    return StateSpace(step[:n, :n], step[:n, n], C, 0.0)
+
+
+class _Memory(NamedTuple):
+    """What the controller remembers, as the kernel's State: deviations from sliding steadily."""
+
+    p: Array
+    v: Array
+    z: Array
+    residual: Array
+    d: Array
+    n_1: Array  # the notch's memory
+    n_2: Array
+    known: Array  # force in effect over the last period, less the compensation in it
+    unexplained: Array  # the same, less the whole estimate
+    K: Array
+    force_pending: Array
+    known_pending: Array
+    unexplained_pending: Array
+    K_pending: Array
+
+
+def controller_about(par: Parameters, v: float) -> StateSpace:
+    """Return the controller of one lane about a velocity, m/s: position to minus the force command.
+
+    The linear tick is probed with a unit of each of its states, and of its input, all at once.
+    """
+    n = len(_Memory._fields)
+    *units, input_ = np.eye(n + 1)
+    force, memory = _tick(par, v, _Memory(*units), input_)
+    step = np.array(memory)
+    return StateSpace(step[:, :n], step[:, n], -force[:n], -float(force[n]))
+
+
+def _tick(par: Parameters, v_0: float, s: _Memory, p: Array) -> tuple[Array, _Memory]:
+    """Return the force command that acts now and the next state; the reference is zero."""
+    controller, law, model = par.controller, par.compensation, par.model_friction
+    bristle = _bristle(model, v_0)
+    v = (p - s.p) / T_S
+    a = (v - s.v) / T_S
+    inertia = controller.M * a
+    u = -controller.k_p * p - controller.k_d * v
+
+    own = 0.0 if law.law == REVERSED else model.sigma_1 * s.K
+    residual = s.residual + law.residual_alpha * (inertia - s.unexplained - own - s.residual)
+    K = np.zeros_like(p)
+    if law.law == CANUDAS_DE_WIT:
+        K = -law.gain * p
+    elif law.law == RESIDUAL:
+        D = model.sigma_1 * bristle.rate - model.sigma_0
+        floor = law.regularisation * model.sigma_0
+        K = law.gain * D * residual / (D * D + floor * floor) if D < 0.0 else K
+    elif law.law == REVERSED and model.sigma_1 > 0.0:
+        K = -residual / model.sigma_1
+
+    v_hat = np.zeros_like(p) if law.from_reference > 0.0 else v
+    x = bristle.rate * T_S
+    decay = math.exp(-x)
+    phi_1 = -math.expm1(-x) / x if x > 0.0 else 1.0
+    follows = T_S if v_0 == 0.0 else bristle.bend * (1.0 - decay)
+    z = s.z * decay + follows * v_hat + T_S * phi_1 * K
+    estimate = model.sigma_0 * z + model.sigma_1 * (z - s.z) / T_S + model.sigma_2 * v_hat
+    added = estimate if law.enabled > 0.0 else np.zeros_like(p)
+
+    d = s.d + controller.observer_alpha * (s.known - inertia - s.d)
+    feedback = u + (d if controller.observer > 0.0 else 0.0)
+    notch = par.notch
+    passed = notch.b_0 * feedback + s.n_1
+    n_1 = notch.b_1 * feedback - notch.a_1 * passed + s.n_2
+    n_2 = notch.b_2 * feedback - notch.a_2 * passed
+    force = passed + added
+
+    pending = (force, force - added, force - estimate, K)
+    last = (s.force_pending, s.known_pending, s.unexplained_pending, s.K_pending)
+    acting = last if controller.delay > 0.0 else pending
+    memory = _Memory(p, v, z, residual, d, n_1, n_2, *acting[1:], *pending)
+    return acting[0], memory

@@ -1,0 +1,48 @@
+"""``python -m motionlab.scene3d``: serves one scene, fed through stdin; ends when that does."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import warnings
+
+import numpy as np
+
+from motionlab.scene3d import protocol
+
+
+def main() -> None:
+    """Answer with the port, or why there is none, on stdout; then show what comes."""
+    answers = os.fdopen(os.dup(sys.stdout.fileno()), "w")
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # viser prints there
+    told = protocol.read(sys.stdin.buffer)
+    if told is None or told[0] != protocol.START:
+        return
+    start = protocol.Start.decode(told[1])
+    try:
+        from motionlab.scene3d.server import SceneServer  # noqa: PLC0415 - it may not be installed
+    except ImportError as error:
+        reason = f"viser cannot be loaded: {error.name or 'a module'} cannot be imported"
+        print(json.dumps({"error": reason}), file=answers, flush=True)
+        return
+    # A viewer may leave while it is being told something.
+    warnings.filterwarnings("ignore", "Queued a .* on a closed connection", UserWarning)
+    # What it says may be of other types than viser expects, which comes to light by itself.
+    warnings.filterwarnings("ignore", module=r"viser\.infra\._messages")
+    scene = SceneServer(start)
+    print(json.dumps({"port": scene.port}), file=answers, flush=True)
+    width = protocol.width(len(start.variants))
+    while (message := protocol.read(sys.stdin.buffer)) is not None:
+        match message:
+            case (protocol.POSES, payload):
+                scene.show(np.frombuffer(payload, "<f4").reshape(-1, width))
+            case (protocol.CLEAR, _):
+                scene.clear()
+            case (kind, _):
+                raise ValueError(f"a message of kind {kind!r}")
+    os._exit(0)  # viser's stop waits for viewers that never read
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,173 @@
+"""The viser server of a scene: on loopback, for its own lab alone, without a share tunnel."""
+
+from __future__ import annotations
+
+import functools
+import hmac
+import http
+import socket
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import viser
+import websockets.asyncio.server
+from websockets.datastructures import Headers
+from websockets.http11 import Request, Response
+
+from motionlab.scene3d.cameras import FIELD_OF_VIEW, presets
+from motionlab.scene3d.protocol import RATE, TRAIL_SECONDS, Start, Values
+from motionlab.scene3d.view import FORCE_SCALE, View
+from motionlab.scene3d.viewer_websockets import contained
+
+SEND_BUFFER = 64 * 1024
+"""Bytes that a slow viewer can leave unread in the kernel."""
+
+MAGNIFICATIONS = ("1", "100", "300", "1000")
+
+
+class LabServer(viser.ViserServer):
+    """A viser server that cannot be asked for a public share tunnel."""
+
+    def request_share_url(self, verbose: bool = True) -> str | None:
+        """Refuse: nobody beyond this machine is to see the lab by a viewer's wish."""
+        return None
+
+
+def open_server(start: Start) -> LabServer:
+    """Return a server on a free loopback port that speaks to `start.origin` alone.
+
+    viser binds to every address and takes anybody's connection. It hands both its port and its
+    page to one call of websockets' ``serve``; that call is given a loopback socket, a check, and
+    a handler that no viewer's message can make print a traceback.
+    """
+    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)  # inherited
+    listener.bind(("127.0.0.1", 0))
+    original = websockets.asyncio.server.serve
+
+    @functools.wraps(original)
+    def serve(
+        handler: Any, _host: str, _port: int, *, process_request: Callable[..., Any], **options: Any
+    ) -> Any:
+        def guarded(connection: Any, request: Request) -> Response | None:
+            if not hmac.compare_digest(
+                request.headers.get("Origin", "").encode(), start.origin.encode()
+            ):
+                headers = Headers({"Content-Length": "0", "Connection": "close"})
+                return Response(http.HTTPStatus.FORBIDDEN.value, "Forbidden", headers)
+            return process_request(connection, request)
+
+        return original(contained(handler), sock=listener, process_request=guarded, **options)
+
+    websockets.asyncio.server.serve = serve  # type: ignore[assignment]
+    try:
+        return LabServer("127.0.0.1", 0, label="View", verbose=False)
+    finally:
+        websockets.asyncio.server.serve = original  # type: ignore[assignment]
+
+
+class SceneServer:
+    """Shows poses to every viewer.
+
+    Parameters
+    ----------
+    start : Start
+        What is shown.
+    """
+
+    def __init__(self, start: Start) -> None:
+        self._start = start
+        self._trail: Values = np.empty((0, 0), np.float32)
+        self._views: dict[int, View] = {}
+        self._lock = threading.Lock()
+        self.server = open_server(start)
+        self._presets = presets(start)
+        camera = self.server.initial_camera
+        camera.fov = FIELD_OF_VIEW
+        camera.near, camera.far = 0.01, 20.0
+        camera.position = np.array(self._presets["Overview"].position(2.0))
+        camera.look_at = np.zeros(3)
+        self._add_controls()
+        self.server.on_client_connect(self._join)
+        self.server.on_client_disconnect(self._leave)
+
+    @property
+    def port(self) -> int:
+        """Where the server listens on loopback."""
+        return self.server.get_port()
+
+    def show(self, poses: Values) -> None:
+        """Take newer poses, oldest first, and show the last; one told again shows it completely."""
+        with self._lock:
+            if self._trail.shape[1:] != poses.shape[1:]:
+                self._trail = poses[:0]
+            again = np.array_equal(self._trail[-1:], poses)
+            if not again:
+                kept = round(RATE * TRAIL_SECONDS)
+                self._trail = np.concatenate([self._trail, poses])[-kept:]
+            self._forget_gone()
+            for view in self._views.values():
+                view.show(self._trail, complete=again or len(poses) > 1)
+
+    def clear(self) -> None:
+        """Forget the trace."""
+        with self._lock:
+            self._trail = self._trail[:0]
+
+    def _add_controls(self) -> None:
+        gui = self.server.gui
+        gui.configure_theme(control_width="small", show_logo=False, show_share_button=False)
+        whole = [name for name, preset in self._presets.items() if preset.follows is None]
+        followed = [name for name, preset in self._presets.items() if preset.follows is not None]
+        for label, names in (("Camera", whole), ("Follow", followed)):
+            gui.add_button_group(label, names).on_click(self._look)
+        chosen = gui.add_dropdown(
+            "Errors x", MAGNIFICATIONS, initial_value="300", hint="In the trace only"
+        )
+
+        @chosen.on_update
+        def _(event: viser.GuiEvent[Any]) -> None:
+            self._magnify(event)
+
+        gui.main_panel.minimize()
+        gui.add_markdown(
+            "Windings glow with their phase's current. Arrows: thrust in the stage's colour, "
+            f"friction grey, load violet; 10 N = {FORCE_SCALE * 1e4:g} mm."
+        )
+
+    def _look(self, event: viser.GuiEvent[Any]) -> None:
+        view = None if event.client_id is None else self._views.get(event.client_id)
+        if view is not None:
+            with self._lock:
+                view.look(self._presets[event.target.value])
+                if len(self._trail):
+                    view.show(self._trail)
+
+    def _magnify(self, event: viser.GuiEvent[Any]) -> None:
+        chosen = event.target.value
+        if chosen not in MAGNIFICATIONS:  # viser takes what a viewer says
+            return
+        with self._lock:
+            for view in self._views.values():
+                view.magnification = float(chosen)
+                if len(self._trail):
+                    view.show(self._trail)
+
+    def _join(self, client: viser.ClientHandle) -> None:
+        with self._lock:
+            view = View(client, self._start)
+            self._views[client.client_id] = view
+            view.look(self._presets["Overview"])
+            if len(self._trail):
+                view.show(self._trail)
+
+    def _leave(self, _client: viser.ClientHandle) -> None:
+        with self._lock:
+            self._forget_gone()
+
+    def _forget_gone(self) -> None:
+        """Forget viewers that have left; one may leave while its join still waits for its turn."""
+        present = self.server.get_clients()
+        self._views = {key: view for key, view in self._views.items() if key in present}

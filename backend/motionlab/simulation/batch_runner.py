@@ -1,0 +1,237 @@
+"""Scoring lanes: thousands of movers through one motion, over blocks of lanes and threads.
+
+The movers of a call share what is common to all: reference, load and the draws of every noise
+source. Blocks of lanes go to threads; the compiled loop holds no lock meanwhile.
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.config.planar import AXES
+from motionlab.kernel.accumulator import new_tally, tally_metrics
+from motionlab.kernel.build import LANES_PER_VARIANT, initial_state
+from motionlab.kernel.layout import State
+from motionlab.kernel.score import score_ticks
+from motionlab.lanes import WIDE, WIDTH
+from motionlab.results.metrics import DEFINITIONS, hold_metrics
+from motionlab.simulation.inputs import PAGE, page_inputs
+from motionlab.simulation.prepare import Prepared
+from motionlab.simulation.timeline import Timeline
+
+Array = NDArray[np.float64]
+Progress = Callable[[float], None]
+"""Takes the share done, 0 to 1, in the caller's thread; what it raises ends the work."""
+
+Watch = Callable[[int, NDArray[np.float32]], None]
+"""Takes the first of some movers and their following errors, (movers, axes, ticks), m; called in
+the caller's thread, and not in the movers' order."""
+
+_FAILED = State._fields.index("failed")
+
+
+@dataclass(frozen=True)
+class Scores:
+    """Metrics of many movers, both axes of each on its own.
+
+    Attributes
+    ----------
+    metrics : dict of str to ndarray, shape (movers, axes)
+        Keys of `motionlab.results.metrics.DEFINITIONS`, in SI units, to the last bit what a run
+        gives; NaN where a run has none: on an axis that diverged or does not move, without a hold.
+    failed : ndarray of int, shape (movers, axes)
+        Tick at which an axis diverged; -1 where it has not.
+    """
+
+    metrics: dict[str, Array]
+    failed: NDArray[np.int64]
+
+
+class Course:
+    """One motion with all that acts on its movers, ready to score many of them.
+
+    Parameters
+    ----------
+    prepared : Prepared
+        Gives reference, load, noise, window and settling band; and from which ticks on the lane
+        parameters of movers change.
+    """
+
+    def __init__(self, prepared: Prepared) -> None:
+        reference = prepared.reference
+        self.reference = reference
+        self.window = prepared.window
+        self.settling_band = prepared.scenario.settling_band
+        self.starts = tuple(tick for tick, _ in prepared.epochs)
+        self._inputs = _all_inputs(prepared)
+        self._target = np.ascontiguousarray(reference.position[slice(*self.window), None, :])
+
+    def score(
+        self,
+        lanes: Array,
+        *,
+        threads: int | None = None,
+        progress: Progress | None = None,
+        watch: Watch | None = None,
+    ) -> Scores:
+        """Move many movers and return what each metric is.
+
+        Parameters
+        ----------
+        lanes : ndarray, shape (epochs, movers, PARAMETER_ROWS, 2)
+            Lane parameters of both axes of each mover, from each tick of `starts` on.
+        threads : int, optional
+            How many threads to use; one for each core when left out.
+        progress, watch : callable, optional
+            See `Progress` and `Watch`.
+
+        Returns
+        -------
+        Scores
+            The same bits whatever is scored beside a mover, and with any number of threads.
+        """
+        movers = lanes.shape[1]
+        threads = threads or cores()
+        size = _block_size(movers, threads)
+        errors = watch is not None or bool(self.reference.holds)
+        tally = new_tally(movers, len(AXES))
+        failed = np.full((movers, len(AXES)), -1, dtype=np.int64)
+        holds = {name: np.full((movers, len(AXES)), np.nan) for name in DEFINITIONS}
+
+        def block(first: int) -> tuple[int, _Block]:
+            return first, self._run(lanes[:, first : first + size], errors)
+
+        done = 0
+        for first, found in _in_threads(block, range(0, movers, size), threads):
+            here = slice(first, first + found.failed.shape[0])
+            tally[:, here], failed[here] = found.tally, found.failed
+            if watch is not None:
+                watch(first, found.errors)
+            for name, values in self._hold_metrics(found).items():
+                holds[name][here] = values
+            done += found.failed.shape[0]
+            if progress is not None:
+                progress(done / movers)
+
+        metrics = holds | tally_metrics(tally, self.window[1] - self.window[0])
+        still = [axis not in self.reference.moving for axis in AXES]
+        for name in metrics:
+            metrics[name] = np.where((failed >= 0) | still, np.nan, metrics[name])
+        return Scores({name: metrics[name] for name in DEFINITIONS}, failed)
+
+    def _run(self, lanes: Array, keep_errors: bool) -> _Block:
+        """Run one block: as many movers as fit side by side, or fewer."""
+        count = lanes.shape[1]
+        width = WIDTH if count * LANES_PER_VARIANT <= WIDTH else WIDE
+        seats = np.arange(width // LANES_PER_VARIANT) % count  # those left over repeat the first
+        ticks = self.reference.ticks
+        x, y = self.reference.position[0]
+        state = initial_state(1, (float(x), float(y)), width=width)[0]
+        tally = new_tally(width)
+        errors = np.empty((ticks if keep_errors else 0, width), dtype=np.float32)
+        ends = (*self.starts[1:], ticks)
+        for phase, (start, end) in enumerate(zip(self.starts, ends, strict=True)):
+            rows = lanes[phase, seats].transpose(1, 0, 2).reshape(-1, width)
+            score_ticks(
+                np.ascontiguousarray(rows),
+                state,
+                self._inputs[start:end],
+                self._target,
+                self.window[0] - start,
+                tally,
+                errors[start:end],
+            )
+        used = count * LANES_PER_VARIANT
+        failed = state[_FAILED, :used].astype(np.int64)
+        for lane in np.flatnonzero(failed >= 0) if keep_errors else ():
+            errors[failed[lane] :, lane] = np.nan
+        return _Block(
+            tally[:, :used].reshape(-1, count, LANES_PER_VARIANT),
+            failed.reshape(count, LANES_PER_VARIANT),
+            errors[:, :used].T.reshape(count, LANES_PER_VARIANT, -1),
+        )
+
+    def _hold_metrics(self, block: _Block) -> dict[str, Array]:
+        """Return the metrics that need holds, shape (movers, axes); none without holds."""
+        found: dict[str, Array] = {}
+        if not self.reference.holds:
+            return found
+        window = self.window
+        for mover, axis in np.ndindex(block.failed.shape):
+            if block.failed[mover, axis] >= 0:
+                continue
+            values = hold_metrics(
+                block.errors[mover, axis, slice(*window)].astype(np.float64),
+                self.reference,
+                AXES[axis],
+                window,
+                settling_band=self.settling_band,
+            )
+            for name, value in values.items():
+                column = found.setdefault(name, np.full(block.failed.shape, np.nan))
+                column[mover, axis] = np.nan if value is None else value
+        return found
+
+
+@dataclass(frozen=True)
+class _Block:
+    """What came of one block: (TALLY_ROWS, movers, axes), (movers, axes), (movers, axes, ticks)."""
+
+    tally: Array
+    failed: NDArray[np.int64]
+    errors: NDArray[np.float32]
+
+
+def cores() -> int:
+    """Return how many cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _block_size(movers: int, threads: int) -> int:
+    """Return how many movers go side by side: narrow blocks where wide ones leave threads idle."""
+    wide = WIDE // LANES_PER_VARIANT
+    return wide if movers > threads * wide // 2 else wide // 2
+
+
+def _all_inputs(prepared: Prepared) -> Array:
+    """Return the kernel's inputs over a whole run, shape (ticks, INPUT_ROWS, 2)."""
+    timeline = Timeline(prepared.reference, prepared.load)
+    ticks = prepared.reference.ticks
+    ends = [*(tick for tick, _ in prepared.epochs[1:]), ticks]
+    parts = []
+    for (start, scenario), end in zip(prepared.epochs, ends, strict=True):
+        for page in range(start // PAGE, -(-end // PAGE)):
+            first = page * PAGE
+            inputs = page_inputs(scenario, timeline, page)
+            parts.append(inputs[max(start - first, 0) : end - first])
+    return np.concatenate(parts)
+
+
+def _in_threads(
+    work: Callable[[int], tuple[int, _Block]], items: Iterable[int], threads: int
+) -> Iterator[tuple[int, _Block]]:
+    """Yield what `work` gives of each item, in the order in which they are done."""
+    first, *others = items
+    if not others:  # a search asks for one block at a time: no thread has to be started for it
+        yield work(first)
+        return
+    items = iter((first, *others))
+    with ThreadPoolExecutor(threads, thread_name_prefix="lanes") as pool:
+        pending: set[Future[tuple[int, _Block]]] = set()
+        while True:
+            for item in itertools.islice(items, 2 * threads - len(pending)):
+                pending.add(pool.submit(work, item))
+            if not pending:
+                return
+            done, pending = wait(pending, return_when=FIRST_COMPLETED)
+            for future in done:
+                yield future.result()

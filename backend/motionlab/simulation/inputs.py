@@ -1,0 +1,84 @@
+"""What acts on all variants alike: reference, load, and the draws of every noise source.
+
+Time is cut into pages of PAGE ticks. Each noise source of each axis draws every page from a
+generator of its own, keyed by (seed, source, axis, page): draws never depend on what a controller
+does, on another source being switched on, or on how a run is cut into pieces.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.config.plant import AmplifierConfig
+from motionlab.config.scenario import LoadConfig, Scenario
+from motionlab.config.timing import CONTROL_PERIOD, to_ticks
+from motionlab.kernel.layout import INPUT_ROWS, Inputs
+from motionlab.simulation.timeline import Timeline
+
+PAGE = 1024
+"""Ticks in one page."""
+
+_ROW = {name: row for row, name in enumerate(Inputs._fields)}
+_ENCODER, _LOAD, _CURRENT = 0, 1, 2  # noise sources; phase k of the currents is _CURRENT + k
+_PHASES = ("current_a", "current_b", "current_c")
+
+
+def load_force(load: LoadConfig, stop: int, start: int = 0) -> NDArray[np.float64]:
+    """Return the external load force without its noise over [start, stop), N, shape (n, 2)."""
+    force = np.tile((load.x, load.y), (stop - start, 1)).astype(np.float64)
+    for step in load.steps:
+        force[max(to_ticks(step.time) - start, 0) :] += (step.x, step.y)
+    return force
+
+
+def page_inputs(scenario: Scenario, timeline: Timeline, page: int) -> NDArray[np.float64]:
+    """Return the kernel's inputs over one page.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Parameters that hold over the page.
+    timeline : Timeline
+        Reference and load; the load's noise is added here.
+    page : int
+        Which page; the last one of a run may be shorter than PAGE.
+
+    Returns
+    -------
+    ndarray, shape (ticks in the page, INPUT_ROWS, 2)
+        Fields of `Inputs` for x and y.
+    """
+    start = page * PAGE
+    stop = start + PAGE if timeline.end is None else min(start + PAGE, timeline.end)
+    count = stop - start
+    inputs = np.zeros((count, INPUT_ROWS, 2))
+    for name, values in zip(
+        ("p_ref", "v_ref", "a_ref", "load"), timeline.at(start, stop), strict=True
+    ):
+        inputs[:, _ROW[name]] = values
+    for axis, config in enumerate((scenario.plant.x, scenario.plant.y)):
+
+        def draw(source: int, rms: float, axis: int = axis) -> NDArray[np.float64] | float:
+            if rms == 0.0:
+                return 0.0
+            key = (source, axis, page)
+            generator = np.random.Generator(
+                np.random.Philox(np.random.SeedSequence(scenario.seed, spawn_key=key))
+            )
+            return rms * generator.standard_normal(PAGE)[:count]
+
+        inputs[:, _ROW["load"], axis] += draw(_LOAD, scenario.load.noise)
+        inputs[:, _ROW["encoder_noise"], axis] = draw(_ENCODER, config.encoder.noise)
+        for phase, name in enumerate(_PHASES):
+            noise = draw(_CURRENT + phase, config.amplifiers.noise)
+            if config.amplifiers.ripple_amplitude > 0.0:
+                noise += _ripple(config.amplifiers, start, phase)[:count]
+            inputs[:, _ROW[name], axis] = noise
+    return inputs
+
+
+def _ripple(config: AmplifierConfig, start: int, phase: int) -> NDArray[np.float64]:
+    """Return one page of ripple current of one phase, A; always a whole page, for equal bits."""
+    turns = config.ripple_frequency * (start + np.arange(PAGE)) * CONTROL_PERIOD - phase / 3.0
+    return config.ripple_amplitude * np.sin(2.0 * np.pi * turns)

@@ -1,0 +1,1 @@
+"""Computations over many simulations, each in a folder of its own."""

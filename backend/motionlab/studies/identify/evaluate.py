@@ -1,0 +1,169 @@
+"""From what was fitted to what the document says of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ValidationError
+
+from motionlab.config.plant import FrictionConfig
+from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.studies.identify.document import (
+    AxisIdentification,
+    Fit,
+    ForceRamp,
+    Known,
+    Parameter,
+    Point,
+    StribeckCurve,
+)
+from motionlab.studies.identify.stribeck import Fitted, curve_half_width, stribeck_curve
+from motionlab.studies.identify.test_bench import Rig
+
+Array = NDArray[np.float64]
+
+_UNITS = {
+    "F_c": "N",
+    "F_s": "N",
+    "v_s": "m/s",
+    "sigma_2": "N s/m",
+    "f_0": "N",
+    "sigma_0": "N/m",
+    "sigma_1": "N s/m",
+    "M": "kg",
+}
+_DRAWN = 240
+"""Samples of a ramp in the document, at most."""
+
+
+_CURVE_SAMPLES = 80
+"""Of the fitted curve in the document, each way."""
+
+_NEAR_ZERO = 0.5
+"""Share of the slowest speed at which the curve begins."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """What the experiment gave on one axis.
+
+    Attributes
+    ----------
+    points : list of Point
+        Means of the uniform motions.
+    sliding : Fitted
+        What was fitted to them.
+    presliding : Fitted or None
+        What was fitted to the force ramps.
+    ramps : list of ForceRamp
+        Mean responses to them.
+    warnings : list of str
+        What is wrong with the measurements.
+    """
+
+    points: list[Point]
+    sliding: Fitted
+    presliding: Fitted | None
+    ramps: list[ForceRamp]
+    warnings: list[str]
+
+
+def axis_document(rig: Rig, axis: str, found: Found) -> AxisIdentification:
+    """Return what was found on one axis, beside what was believed and what is true."""
+    velocity = np.array([point.velocity for point in found.points])
+    force = np.array([point.force for point in found.points])
+    presliding = found.presliding
+    return AxisIdentification(
+        points=found.points,
+        residuals=(force - stribeck_curve(velocity, found.sliding.values)).tolist(),
+        curve=curve_document(found.sliding, np.abs(velocity)),
+        sliding=_fit(rig, axis, found.sliding, "N"),
+        presliding=None if presliding is None else _fit(rig, axis, presliding, "m"),
+        ramps=found.ramps,
+        warnings=found.warnings,
+    )
+
+
+def known_document(rig: Rig, axis: str) -> Known:
+    """Return what is believed of the friction of an axis, and what is true."""
+    true = getattr(rig.scenario.plant, axis).friction
+    return Known(
+        believed=_parameters(rig.identified_model(axis).friction),
+        true=_parameters(true) if true.enabled else None,
+    )
+
+
+def curve_document(sliding: Fitted, speed: Array) -> StribeckCurve:
+    """Return the fitted curve and its band over the range of some speeds, both ways."""
+    one_way = np.geomspace(_NEAR_ZERO * speed.min(), speed.max(), _CURVE_SAMPLES)
+    v = np.concatenate([-one_way[::-1], one_way])
+    force = stribeck_curve(v, sliding.values)
+    half = curve_half_width(v, sliding)
+    return StribeckCurve(
+        velocity=v.tolist(),
+        force=force.tolist(),
+        low=None if half is None else (force - half).tolist(),
+        high=None if half is None else (force + half).tolist(),
+    )
+
+
+def ramp_document(rate: float, force: Array, measured: Array, fitted: Array) -> ForceRamp:
+    """Return the response to force ramps of one rate, thinned out."""
+    step = -(-len(force) // _DRAWN)
+    return ForceRamp(
+        rate=rate,
+        force_max=float(force.max()),
+        time=[float(t) for t in np.arange(0, len(force), step) * CONTROL_PERIOD],
+        force=force[::step].tolist(),
+        displacement=measured[::step].tolist(),
+        fitted=fitted[::step].tolist(),
+    )
+
+
+def is_a_model(found: dict[str, float], believed: FrictionConfig) -> bool:
+    """Return whether a controller's model can take what was found in place of what it believed."""
+    try:
+        FrictionConfig.model_validate(believed.model_dump() | found)
+    except ValidationError:
+        return False
+    return True
+
+
+def _parameters(friction: FrictionConfig) -> dict[str, float]:
+    return {name: getattr(friction, name) for name in _UNITS if hasattr(friction, name)}
+
+
+def _fit(rig: Rig, axis: str, fitted: Fitted, unit: str) -> Fit:
+    plant = getattr(rig.scenario.plant, axis)
+    model = rig.identified_model(axis)
+    parameters = {}
+    for i, name in enumerate(fitted.names):
+        value, half = float(fitted.values[i]), float(fitted.half_width[i])
+        known = np.isfinite(half)
+        true = _of(plant, name) if plant.friction.enabled or name == "M" else None
+        parameters[name] = Parameter(
+            value=value,
+            unit=_UNITS[name],
+            standard_error=float(fitted.errors[i]) if known else None,
+            low=value - half if known else None,
+            high=value + half if known else None,
+            believed=_of(model, name),
+            true=true,
+            ratio=value / true if true else None,
+        )
+    return Fit(
+        parameters=parameters,
+        residual_rms=fitted.residual_rms,
+        residual_unit=unit,
+        warnings=fitted.warnings,
+    )
+
+
+def _of(known: Any, name: str) -> float | None:
+    """Return a parameter of a motor or of a model of it; neither has an offset of force."""
+    if name == "f_0":
+        return None
+    return known.mass if name == "M" else getattr(known.friction, name)

@@ -1,0 +1,324 @@
+"""The whole experiment: uniform motions, force ramps, fits, and the document of what was found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from motionlab import __version__
+from motionlab.config.load import load_scenario
+from motionlab.config.scenario import VariantConfig
+from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.errors import ExperimentFailed
+from motionlab.lanes import model_hash
+from motionlab.plant.friction import LuGre
+from motionlab.results.document import ResultDocument
+from motionlab.simulation.prepare import prepare
+from motionlab.simulation.result import document, plant_name
+from motionlab.simulation.run import run
+from motionlab.studies.identify.current_smoother import CurrentLoops
+from motionlab.studies.identify.document import (
+    AxisIdentification,
+    ForceRamp,
+    IdentificationDocument,
+    PartialIdentification,
+    Point,
+    Stage,
+    Standing,
+)
+from motionlab.studies.identify.evaluate import (
+    Found,
+    axis_document,
+    is_a_model,
+    known_document,
+    ramp_document,
+)
+from motionlab.studies.identify.fit import fit_presliding, fit_sliding
+from motionlab.studies.identify.plan import Experiment
+from motionlab.studies.identify.presliding import (
+    SLOWEST,
+    displacement,
+    model_response,
+    plan_ramps,
+    ramp_thrust,
+)
+from motionlab.studies.identify.request import FEWEST_SPEEDS
+from motionlab.studies.identify.sliding import Doubt, in_words, measure, oscillates
+from motionlab.studies.identify.stribeck import Fitted
+from motionlab.studies.identify.test_bench import record
+
+Progress = Callable[[float, PartialIdentification | None], None]
+"""Takes the share done, 0 to 1, and what is there so far when that has changed."""
+
+_SLIDING_SHARE = 0.95
+"""Share of the work that is done when the uniform motions are."""
+
+_MASS_OFF = 0.05
+"""Share by which M misses the known mass, interval apart, from which a warning is given."""
+
+_FEWEST_COUNTS = 20
+"""Of the encoder, that a ramp should move the axis by."""
+
+_LEAST_STICTION = 0.05
+"""Stiction below which ramps would not move the axis by a readable amount, N."""
+
+
+def identify(experiment: Experiment, progress: Progress | None = None) -> IdentificationDocument:
+    """Carry out an experiment and evaluate it.
+
+    Only commands, the currents that the drives report, the encoder's reading and the controller's
+    map enter an estimate; the motor's true values are put beside it afterwards.
+
+    Parameters
+    ----------
+    experiment : Experiment
+        From `motionlab.studies.identify.plan.plan`.
+    progress : callable, optional
+        Called with the share done, and with the points whenever there are new ones.
+
+    Returns
+    -------
+    IdentificationDocument
+        The same bits for the same request on the same machine.
+
+    Raises
+    ------
+    ExperimentFailed
+        If the motor ran away.
+    """
+    return _Run(experiment, progress).document()
+
+
+class _Run:
+    """One carrying out of an experiment."""
+
+    def __init__(self, experiment: Experiment, progress: Progress | None) -> None:
+        self.request, self.rig = experiment.request, experiment.rig
+        self.source, self.sweeps = experiment.source, experiment.sweeps
+        self.total = experiment.ticks / _SLIDING_SHARE
+        self.done = 0
+        self.spent = 0
+        self.points: dict[str, list[Point]] = {}
+        self.motions: dict[str, list[int]] = {}
+        self.found: dict[str, AxisIdentification] = {}
+        self.known = {axis: known_document(self.rig, axis) for axis in self.sweeps}
+        self.loops = {axis: CurrentLoops(self.rig.controller.delay) for axis in self.sweeps}
+        self.progress = progress
+
+    def document(self) -> IdentificationDocument:
+        scenario = self.rig.scenario
+        changes: dict[str, float] = {}
+        for axis in self.sweeps:
+            self.found[axis], found = self._axis(axis)
+            changes |= found
+        comparison = self._compare(changes) if self.request.compare and changes else None
+        return IdentificationDocument(
+            scenario=scenario.name,
+            seed=scenario.seed,
+            plant=plant_name(scenario.plant),
+            version=__version__,
+            model=model_hash(),
+            variant=self.rig.variant,
+            apply_to=self.rig.apply_to,
+            simulated_time=self.spent * CONTROL_PERIOD,
+            axes=self.found,
+            set=changes,
+            comparison=comparison,
+        )
+
+    def _axis(self, axis: str) -> tuple[AxisIdentification, dict[str, float]]:
+        warnings = self._slide(axis)
+        points = self.points[axis]
+        if len(points) < 2 * FEWEST_SPEEDS:
+            raise ExperimentFailed(
+                f"identification: on {axis} the motor followed {len(points)} of "
+                f"{2 * len(self.sweeps[axis])} motions, {2 * FEWEST_SPEEDS} are needed: "
+                + "; ".join(warnings[:2])
+            )
+        sliding = fit_sliding(
+            np.array([point.velocity for point in points]),
+            np.array([point.force for point in points]),
+            motion=np.array(self.motions[axis]),
+            time=np.array([point.pitches / abs(point.velocity) for point in points]),
+        )
+        found = {name: sliding[name] for name in ("F_c", "F_s", "v_s", "sigma_2")}
+        presliding: Fitted | None = None
+        ramps: list[ForceRamp] = []
+        if self.request.presliding.enabled:
+            if sliding["F_s"] < _LEAST_STICTION:
+                warnings.append(
+                    f"no force ramps: F_s = {sliding['F_s']:.3g} N is too small to read a "
+                    "displacement below it"
+                )
+            elif sliding["F_s"] > (limit := self.rig.controller.force_limit):
+                warnings.append(
+                    f"no force ramps: F_s = {sliding['F_s']:.3g} N is beyond the {limit:g} N that "
+                    "the loop may command: these speeds do not tell it"
+                )
+            else:
+                presliding, ramps, doubts = self._ramp(axis, sliding)
+                warnings += doubts
+                warnings += self._mass_doubted(axis, presliding)
+                found |= {name: presliding[name] for name in ("sigma_0", "sigma_1")}
+        path = f"variants.{self.rig.apply_to}.controller.model.{axis}.friction."
+        if is_a_model(found, self.rig.identified_model(axis).friction):
+            changes = {path + name: value for name, value in found.items()}
+        else:
+            changes = {}
+            warnings.append("the controller's model cannot take these numbers: none is in `set`")
+        everything = Found(points, sliding, presliding, ramps, warnings)
+        return axis_document(self.rig, axis, everything), changes
+
+    def _slide(self, axis: str) -> list[str]:
+        """Carry out the uniform motions of an axis; return what is wrong with them."""
+        doubts: list[Doubt] = []
+        self.points[axis], self.motions[axis] = [], []
+        sweeps = self.sweeps[axis]
+        for index, sweep in enumerate(sweeps):
+            self._stand(axis, "sliding", index, len(sweeps))
+            prepared = prepare(sweep.scenario)
+            self.spent += prepared.reference.ticks
+            samples = record(prepared, self._advance)
+            points, wrong = measure(
+                self.rig, sweep, prepared.reference, samples, axis, self.loops[axis]
+            )
+            self.points[axis] += points
+            self.motions[axis] += [index] * len(points)
+            doubts += wrong
+            if index + 1 == FEWEST_SPEEDS:
+                self._refuse_oscillation(axis, doubts)
+        return in_words(doubts)
+
+    def _refuse_oscillation(self, axis: str, doubts: list[Doubt]) -> None:
+        """End an experiment whose loop is unstable: what it measures is no friction."""
+        controller = self.rig.controller
+        if not oscillates(self.points[axis], doubts, controller.force_limit):
+            return
+        gains = getattr(controller, axis)
+        raise ExperimentFailed(
+            f"identification: the loop of {self.rig.variant} oscillates on {axis} between its "
+            f"limits of {controller.force_limit:g} N in every motion so far. Gains that a motor "
+            f"with its amplifiers, delay and resonance does not bear: k_p = {gains.k_p:g} N/m, "
+            f"k_d = {gains.k_d:g} N s/m"
+        )
+
+    def _ramp(self, axis: str, sliding: Fitted) -> tuple[Fitted, list[ForceRamp], list[str]]:
+        """Carry out the force ramps of an axis and fit them."""
+        asked = self.request.presliding
+        mass = self.rig.model(axis).mass
+        force_max = asked.share * sliding["F_s"]
+        warnings = [
+            f"a ramp of {rate:g} N/s is slower than {SLOWEST:g} N/s: ripple, noise and creep "
+            "add to what it moves"
+            for rate in asked.rates
+            if rate < SLOWEST
+        ]
+        ways: dict[int, list[Any]] = {place: [] for place in range(asked.places)}
+        thrusts: dict[int, list[Any]] = {place: [] for place in range(asked.places)}
+        ramps = plan_ramps(
+            self.rig, axis, force_max=force_max, rates=asked.rates, places=asked.places
+        )
+        for index, ramp in enumerate(ramps):
+            self._stand(axis, "presliding", index, len(ramps))
+            self.spent += ramp.prepared.reference.ticks
+            samples = record(ramp.prepared)
+            way, wrong = displacement(ramp, samples, axis)
+            ways[ramp.place].append(way)
+            thrusts[ramp.place].append(ramp_thrust(self.rig, ramp, samples, axis, self.loops[axis]))
+            warnings += [] if wrong is None else [wrong]
+        responses, forces = [*ways.values()], [*thrusts.values()]
+        way = min(float(response.max()) for place in responses for response in place)
+        warnings += self._hardly_seen(axis, force_max, way)
+        fitted = fit_presliding(responses, forces, sliding, mass)
+        friction = LuGre(
+            fitted["sigma_0"],
+            fitted["sigma_1"],
+            sliding["sigma_2"],
+            sliding["F_c"],
+            sliding["F_s"],
+            sliding["v_s"],
+        )
+        force = _over_places(forces)
+        model = model_response(friction, fitted["M"], force)
+        drawn = [
+            ramp_document(rate, newtons.mean(axis=1), measured, moved)
+            for rate, newtons, measured, moved in zip(
+                asked.rates, force, _over_places(responses), model, strict=True
+            )
+        ]
+        return fitted, drawn, warnings
+
+    def _mass_doubted(self, axis: str, presliding: Fitted) -> list[str]:
+        """Say where the mass comes out, in newtons of the map, other than it is known."""
+        known, found = self.rig.model(axis).mass, presliding["M"]
+        half = float(presliding.half_width[presliding.names.index("M")])
+        if abs(found - known) - half < _MASS_OFF * known:
+            return []
+        way = "less" if found < known else "more"
+        return [
+            f"M = {found:.4g} kg comes out where {known:.4g} kg are known, {way} by "
+            f"{100.0 * abs(1.0 - found / known):.0f} %: the force map in control is off by about "
+            "as much, and so are all forces, which are in its newtons"
+        ]
+
+    def _hardly_seen(self, axis: str, force_max: float, way: float) -> list[str]:
+        """Say where the encoder counts too few steps for a displacement to be read."""
+        resolution = getattr(self.rig.scenario.plant, axis).encoder.resolution
+        if way >= _FEWEST_COUNTS * resolution:
+            return []
+        return [
+            f"ramps up to {force_max:.3g} N move the axis {way * 1e6:.3g} um only, fewer than "
+            f"{_FEWEST_COUNTS} counts of the encoder, of {resolution * 1e6:.3g} um: sigma_0 and "
+            "sigma_1 are read from steps"
+        ]
+
+    def _compare(self, changes: dict[str, float]) -> ResultDocument:
+        """Return the result document of the circle with the old model and the new one."""
+        apply_to = self.rig.apply_to
+        new = load_scenario(self.source, {**self.request.set, **changes})
+        scenario = self.rig.scenario.model_copy(
+            update={
+                "name": "circle",
+                "trajectory": load_scenario("circle").trajectory,
+                "variants": {
+                    "A": VariantConfig(
+                        label="friction model as it was",
+                        controller=self.rig.scenario.variants[apply_to].controller,
+                    ),
+                    "B": VariantConfig(
+                        label="friction model identified",
+                        controller=new.variants[apply_to].controller,
+                    ),
+                },
+            }
+        )
+        self._stand(None, "comparison", 0, 1)
+        prepared = prepare(scenario)
+        return ResultDocument.model_validate(document(prepared, run(prepared)))
+
+    def _advance(self, ticks: int) -> None:
+        self.done += ticks
+        self._report(None)
+
+    def _stand(self, axis: str | None, stage: Stage, done: int, count: int) -> None:
+        """Tell what begins, and what is there so far."""
+        self._report(
+            PartialIdentification(
+                standing=Standing(axis=axis, stage=stage, done=done, count=count),
+                known=self.known,
+                axes={name: [*points] for name, points in self.points.items()},
+                found=dict(self.found),
+            )
+        )
+
+    def _report(self, partial: PartialIdentification | None) -> None:
+        if self.progress is not None:
+            self.progress(min(1.0, self.done / self.total), partial)
+
+
+def _over_places(series: list[list[Any]]) -> list[Any]:
+    """Return the mean of each rate's series over all places and both signs."""
+    ramps = [*zip(*series, strict=True)]
+    return [np.mean([*ramps[k], *ramps[k + 1]], axis=0) for k in range(0, len(ramps), 2)]

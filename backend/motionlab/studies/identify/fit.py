@@ -1,0 +1,293 @@
+"""Nonlinear least squares, and how well the data determine each parameter."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.config.timing import PLANT_STEP
+from motionlab.plant.friction import LuGre
+from motionlab.studies.identify.covariance import correlation_of, scatter
+from motionlab.studies.identify.presliding import model_response
+from motionlab.studies.identify.stribeck import Fitted, stribeck_curve
+
+Array = NDArray[np.float64]
+
+_CONFIDENCE = 0.95
+_CORRELATED = 0.98
+_UNSURE = 0.1
+"""Half width of the interval, as a share of the value, from which a warning is given."""
+
+_POWERS = (0.5, 0.75, 1.0)
+_TINY = 1e-300
+_FEW = 2.0
+"""Degrees of freedom below which a warning says that they widen an interval."""
+
+_CANDIDATES = 60
+_SMALLEST_WAY = 1e-7  # m
+_SMALLEST_FORCE = 1e-6  # N, as in the controller's model
+_LOWEST_V_S, _HIGHEST_V_S = 1.01e-5, 10.0
+
+
+def fit_sliding(
+    velocity: Array, force: Array, *, motion: NDArray[np.intp], time: Array | None = None
+) -> Fitted:
+    """Fit F_c, F_s, v_s, sigma_2 and a constant offset f_0 to forces of uniform motion.
+
+    The offset is what pulls one way at any velocity, such as a cable or an inclined axis.
+
+    Parameters
+    ----------
+    velocity, force : ndarray, shape (n,)
+        Means over whole pole pitches, m/s and N.
+    motion : ndarray of int, shape (n,)
+        Which motion, there and back, each is of: errors of one motion may have a cause in common.
+    time : ndarray, shape (n,), optional
+        How long each mean was taken over, in any unit: the longer, the surer. Left out: all alike.
+
+    Returns
+    -------
+    Fitted
+        Forces in the newtons of `force`.
+    """
+    names = ("F_c", "F_s", "v_s", "sigma_2", "f_0")
+    low = np.array([_SMALLEST_FORCE, _SMALLEST_FORCE, _LOWEST_V_S, 0.0, -np.inf])
+    high = np.array([np.inf, np.inf, _HIGHEST_V_S, np.inf, np.inf])
+    share = np.ones_like(force) if time is None else time / time.max()
+
+    def solve(start: Array, power: float) -> _Solved:
+        weight = share**power
+        return _solve(
+            lambda p: weight * (stribeck_curve(velocity, p) - force), names, start, (low, high)
+        )
+
+    solved = solve(np.clip(_guess(velocity, force), low, high), _POWERS[0])
+    power = _likeliest_power(stribeck_curve(velocity, solved.values) - force, share)
+    if power != _POWERS[0]:
+        solved = solve(np.clip(solved.values, low, high), power)
+    values = solved.values
+    errors, correlation, degrees = scatter(solved.jacobian, solved.residuals, motion)
+    half_width = _student(degrees) * errors
+    fitted = Fitted(
+        names=names,
+        values=values,
+        errors=errors,
+        half_width=half_width,
+        residual_rms=_rms(stribeck_curve(velocity, values) - force),
+        correlation=correlation,
+        warnings=_doubts(
+            names, values, half_width, correlation_of(solved.jacobian), solved.edge, degrees
+        ),
+    )
+    return replace(fitted, warnings=_about_speeds(fitted, np.abs(velocity)) + fitted.warnings)
+
+
+def _likeliest_power(residuals: Array, time: Array) -> float:
+    """Return the power of time with which errors of means fall, by the likelihood of residuals.
+
+    White noise gives a half; what is cut off at the ends of a window, one.
+    """
+
+    def unlikely(power: float) -> float:
+        squares = float(np.sum((residuals * time**power) ** 2))
+        return 0.5 * len(time) * np.log(max(squares, _TINY)) - power * float(np.sum(np.log(time)))
+
+    return min(_POWERS, key=unlikely)
+
+
+def fit_presliding(
+    responses: Sequence[Sequence[Array]],
+    forces: Sequence[Sequence[Array]],
+    sliding: Fitted,
+    mass: float,
+) -> Fitted:
+    """Fit sigma_0, sigma_1 and the moving mass to displacements under force ramps.
+
+    Each place is fitted by itself; the estimates are their means and the errors come from their
+    spread, because a LuGre model's residuals along a ramp are no independent draws. The mass is
+    free because it, too, comes out in the newtons of the controller's map.
+
+    Parameters
+    ----------
+    responses : sequence (places) of sequence (ramps) of ndarray, shape (ticks,)
+        Displacement at every tick, m.
+    forces : sequence (places) of sequence (ramps) of ndarray, shape (ticks, SUBSTEPS)
+        Thrust within every tick, N. Each ramp is its own: noise in a force makes the bristle creep,
+        and the mean of two forces has less of it than either.
+    sliding : Fitted
+        F_c, F_s, v_s and sigma_2, from `fit_sliding`.
+    mass : float
+        Moving mass that the controller believes in, kg: where the search starts.
+
+    Returns
+    -------
+    Fitted
+        sigma_0, sigma_1 and M; residuals in m.
+    """
+    names = ("sigma_0", "sigma_1", "M")
+
+    def fit(data: Sequence[Array], thrust: Sequence[Array]) -> _Solved:
+        def residuals(p: Array) -> Array:
+            friction = LuGre(
+                p[0], p[1], sliding["sigma_2"], sliding["F_c"], sliding["F_s"], sliding["v_s"]
+            )
+            model = model_response(friction, p[2], thrust)
+            return np.concatenate([m - d for m, d in zip(model, data, strict=True)])
+
+        top = max(float(displacement.max()) for displacement in data)
+        stiffness = max(float(force.max()) for force in thrust) / max(top, _SMALLEST_WAY)
+        damping = np.sqrt(stiffness * mass)  # about critical
+        start = np.array([stiffness, damping, mass])
+        # The model is stepped explicitly but for the bristle: M stays above h sigma_1.
+        bounds = (
+            np.array([1e-2 * stiffness, 0.0, 0.2 * mass]),
+            np.array([1e2 * stiffness, 0.2 * mass / PLANT_STEP, 5.0 * mass]),
+        )
+        return _solve(residuals, names, start, bounds, scale=_SMALLEST_WAY)
+
+    places = [fit(*place) for place in zip(responses, forces, strict=True)]
+    values = np.array([place.values for place in places])
+    errors = values.std(axis=0, ddof=1) / np.sqrt(len(places))
+    half_width = _student(len(places) - 1) * errors
+    mean = values.mean(axis=0)
+    alike = np.mean([correlation_of(place.jacobian) for place in places], axis=0)
+    edge = [name for name in names if any(name in place.edge for place in places)]
+    return Fitted(
+        names=names,
+        values=mean,
+        errors=errors,
+        half_width=half_width,
+        residual_rms=_rms(np.concatenate([place.residuals for place in places])),
+        correlation=alike,
+        warnings=_doubts(
+            names, mean, half_width, alike, edge, np.full(len(names), len(places) - 1.0)
+        ),
+    )
+
+
+def _about_speeds(fitted: Fitted, speed: Array) -> list[str]:
+    """Say where the speeds leave out what a parameter acts on."""
+    v_s = fitted["v_s"]
+    slowest, fastest = float(speed.min()), float(speed.max())
+    warnings = []
+    if slowest > 0.5 * v_s:
+        warnings.append(
+            f"no speeds well below v_s = {v_s:.3g} m/s, the slowest is {slowest:.3g} m/s: "
+            "F_s and v_s are extrapolated"
+        )
+    if fastest < 2.0 * v_s:
+        warnings.append(
+            f"no speeds well above v_s = {v_s:.3g} m/s, the fastest is {fastest:.3g} m/s: "
+            "F_c and sigma_2 are extrapolated"
+        )
+    if fitted["F_s"] < fitted["F_c"]:
+        warnings.append(
+            f"F_s = {fitted['F_s']:.4g} N is below F_c = {fitted['F_c']:.4g} N: friction does not "
+            "fall with velocity, and no LuGre model takes these numbers"
+        )
+    return warnings
+
+
+def _guess(velocity: Array, force: Array) -> Array:
+    """Return the best of many v_s; all other parameters are linear."""
+    speed = np.abs(velocity)
+    sign = np.sign(velocity)
+    best, guess = np.inf, np.zeros(5)
+    for v_s in np.geomspace(0.3 * speed.min(), speed.max(), _CANDIDATES):
+        falling = np.exp(-((velocity / v_s) ** 2))
+        columns = np.stack([sign * (1.0 - falling), sign * falling, velocity, np.ones_like(sign)])
+        linear, *_ = np.linalg.lstsq(columns.T, force, rcond=None)
+        rest = float(np.sum((linear @ columns - force) ** 2))
+        if rest < best:
+            best, guess = rest, np.array([linear[0], linear[1], v_s, linear[2], linear[3]])
+    return guess
+
+
+class _Solved(NamedTuple):
+    """Where the sum of squares is least: residuals and Jacobian in the residuals' unit."""
+
+    values: Array
+    residuals: Array
+    jacobian: Array
+    edge: list[str]  # parameters at the edge of their range
+
+
+def _solve(
+    residuals: Callable[[Array], Array],
+    names: tuple[str, ...],
+    start: Array,
+    bounds: tuple[Array, Array],
+    scale: float = 1.0,
+) -> _Solved:
+    """Minimise the sum of squared residuals."""
+    from scipy.optimize import least_squares
+
+    size = np.maximum(np.abs(start), 1e-6)
+    solved = least_squares(
+        lambda q: residuals(q * size) / scale,
+        np.clip(start, *bounds) / size,
+        bounds=(bounds[0] / size, bounds[1] / size),
+        xtol=1e-12,
+        ftol=1e-12,
+        gtol=1e-12,
+    )
+    return _Solved(
+        solved.x * size,
+        solved.fun * scale,
+        solved.jac * scale / size,
+        [n for n, at in zip(names, solved.active_mask, strict=True) if at],
+    )
+
+
+def _rms(residuals: Array) -> float:
+    return float(np.sqrt(np.mean(residuals**2)))
+
+
+def _student(degrees: Array | float) -> Array:
+    """Return how many standard errors half of the interval is."""
+    from scipy.special import stdtrit
+
+    return stdtrit(degrees, 0.5 * (1.0 + _CONFIDENCE))
+
+
+def _doubts(  # noqa: PLR0913, PLR0917 - all that is known of a fit
+    names: tuple[str, ...],
+    values: Array,
+    half_width: Array,
+    correlation: Array,
+    edge: list[str],
+    degrees: Array,
+) -> list[str]:
+    """Return a warning for each parameter or pair that the data do not determine."""
+    warnings = [
+        f"{name} is at the edge of its range: the data do not determine it" for name in edge
+    ]
+    few: dict[str, float] = {}
+    for name, value, half, free in zip(names, values, half_width, degrees, strict=True):
+        if name in {"f_0", *edge}:
+            continue
+        if not np.isfinite(half):
+            warnings.append(f"{name} cannot be identified: the data do not depend on it")
+        elif half > _UNSURE * abs(value):
+            warnings.append(f"{name} = {value:.4g} is only known to +-{half:.2g}")
+        if np.isfinite(half) and free < _FEW:
+            few[name] = free
+    if few:
+        least = min(few.values())
+        warnings.append(
+            f"the interval of {', '.join(few)} is wide because few measurements tell how far it "
+            f"scatters: {least:.1f} degrees of freedom make it {_student(least):.1f} standard "
+            "errors"
+        )
+    for i, j in itertools.combinations(range(len(names)), 2):
+        if abs(correlation[i, j]) > _CORRELATED:
+            warnings.append(
+                f"{names[i]} and {names[j]} cannot be told apart: correlation "
+                f"{correlation[i, j]:.4f}"
+            )
+    return warnings

@@ -1,0 +1,193 @@
+"""Presliding: open-loop force ramps below stiction, and the displacement they cause."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.config.timing import CONTROL_PERIOD, PLANT_STEP, SUBSTEPS, to_ticks
+from motionlab.kernel.build import AXES
+from motionlab.kernel.force_maps import pole_pitch
+from motionlab.lanes import WIDTH, Lanes, pack, unpack
+from motionlab.plant.friction import LuGre
+from motionlab.plant.mechanics import Mechanics, advance
+from motionlab.simulation.inputs import load_force
+from motionlab.simulation.prepare import Prepared
+from motionlab.studies.identify.current_smoother import CurrentLoops
+from motionlab.studies.identify.test_bench import Rig
+from motionlab.studies.identify.thrust import thrust_within
+from motionlab.telemetry.recording import VariantRecord
+from motionlab.trajectory.reference import Reference
+
+Array = NDArray[np.float64]
+
+REST = to_ticks(0.1)
+"""Ticks without force before a ramp, at its top and after it."""
+
+_BASELINE = to_ticks(0.05)
+SLOWEST = 20.0
+"""Rate below which ripple and drift spoil a ramp, N/s."""
+
+_CREPT = 0.7
+"""Share of the largest displacement that may remain when the force is gone; LuGre keeps 0.42."""
+
+
+@dataclass(frozen=True)
+class Ramp:
+    """One force ramp: up, a rest at the top, down again.
+
+    Attributes
+    ----------
+    rate : float
+        Rate of the force, N/s.
+    place : int
+        Which of the places in the pole pitch.
+    sign : float
+        1 towards positive positions, -1 towards negative ones.
+    prepared : Prepared
+        Ready to run.
+    """
+
+    rate: float
+    place: int
+    sign: float
+    prepared: Prepared
+
+
+def force_ramp(force_max: float, rate: float) -> Array:
+    """Return the force command of every tick, N: rest, up, rest, down, rest."""
+    ticks = _rise(force_max, rate)
+    rise = force_max * np.arange(1, ticks + 1) / ticks
+    rest = np.zeros(REST)
+    return np.concatenate([rest, rise, np.full(REST, force_max), rise[::-1], rest])
+
+
+def ramp_ticks(force_max: float, rate: float) -> int:
+    """Return how many ticks a force ramp takes."""
+    return 3 * REST + 2 * _rise(force_max, rate)
+
+
+def _rise(force_max: float, rate: float) -> int:
+    return max(1, round(force_max / (rate * CONTROL_PERIOD)))
+
+
+def plan_ramps(
+    rig: Rig, axis: str, *, force_max: float, rates: Sequence[float], places: int
+) -> list[Ramp]:
+    """Return every ramp of the experiment: each rate, at each place, in both directions."""
+    scenario = rig.open_loop(axis)
+    model = rig.model(axis)
+    column = AXES.index(axis)
+    ramps: list[Ramp] = []
+    for rate in rates:
+        force = force_ramp(force_max, rate)
+        for place in range(places):
+            for sign in (1.0, -1.0):
+                position, still, acceleration = (np.zeros((len(force), 2)) for _ in range(3))
+                position[:, column] = place / places * pole_pitch(model.force_map)
+                acceleration[:, column] = sign * force / model.mass
+                start = (float(position[0, 0]), float(position[0, 1]))
+                reference = Reference(
+                    position=position,
+                    velocity=still,
+                    acceleration=acceleration,
+                    end=start,
+                    moving=(axis,),
+                    window=(0, len(force)),
+                    holds=(),
+                    edges=(),
+                    period=0,
+                )
+                seeded = scenario.model_copy(
+                    update={"seed": rig.seed(axis, "presliding", len(ramps))}
+                )
+                load = load_force(seeded.load, len(force))
+                prepared = Prepared(seeded, reference, load, ((0, seeded),))
+                ramps.append(Ramp(rate, place, sign, prepared))
+    return ramps
+
+
+def ramp_thrust(
+    rig: Rig, ramp: Ramp, record: VariantRecord, axis: str, loops: CurrentLoops
+) -> Array:
+    """Return the thrust along a ramp, N, by the measured currents, shape (ticks, SUBSTEPS)."""
+    draws = np.random.default_rng(ramp.prepared.scenario.seed)
+    thrust = ramp.sign * thrust_within(rig, axis, record, loops, draws)
+    return np.vstack([thrust, thrust[-1:]])  # beyond the last reading, where nothing is read
+
+
+def displacement(ramp: Ramp, record: VariantRecord, axis: str) -> tuple[Array, str | None]:
+    """Return the way from the rest before the ramp, m, along it, and what is wrong with it.
+
+    Only the encoder is read.
+    """
+    position = record.channel("position_measured", axis).astype(np.float64)
+    way = ramp.sign * (position - position[REST - _BASELINE : REST].mean())
+    if way[-_BASELINE:].mean() > _CREPT * way.max():
+        return way, (
+            f"at place {ramp.place} the ramp of {ramp.rate:g} N/s left the axis "
+            f"{way[-1] * 1e6:.3g} um away: it slid, or was pushed by something else"
+        )
+    return way, None
+
+
+class _Mover(NamedTuple):
+    p: Lanes
+    v: Lanes
+    z: Lanes
+
+
+class _Force(NamedTuple):
+    f: Lanes
+
+
+@numba.njit(error_model="numpy", nogil=True, cache=True)
+def _respond(mechanics: Array, friction: Array, forces: Array, position: Array) -> None:
+    """Move eight masses on LuGre friction from rest; writes their positions, (ticks, 1, WIDTH)."""
+    m = unpack(Mechanics, mechanics, 0)
+    f = unpack(LuGre, friction, 0)
+    s = unpack(_Mover, np.zeros((3, WIDTH)), 0)
+    for k in range(len(forces)):
+        pack(_Force(s.p), position[k])
+        p, v, z = s.p, s.v, s.z
+        for j in range(SUBSTEPS):
+            force = unpack(_Force, forces[k, j], 0).f
+            p, v, z = advance(m, f, p, v, z, force, PLANT_STEP)
+        s = _Mover(p, v, z)
+
+
+def model_response(friction: LuGre, mass: float, forces: Sequence[Array]) -> list[Array]:
+    """Return how a mass on LuGre friction moves from rest under some force ramps.
+
+    Parameters
+    ----------
+    friction : LuGre
+        Plain numbers.
+    mass : float
+        Moving mass, kg.
+    forces : sequence of ndarray, shape (ticks, SUBSTEPS)
+        Force in every step of the plant, N.
+
+    Returns
+    -------
+    list of ndarray, shape (ticks,)
+        Position at the start of every tick, m.
+    """
+    free = Mechanics(mass, 1e9, 0.0, 0.0)  # the end stops are out of reach
+    rows = [np.tile(np.array([group], dtype=np.float64).T, WIDTH) for group in (free, friction)]
+    positions: list[Array] = []
+    for first in range(0, len(forces), WIDTH):
+        beside = forces[first : first + WIDTH]
+        longest = max(len(force) for force in beside)
+        lanes = np.zeros((longest, SUBSTEPS, 1, WIDTH))
+        for lane, force in enumerate(beside):
+            lanes[: len(force), :, 0, lane] = force
+        position = np.empty((longest, 1, WIDTH))
+        _respond(rows[0], rows[1], lanes, position)
+        positions += [position[: len(force), 0, lane] for lane, force in enumerate(beside)]
+    return positions

@@ -1,0 +1,147 @@
+"""What an identification is asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import Field, ValidationError, model_validator
+
+from motionlab.config.plant import OURS, PAPER
+from motionlab.config.quantity import Config, quantity
+from motionlab.config.scenario import VariantName
+from motionlab.config.validation_errors import field_errors
+from motionlab.errors import ConfigError, FieldError
+
+SPEEDS = tuple(float(f"{v:.4g}") for v in np.geomspace(0.5e-3, 0.15, 32))
+"""Speeds of the uniform motions, m/s: 0.5 to 150 mm/s, each as far from the next in ratio."""
+
+FEWEST_SPEEDS = 5
+_BLIND = 6
+RAMPS_MAX = 8
+"""Rates of force ramps in one experiment: they are simulated side by side."""
+
+_Speed = Annotated[float, Field(ge=1e-4, le=1.0)]
+_Rate = Annotated[float, Field(ge=0.1, le=1000.0)]
+
+
+class ForceRamps(Config):
+    """Open-loop force ramps below stiction."""
+
+    enabled: bool = Field(default=True, description="Identify sigma_0 and sigma_1 too")
+    rates: Annotated[tuple[_Rate, ...], Field(strict=False, min_length=1, max_length=RAMPS_MAX)] = (
+        quantity(
+            "Rates of the force ramps; a warning below 20 N/s, where ripple spoils them",
+            unit="N/s",
+            source=OURS,
+            default=(20.0, 50.0, 100.0),
+        )
+    )
+    share: float = quantity(
+        "Largest force of a ramp, as a share of the stiction just identified",
+        unit="1",
+        source=OURS,
+        default=0.5,
+        ge=0.05,
+        le=0.5,
+    )
+    places: int = quantity(
+        "Places in one pole pitch at which the ramps are repeated",
+        unit="1",
+        source=OURS,
+        default=7,
+        ge=4,
+        le=25,
+    )
+
+    @model_validator(mode="after")
+    def _sees_the_ripple(self) -> Self:
+        if self.places == _BLIND:
+            raise ValueError(
+                "places = 6 all see the same part of a ripple that repeats six times a pole "
+                "pitch: take 5 or 7"
+            )
+        return self
+
+
+class IdentifyRequest(Config):
+    """Which friction is identified, and how."""
+
+    scenario: str | dict[str, Any] = Field(
+        default="circle", description="Name of a shipped scenario, or its tables: motor and loop"
+    )
+    set: dict[str, Any] = Field(
+        default_factory=dict, max_length=4096, description="Dotted path to value, SI"
+    )
+    axis: Literal["x", "y", "both"] = Field(default="both", description="Axes to identify")
+    speeds: Annotated[
+        tuple[_Speed, ...], Field(strict=False, min_length=FEWEST_SPEEDS, max_length=200)
+    ] = quantity(
+        "Speeds of the uniform motions; each is run both ways",
+        unit="m/s",
+        source=f"{PAPER}, section IV: many; the list is this project's choice",
+        default=SPEEDS,
+    )
+    time_max: float = quantity(
+        "Time after which a uniform motion takes no further pole pitch; one is always taken",
+        unit="s",
+        source=OURS,
+        default=20.0,
+        gt=0,
+        le=3600,
+    )
+    pitches_max: int | None = quantity(
+        "Most pole pitches that a force is averaged over; left out: as many as time and stroke "
+        "allow",
+        unit="1",
+        source=OURS,
+        default=None,
+        ge=1,
+        le=1000,
+    )
+    presliding: ForceRamps = ForceRamps()
+    variant: VariantName | None = Field(
+        default=None,
+        description="Variant whose gains and force map drive the motor; left out: the first",
+    )
+    apply_to: VariantName | None = Field(
+        default=None,
+        description="Variant whose model the result is for; left out: the second, or the only one",
+    )
+    compare: bool = Field(
+        default=False,
+        description="Run the circle under that variant with its old model (A) and the new one (B)",
+    )
+
+    @model_validator(mode="after")
+    def _speeds_differ(self) -> Self:
+        if len(set(self.speeds)) < len(self.speeds):
+            raise ValueError("speeds must differ from one another")
+        if len(set(self.presliding.rates)) < len(self.presliding.rates):
+            raise ValueError("presliding.rates must differ from one another")
+        return self
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """The axes, in order."""
+        return ("x", "y") if self.axis == "both" else (self.axis,)
+
+
+def read_request(request: Mapping[str, Any]) -> IdentifyRequest:
+    """Return a request, checked.
+
+    Raises
+    ------
+    ConfigError
+        Naming every field that is wrong, its value, range and unit.
+    """
+    try:
+        return IdentifyRequest.model_validate(request)
+    except ValidationError as error:
+        # A key that is no text, half of a surrogate pair, fails the table as a whole.
+        found = (replace(e, loc=e.loc or "identify") for e in field_errors(error, IdentifyRequest))
+        raise ConfigError(*found) from None
+    except RecursionError:
+        raise ConfigError(FieldError(loc="identify", message="is nested too deeply")) from None

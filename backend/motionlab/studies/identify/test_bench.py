@@ -1,0 +1,143 @@
+"""The test rig: a scenario's motor under one of its controllers, without compensation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from motionlab.config.controller import (
+    AxisModelConfig,
+    CompensationConfig,
+    ControllerConfig,
+    DisturbanceObserverConfig,
+    GainsConfig,
+)
+from motionlab.config.scenario import LoadConfig, Scenario, VariantConfig
+from motionlab.errors import ConfigError, ExperimentFailed, FieldError
+from motionlab.kernel.build import AXES
+from motionlab.simulation.prepare import Prepared
+from motionlab.simulation.run import run
+from motionlab.studies.identify.request import IdentifyRequest
+from motionlab.telemetry.recording import VariantRecord
+
+Stage = Literal["sliding", "presliding"]
+_ONLY = "A"
+
+
+@dataclass(frozen=True)
+class Rig:
+    """Motor and controller of an experiment.
+
+    Attributes
+    ----------
+    scenario : Scenario
+        Whose motor, constant load and noise act; steps and schedule do not.
+    variant : str
+        Whose gains, limits and force map drive the motor.
+    apply_to : str
+        Whose friction model is identified anew.
+    """
+
+    scenario: Scenario
+    variant: str
+    apply_to: str
+
+    @classmethod
+    def of(cls, request: IdentifyRequest, scenario: Scenario) -> Rig:
+        """Return the rig that a request names.
+
+        Raises
+        ------
+        ConfigError
+            If the scenario has no such variant.
+        """
+        names = list(scenario.variants)
+        variant = request.variant or names[0]
+        apply_to = request.apply_to or (names[1] if len(names) > 1 else names[0])
+        unknown = [
+            FieldError(
+                loc=field,
+                message="is no variant of the scenario",
+                value=name,
+                range="one of " + ", ".join(names),
+            )
+            for field, name in (("variant", variant), ("apply_to", apply_to))
+            if name not in names
+        ]
+        if unknown:
+            raise ConfigError(*unknown)
+        load = scenario.load
+        steady = scenario.model_copy(
+            update={
+                "load": LoadConfig(x=load.x, y=load.y, noise=load.noise),
+                "schedule": (),
+                "window": None,
+            }
+        )
+        return cls(steady, variant, apply_to)
+
+    @property
+    def controller(self) -> ControllerConfig:
+        """The controller that drives the motor, as the scenario has it."""
+        return self.scenario.variants[self.variant].controller
+
+    def model(self, axis: str) -> AxisModelConfig:
+        """Return what that controller believes of an axis."""
+        return getattr(self.controller.model, axis)
+
+    def identified_model(self, axis: str) -> AxisModelConfig:
+        """Return what the variant whose friction is identified anew has believed of an axis."""
+        return getattr(self.scenario.variants[self.apply_to].controller.model, axis)
+
+    def uncompensated(self) -> Scenario:
+        """Return the scenario under position control alone, eq. (15)."""
+        return self._under(
+            self.controller.model_copy(
+                update={
+                    "compensation": CompensationConfig(law="off"),
+                    "feedforward": False,
+                    "disturbance_observer": DisturbanceObserverConfig(),
+                }
+            )
+        )
+
+    def open_loop(self, axis: str) -> Scenario:
+        """Return the scenario with one axis without feedback.
+
+        Its gains are zero and the feedforward is on: the force command is the model's mass times
+        the reference's acceleration, through force sharing, limits and currents as any other.
+        """
+        controller = self.uncompensated().variants[_ONLY].controller
+        return self._under(
+            controller.model_copy(update={axis: GainsConfig(k_p=0.0, k_d=0.0), "feedforward": True})
+        )
+
+    def seed(self, axis: str, stage: Stage, index: int) -> int:
+        """Return a seed of its own for one run of the experiment."""
+        key = (AXES.index(axis), ("sliding", "presliding").index(stage), index)
+        sequence = np.random.SeedSequence(self.scenario.seed, spawn_key=key)
+        return int(sequence.generate_state(1)[0])
+
+    def _under(self, controller: ControllerConfig) -> Scenario:
+        variant = VariantConfig(label="identification", controller=controller)
+        return self.scenario.model_copy(update={"variants": {_ONLY: variant}})
+
+
+def record(prepared: Prepared, progress: Callable[[int], None] | None = None) -> VariantRecord:
+    """Run one motion of the experiment; `progress` takes the ticks done since its last call.
+
+    Raises
+    ------
+    ExperimentFailed
+        If the axis ran away.
+    """
+    result = run(prepared, progress).variants[_ONLY]
+    if result.diverged is not None:
+        raise ExperimentFailed(
+            f"identification: the motor ran away at t = {result.diverged.time:.4f} s of "
+            f"one motion: {result.diverged.channel}"
+        )
+    return result

@@ -1,0 +1,1 @@
+"""Force maps by finite elements: computed once, then kept."""

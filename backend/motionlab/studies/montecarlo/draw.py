@@ -1,0 +1,125 @@
+"""Drawing plants: each number of each axis from a generator of its own."""
+
+from __future__ import annotations
+
+import math
+import zlib
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.config.planar import AXES
+from motionlab.errors import ConfigError, FieldError
+from motionlab.studies.montecarlo.request import Variation
+
+Array = NDArray[np.float64]
+
+
+def draw(
+    plant: dict[str, Any], vary: Sequence[Variation], *, cases: int, seed: int
+) -> list[dict[str, Any]]:
+    """Return the changes that make each case's plant of the scenario's.
+
+    Case k is the same whatever else is varied and however many cases there are: the generator of a
+    number is keyed by seed, path and axis. A stiction drawn below the Coulomb friction is raised to
+    it.
+
+    Parameters
+    ----------
+    plant : dict
+        Tables of the plant that the cases are around.
+    vary : sequence of Variation
+        How they differ.
+    cases : int
+        How many.
+    seed : int
+        Seed of all draws.
+
+    Returns
+    -------
+    list of dict
+        Of each case, dotted path to value.
+
+    Raises
+    ------
+    ConfigError
+        If the plant has no such number, or none that can be multiplied or added to.
+    """
+    found: list[dict[str, Any]] = [{} for _ in range(cases)]
+    for index, variation in enumerate(vary):
+        for number, axis in enumerate(AXES):
+            path = f"plant.{axis}.{variation.path}"
+            base = _look_up(plant[axis], variation, f"vary.{index}.path")
+            key = (zlib.crc32(variation.path.encode()), number)
+            random = np.random.Generator(
+                np.random.Philox(np.random.SeedSequence(seed, spawn_key=key))
+            )
+            values = _values(variation, base, cases, random)
+            for case, value in zip(found, values.tolist(), strict=True):
+                case[path] = value
+    for case in found:
+        for axis in AXES:
+            _raise_stiction(case, plant[axis], f"plant.{axis}.friction")
+    return found
+
+
+def missing(plant: dict[str, Any], vary: Sequence[Variation]) -> list[str]:
+    """Return the varied paths that an axis of the plant does not have, such as of a table."""
+    return [
+        variation.path
+        for variation in vary
+        if not all(_has(plant[axis], variation.path) for axis in AXES)
+    ]
+
+
+def _has(tables: dict[str, Any], path: str) -> bool:
+    for key in path.split("."):
+        if not isinstance(tables, dict) or key not in tables:
+            return False
+        tables = tables[key]
+    return True
+
+
+def _look_up(axis: dict[str, Any], variation: Variation, loc: str) -> Array:
+    """Return what a variation starts from, as an array with one item or one for each phase."""
+    value: Any = axis
+    if not _has(axis, variation.path):
+        raise ConfigError(FieldError(loc, "is no number of this plant", variation.path))
+    for key in variation.path.split("."):
+        value = value[key]
+    relative = variation.kind in {"log-normal", "normal"}
+    items = value if isinstance(value, list) else [value]
+    if any(isinstance(item, bool | str | dict) for item in items) or (relative and None in items):
+        raise ConfigError(FieldError(loc, f"is no number to be {variation.kind} about", value))
+    return np.array([math.nan if item is None else item for item in items]).reshape(np.shape(value))
+
+
+def _values(variation: Variation, base: Array, cases: int, random: np.random.Generator) -> Array:
+    """Return a value for each case, (cases, *base.shape)."""
+    shape = (cases, *base.shape)
+    match variation.kind:
+        case "log-normal":
+            return base * np.exp(_given(variation.sigma) * random.standard_normal(shape))
+        case "normal":
+            return base + _given(variation.sigma) * random.standard_normal(shape)
+        case "uniform":
+            return random.uniform(_given(variation.low), _given(variation.high), shape)
+        case "log-uniform":
+            low, high = math.log(_given(variation.low)), math.log(_given(variation.high))
+            return np.exp(random.uniform(low, high, shape))
+        case "value":
+            return np.full(shape, _given(variation.value))
+
+
+def _given(number: float | None) -> float:
+    assert number is not None  # the request has checked it
+    return number
+
+
+def _raise_stiction(case: dict[str, Any], axis: dict[str, Any], path: str) -> None:
+    F_s = case.get(f"{path}.F_s", axis["friction"]["F_s"])
+    F_c = case.get(f"{path}.F_c", axis["friction"]["F_c"])
+    if F_s < F_c:
+        case[f"{path}.F_s"] = F_c

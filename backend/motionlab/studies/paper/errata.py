@@ -1,0 +1,19 @@
+"""What the paper prints and does not hold, each with the computation that shows it."""
+
+from __future__ import annotations
+
+from motionlab.studies.paper import errata_control, errata_design, errata_results
+from motionlab.studies.paper.document import Erratum
+from motionlab.studies.paper.experiments import Experiments
+
+
+def errata(experiments: Experiments) -> list[Erratum]:
+    """Return every erratum, in the paper's order, computed anew.
+
+    Parameters
+    ----------
+    experiments : Experiments
+        What the computations take their runs, map and sizing from.
+    """
+    modules = (errata_design, errata_control, errata_results)
+    return [build(experiments) for module in modules for build in module.ERRATA]

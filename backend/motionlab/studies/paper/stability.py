@@ -1,0 +1,133 @@
+"""Section III-C: the claims of the stability proof, along runs with K as published."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from motionlab.studies.paper.bands import COUNT
+from motionlab.studies.paper.experiments import Experiments, Run
+from motionlab.studies.paper.lyapunov import Lyapunov, lyapunov
+from motionlab.studies.paper.printed_number import Compute, Found, Quantity, by_run, from_run
+
+GROUP = "stability"
+
+NOISELESS: dict[str, Any] = {
+    f"plant.{axis}.{field}": value
+    for axis in "xy"
+    for field, value in (("encoder.resolution", 0.0), ("amplifiers.bandwidth", 100e3))
+}
+"""No encoder counts, no lag worth the name: nothing but the control period is left to blame."""
+
+_PRINTED = {"x": 10.4e-6, "y": 11.6e-6}
+
+
+def terms(run: Run, variant: str, axis: str) -> Lyapunov | None:
+    """Return the terms of the argument over a run's main window; None of one that diverged."""
+    record = run.recording.variants[variant]
+    if record.diverged is not None:
+        return None
+    controller = run.prepared.scenario.variants[variant].controller
+    gains = getattr(controller, axis)
+    return lyapunov(
+        record,
+        axis,
+        friction=getattr(controller.model, axis).friction,
+        k_p=gains.k_p,
+        k_d=gains.k_d,
+        window=run.prepared.window,
+    )
+
+
+def published(experiments: Experiments, axis: str) -> Lyapunov | None:
+    """Return the terms along the circle with K of (25) and a motor without noise or lag."""
+    return terms(experiments.run("circle-published-k", NOISELESS), "B", axis)
+
+
+def _rising(axis: str) -> Compute:
+    def compute(experiments: Experiments) -> Found:
+        found = published(experiments, axis)
+        return Found(None, error="it diverged") if found is None else Found(found.rising_share)
+
+    return compute
+
+
+def _bristle(axis: str) -> Compute:
+    def compute(experiments: Experiments) -> Found:
+        found = published(experiments, axis)
+        if found is None:
+            return Found(None, error="it diverged")
+        return Found(found.zero_error_bristle)
+
+    return compute
+
+
+def _rows(axis: str) -> tuple[Quantity, ...]:
+    basis = "circle with K of (25), nominal motor without encoder counts or current lag"
+    find = f"variants.B.axes.{axis}.max_abs_following_error"
+    return (
+        Quantity(
+            id=f"lyapunov-rate-{axis}",
+            group=GROUP,
+            kind="claim",
+            place="(32), (38)",
+            quantity=f"Share of the time at which V rises, {axis}",
+            unit="1",
+            paper=0.0,
+            printed="dV/dt <= 0",
+            comparison="at_most",
+            band=0.01,
+            reason="1 %: where V stands still, rounding of the record decides the sign of its "
+            "difference",
+            basis=basis,
+            compute=_rising(axis),
+            doing="circle with K as published",
+            recipe=by_run("circle-published-k", NOISELESS),
+            figure=f"lyapunov-{axis}",
+        ),
+        Quantity(
+            id=f"lyapunov-bristle-{axis}",
+            group=GROUP,
+            kind="claim",
+            place="(34)",
+            quantity=f"Largest e_z where e passes through zero, {axis}",
+            unit="m",
+            paper=0.0,
+            printed="e_z = 0 if e = 0",
+            comparison="at_most",
+            band=COUNT,
+            reason="what one encoder count would hide, although this motor has none",
+            basis=basis,
+            compute=_bristle(axis),
+            doing="circle with K as published",
+            recipe=by_run("circle-published-k", NOISELESS),
+            figure=f"lyapunov-{axis}",
+        ),
+        Quantity(
+            id=f"published-k-{axis}",
+            group=GROUP,
+            place="(25), Fig. 5",
+            quantity=f"Following error of the circle with K of (25), {axis}",
+            unit="m",
+            paper=_PRINTED[axis],
+            printed=f"±{_PRINTED[axis] * 1e6:.1f} um",
+            comparison="at_most",
+            band=0.1e-6,
+            reason="half of the last printed digit and one encoder count, 50 nm each",
+            basis="nominal motor, K exactly as printed",
+            note="A chaotic run: its digits depend on the machine, its size does not",
+            compute=from_run(
+                "circle-published-k",
+                find,
+                others={
+                    "without compensation": ("circle-published-k", {}, find.replace(".B.", ".A.")),
+                    "with K = 0": ("circle", {}, find),
+                    "without encoder counts or lag": ("circle-published-k", NOISELESS, find),
+                },
+            ),
+            doing="circle with K as published",
+            recipe=by_run("circle-published-k", {}, [find]),
+        ),
+    )
+
+
+QUANTITIES = (*_rows("x"), *_rows("y"))

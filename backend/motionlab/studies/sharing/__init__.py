@@ -1,0 +1,1 @@
+"""Force sharing over a pole pitch by each function."""

@@ -1,0 +1,311 @@
+"""Force sharing over a pole pitch, asked for by name and answered as a document."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, ValidationError
+
+from motionlab.config.controller import SharingConfig, SharingLaw
+from motionlab.config.force_map import (
+    AnyForceMapConfig,
+    ForceMapConfig,
+    MapName,
+    TableMapConfig,
+)
+from motionlab.config.load import load_scenario
+from motionlab.config.quantity import OURS, Config, quantity
+from motionlab.config.shipped import names
+from motionlab.config.validation_errors import field_errors
+from motionlab.errors import ConfigError, FieldError
+from motionlab.force_sharing.ripple import (
+    Model,
+    OverPitch,
+    Ripple,
+    ripple,
+    share_over_pitch,
+)
+from motionlab.kernel.force_maps import map_lanes, sharing_lanes
+from motionlab.lanes.bank import TABLES
+from motionlab.store.maps import named_map
+from motionlab.studies.sharing.map_fit import fit_analytic
+
+Array = NDArray[np.float64]
+
+LAWS: tuple[SharingLaw, ...] = ("least-norm", "force-per-ampere", "sine", "cubic")
+
+
+def _is_name(value: Any) -> str:
+    return "name" if isinstance(value, str) else "map"
+
+
+MapChoice = Annotated[
+    Annotated[MapName, Tag("name")] | Annotated[AnyForceMapConfig, Tag("map")],
+    Discriminator(_is_name),
+]
+"""A force map, or the name of a table or of a shipped motor, whose axis x it then is."""
+
+
+class SharingRequest(Config):
+    """A command, the map and the law by which it is shared, and the map that answers."""
+
+    controller: MapChoice = Field(
+        default="nominal",
+        description="The controller's map: a map, or the name of a table or of a shipped motor",
+    )
+    plant: MapChoice | None = Field(
+        default=None, description="The plant's map; left out: the controller's"
+    )
+    law: SharingLaw = Field(default="least-norm", description="How the force is shared")
+    overlap: float = quantity(
+        "Share of the pole pitch over which a phase hands over (sine, cubic)",
+        unit="1",
+        source=OURS,
+        default=1 / 6,
+        ge=0.005,
+        le=1 / 6,
+    )
+    force: float = quantity(
+        "Commanded force", unit="N", source=OURS, default=20.0, ge=-1000, le=1000
+    )
+    current_limit: float = quantity(
+        "Largest current command", unit="A", source=OURS, default=10.0, gt=0, le=100
+    )
+    resistance: float | None = quantity(
+        "Resistance of one phase, for the loss in W; the paper prints none",
+        unit="Ohm",
+        source=OURS,
+        default=None,
+        gt=0,
+        le=1000,
+    )
+    points: int = quantity(
+        "Positions over the pole pitch", unit="1", source=OURS, default=360, ge=12, le=3600
+    )
+
+
+class _Document(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+
+
+class UsedMap(_Document):
+    """A map that was used."""
+
+    name: str | None = Field(description="As it was asked for; null for numbers")
+    kind: Literal["analytic", "table"]
+    tau: float = Field(description="Pole pitch, m")
+    digest: str | None = Field(description="Hash of a table's numbers")
+
+
+class RippleOfThrust(_Document):
+    """How a thrust varies over the pole pitch."""
+
+    mean: float = Field(description="N")
+    peak_to_peak: float = Field(description="N")
+    rms: float = Field(description="Of what it differs from its mean, N")
+    relative: float | None = Field(description="Peak to peak over the mean; null without a mean")
+
+
+class CopperLoss(_Document):
+    """Copper loss of the three phases, averaged over the pole pitch."""
+
+    squared_current: float = Field(description="Sum of the squared currents, A^2")
+    relative: float | None = Field(description="Over that of force-per-ampere; null without any")
+    power: float | None = Field(description="W; null without a resistance")
+
+
+class SharingCurves(_Document):
+    """What happens at each position."""
+
+    position: list[float] = Field(description="Over one pole pitch of the controller's map, m")
+    current: list[list[float]] = Field(description="Of phases a, b, c, A")
+    phase_thrust: list[list[float]] = Field(description="Of phases a, b, c on the plant's map, N")
+    thrust: list[float] = Field(description="On the plant's map, N")
+    believed: list[float] = Field(description="On the controller's map, N")
+    normal_force: list[float] = Field(description="On the plant's map, N")
+    reachable: list[float] = Field(description="Largest command that is carried out, N")
+    squared_current: list[float] = Field(description="Sum of the squared currents, A^2")
+
+
+class SharingDocument(_Document):
+    """What a command comes to over one pole pitch."""
+
+    law: SharingLaw
+    force: float = Field(description="Commanded, N")
+    current_limit: float = Field(description="A")
+    controller: UsedMap
+    plant: UsedMap
+    linear_up_to: float = Field(description="Command that is carried out at every position, N")
+    reachable_most: float = Field(description="Largest command carried out at some position, N")
+    thrust: RippleOfThrust = Field(description="On the plant's map")
+    believed: RippleOfThrust = Field(description="On the controller's map")
+    loss: CopperLoss
+    rms_current: float = Field(description="Of one phase over the pitch, A")
+    max_current: float = Field(description="A")
+    steepest_current: float = Field(description="Largest change of a current over position, A/m")
+    curves: SharingCurves
+
+
+class FitDocument(_Document):
+    """The analytic map fitted to a table: F_pk, I_knee, h_2 and h_3 are fits."""
+
+    name: str
+    digest: str = Field(description="Hash of the table's numbers")
+    force_map: ForceMapConfig = Field(description="To be set as force_map of a controller's model")
+    fitted: list[str] = Field(description="Which of its fields are fits")
+    relative_rms: float = Field(
+        description="Residual of thrust over the largest at the same current, 1; made least"
+    )
+    rms: float = Field(description="Residual of thrust over positions and currents, N")
+    worst: float = Field(description="Largest residual, N")
+    worst_position: float = Field(description="Where, m from the aligned position")
+    worst_current: float = Field(description="At which current, A")
+
+
+def read_sharing_request(tables: Mapping[str, Any]) -> SharingRequest:
+    """Return a request that is checked.
+
+    Raises
+    ------
+    ConfigError
+        Naming every field that is wrong, its value, range and unit.
+    """
+    try:
+        return SharingRequest.model_validate(dict(tables))
+    except ValidationError as error:
+        found = (replace(e, loc=e.loc or "sharing") for e in field_errors(error, SharingRequest))
+        raise ConfigError(*found) from None
+
+
+def sharing(request: SharingRequest) -> SharingDocument:
+    """Return what a command comes to over one pole pitch.
+
+    Raises
+    ------
+    ConfigError
+        If a map is not there or does not reach the current limit, or the pole pitches differ.
+    """
+    controller, used = _used(request.controller, "controller")
+    plant, truth = (controller, used) if request.plant is None else _used(request.plant, "plant")
+    if truth.tau != used.tau:
+        raise ConfigError(
+            FieldError("plant", "has another pole pitch than the controller's map", truth.tau)
+        )
+    for field, config in (("controller", controller), ("plant", plant)):
+        if isinstance(config, TableMapConfig):
+            i_max = named_map(config.name).i_max
+            if request.current_limit > i_max:
+                raise ConfigError(
+                    FieldError(
+                        "current_limit",
+                        f"is more than the {field}'s map reaches",
+                        request.current_limit,
+                        f"<= {i_max:g}",
+                        "A",
+                    )
+                )
+    found = _over_pitch(request, controller, plant, request.law)
+    least = found
+    if request.law != "force-per-ampere":
+        least = _over_pitch(request, controller, plant, "force-per-ampere")
+    loss, least_loss = float(found.loss.mean()), float(least.loss.mean())
+    step = found.position[1] - found.position[0]
+    slope = np.abs(np.diff(found.current, axis=1, append=found.current[:, :1])) / step
+    return SharingDocument(
+        law=request.law,
+        force=request.force,
+        current_limit=request.current_limit,
+        controller=used,
+        plant=truth,
+        linear_up_to=float(found.reachable.min()),
+        reachable_most=float(found.reachable.max()),
+        thrust=_ripple(ripple(found.thrust)),
+        believed=_ripple(ripple(found.believed)),
+        loss=CopperLoss(
+            squared_current=loss,
+            relative=loss / least_loss if least_loss > 0.0 else None,
+            power=None if request.resistance is None else request.resistance * loss,
+        ),
+        rms_current=float(np.sqrt(loss / 3.0)),
+        max_current=float(found.current.max()),
+        steepest_current=float(slope.max()),
+        curves=SharingCurves(
+            position=found.position.tolist(),
+            current=found.current.tolist(),
+            phase_thrust=found.phase_thrust.tolist(),
+            thrust=found.thrust.tolist(),
+            believed=found.believed.tolist(),
+            normal_force=found.normal_force.tolist(),
+            reachable=found.reachable.tolist(),
+            squared_current=found.loss.tolist(),
+        ),
+    )
+
+
+def fit(name: str) -> FitDocument:
+    """Return the analytic map fitted to a table.
+
+    Raises
+    ------
+    ConfigError
+        If no map of that name is there, or it cannot be read.
+    """
+    table = named_map(name, "map")
+    found = fit_analytic(table)
+    return FitDocument(
+        name=name,
+        digest=table.digest,
+        force_map=ForceMapConfig(**found.force_map._asdict()),
+        fitted=["F_pk", "I_knee", "h_2", "h_3"],
+        relative_rms=found.relative_rms,
+        rms=found.rms,
+        worst=found.worst,
+        worst_position=found.position,
+        worst_current=found.current,
+    )
+
+
+def _used(choice: str | AnyForceMapConfig, loc: str) -> tuple[AnyForceMapConfig, UsedMap]:
+    """Return a map, and what is told of it."""
+    name = choice if isinstance(choice, str) else None
+    config = choice
+    if isinstance(config, str):
+        if config in names("motors"):
+            config = load_scenario("circle", {"plant": config}).plant.x.force_map
+        else:
+            config = TableMapConfig(name=config)
+    if isinstance(config, ForceMapConfig):
+        return config, UsedMap(name=name, kind="analytic", tau=config.tau, digest=None)
+    table = named_map(config.name, loc)
+    named = UsedMap(name=name or config.name, kind="table", tau=table.tau, digest=table.digest)
+    return config, named
+
+
+@TABLES.lease()
+def _over_pitch(
+    request: SharingRequest,
+    controller: AnyForceMapConfig,
+    plant: AnyForceMapConfig,
+    law: SharingLaw,
+) -> OverPitch:
+    config = SharingConfig(law=law, overlap=request.overlap)
+
+    def model(chosen: AnyForceMapConfig) -> Model:
+        lanes = map_lanes(chosen)
+        return Model(lanes.force_map, lanes.table, sharing_lanes(config, chosen))
+
+    return share_over_pitch(
+        model(controller),
+        model(plant),
+        current_limit=request.current_limit,
+        force=request.force,
+        points=request.points,
+    )
+
+
+def _ripple(found: Ripple) -> RippleOfThrust:
+    return RippleOfThrust(**found._asdict(), relative=found.relative)

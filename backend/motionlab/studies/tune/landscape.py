@@ -1,0 +1,123 @@
+"""The cost over the plane of gains: coarse at first, then finer, with the edge of stability."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab import __version__
+from motionlab.config.controller import GainsConfig
+from motionlab.config.planar import AXES
+from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.lanes import model_hash
+from motionlab.loop.family import LoopFamily
+from motionlab.loop.linearise import SLIDING, NoLinearisation
+from motionlab.loop.stability_boundary import stability_edge
+from motionlab.simulation.result import plant_name
+from motionlab.studies.tune.cost import cost
+from motionlab.studies.tune.document import AxisLandscape, LandscapeDocument, PartialLandscape
+from motionlab.studies.tune.problem import Problem, unstable_warnings
+from motionlab.studies.tune.request import LandscapeRequest
+
+Array = NDArray[np.float64]
+Progress = Callable[[float, PartialLandscape | None], None]
+"""Takes the share done, 0 to 1, and the map so far when that has changed."""
+
+_COARSEST = 8
+"""Stride of the first map that is told."""
+_AT_ONCE = 512
+"""Trials between two looks at whether the work is to end."""
+
+
+def landscape(problem: Problem, progress: Progress | None = None) -> LandscapeDocument:
+    """Return the cost of each axis over its gains.
+
+    Both axes are tried side by side. Every point is simulated, also those that the linearised loop
+    calls unstable.
+
+    Parameters
+    ----------
+    problem : Problem
+        Of a `LandscapeRequest`, from `motionlab.studies.tune.problem.plan`.
+    progress : callable, optional
+        Called with the share done and, after each level, the map so far.
+    """
+    request = problem.request
+    assert isinstance(request, LandscapeRequest)
+    told = progress or (lambda _share, _partial: None)
+    n = request.points
+    k_p, k_d = (np.geomspace(*ends, n) for ends in (request.bounds.k_p, request.bounds.k_d))
+    costs = {axis: np.full((n, n), np.nan) for axis in problem.axes}
+    edges = {axis: _edge(problem, axis, k_p, k_d) for axis in problem.axes}
+    tried = 0
+
+    def drawn(stride: int) -> dict[str, AxisLandscape]:
+        return {
+            axis: AxisLandscape(
+                stride=stride,
+                k_p=_figures(k_p[::stride]),
+                k_d=_figures(k_d[::stride]),
+                cost=[
+                    [float(f"{c:.5g}") if np.isfinite(c) else None for c in row]
+                    for row in costs[axis][::stride, ::stride]
+                ],
+                edge=edges[axis],
+                present=_place(getattr(problem.controller, axis)),
+                paper=_place(problem.published(axis)),
+            )
+            for axis in problem.axes
+        }
+
+    stride = _COARSEST
+    while stride:
+        level = [
+            (i, j)
+            for i in range(0, n, stride)
+            for j in range(0, n, stride)
+            if np.isnan(costs[problem.axes[0]][i, j])
+        ]
+        for first in range(0, len(level), _AT_ONCE):
+            places = level[first : first + _AT_ONCE]
+            i, j = np.array(places).T
+            metrics = problem.own.over_gains(problem.controller, k_p[j], k_d[i])
+            for axis in problem.axes:
+                own = {name: values[:, AXES.index(axis)] for name, values in metrics.items()}
+                costs[axis][i, j] = cost(request.objective, own)
+            tried += len(places)
+            told(tried / n**2, None)
+        told(tried / n**2, PartialLandscape(axes=drawn(stride)) if stride > 1 else None)
+        stride //= 2
+    scenario, window = problem.scenario, problem.own.window
+    return LandscapeDocument(
+        axes=drawn(1),
+        scenario=scenario.name,
+        seed=scenario.seed,
+        plant=plant_name(scenario.plant),
+        version=__version__,
+        model=model_hash(),
+        variant=problem.variant,
+        objective={**request.objective},
+        window=[tick * CONTROL_PERIOD for tick in window],
+        warnings=unstable_warnings(problem),
+    )
+
+
+def _edge(problem: Problem, axis: str, k_p: Array, k_d: Array) -> list[list[tuple[float, float]]]:
+    try:
+        family = LoopFamily.of(problem.scenario, problem.variant, axis, (SLIDING,))
+    except NoLinearisation:
+        return []
+    return [
+        [(float(f"{p:.6g}"), float(f"{d:.6g}")) for p, d in line]
+        for line in stability_edge(family, k_p, k_d)
+    ]
+
+
+def _place(gains: GainsConfig) -> tuple[float, float]:
+    return gains.k_p, gains.k_d
+
+
+def _figures(values: Array) -> list[float]:
+    return [float(f"{value:.6g}") for value in values]

@@ -1,0 +1,202 @@
+"""What is tuned: a variant's axes, and the motors and motion that they are judged on."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from motionlab.config.controller import ControllerConfig, GainsConfig
+from motionlab.config.load import load_scenario
+from motionlab.config.scenario import Scenario
+from motionlab.config.shipped import names
+from motionlab.errors import ConfigError, FieldError
+from motionlab.loop.linearise import SLIDING, linearise, stability_limits
+from motionlab.simulation.prepare import prepare
+from motionlab.simulation.result import plant_name
+from motionlab.studies.tune.request import LandscapeRequest, TuneRequest
+from motionlab.studies.tune.trials import Trials
+
+Source = str | Path | Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A tuning problem that has passed every check.
+
+    Attributes
+    ----------
+    request : TuneRequest or LandscapeRequest
+        As validated.
+    scenario : Scenario
+        Parameters in effect at the window's end, of the one variant, without a schedule.
+    variant : str
+        Whose gains.
+    axes : tuple of str
+        Axes that are tuned: of those asked for, the ones that move.
+    courses : dict of str to Trials
+        By name of the motor; the scenario's own is the first.
+    """
+
+    request: TuneRequest | LandscapeRequest
+    scenario: Scenario
+    variant: str
+    axes: tuple[str, ...]
+    courses: dict[str, Trials]
+
+    @property
+    def controller(self) -> ControllerConfig:
+        """The controller as it is."""
+        return self.scenario.variants[self.variant].controller
+
+    @property
+    def own(self) -> Trials:
+        """The trials on the scenario's own motor."""
+        return next(iter(self.courses.values()))
+
+    @property
+    def seconds(self) -> float:
+        """Simulated time of all trials, summed over axes, s."""
+        request = self.request
+        if isinstance(request, TuneRequest):
+            trials = request.starts * request.evaluations * len(self.courses)
+        else:
+            trials = request.points**2
+        return self.own.seconds * trials * len(self.axes)
+
+    def published(self, axis: str) -> GainsConfig:
+        """Return the paper's gains, of the shipped scenario of the same name or of the circle."""
+        known = self.scenario.name in names("scenarios")
+        shipped = load_scenario(self.scenario.name if known else "circle")
+        owner = shipped.variants.get(self.variant) or next(iter(shipped.variants.values()))
+        return getattr(owner.controller, axis)
+
+    def path(self, field: str) -> str:
+        """Return where a field of the controller stands in the scenario."""
+        return f"variants.{self.variant}.controller.{field}"
+
+
+def plan(request: TuneRequest | LandscapeRequest, source: Source | None = None) -> Problem:
+    """Return what a request asks to tune, checked.
+
+    Parameters
+    ----------
+    request : TuneRequest or LandscapeRequest
+        What is asked for.
+    source : str, Path or mapping, optional
+        The scenario in place of the request's, which is never a path.
+
+    Raises
+    ------
+    ConfigError
+        Naming every field that is wrong.
+    Infeasible
+        If the motor cannot follow the motion.
+    """
+    source = request.scenario if source is None else source
+    plants = request.plants if isinstance(request, TuneRequest) else ()
+    own = _trials(request, source, {})
+    scenario = own.scenario
+    courses = {plant_name(scenario.plant): own}
+    for name in plants:
+        courses[name] = _trials(request, source, {"plant": name})
+    (variant,) = scenario.variants
+    axes = _moving(request, own)
+    if isinstance(request, TuneRequest):
+        _refuse_what_has_no_effect(request, scenario.variants[variant].controller)
+    if "settling" in request.objective:
+        _refuse_without_hold(own)
+    return Problem(request, scenario, variant, axes, courses)
+
+
+def unstable_warnings(problem: Problem) -> list[str]:
+    """Return a sentence for each axis whose present gains are unstable, with the gain's limit."""
+    said = []
+    for axis in problem.axes:
+        v = SLIDING * getattr(problem.scenario.plant, axis).friction.v_s
+        try:
+            stable = linearise(problem.scenario, problem.variant, axis, v=v).stable
+        except ConfigError as error:
+            return [f"{error.errors[0].loc} {error.errors[0].message}: margins are not looked at"]
+        if stable:
+            continue
+        gains = getattr(problem.controller, axis)
+        units = {"k_p": "N/m", "k_d": "N s/m"}
+        limits = stability_limits(problem.scenario, problem.variant, axis)
+        named = [
+            f"{problem.path(f'{axis}.{gain}')} = {getattr(gains, gain):.6g} {units[gain]}"
+            + (f" (the edge of stability, moved alone: {limit:.6g})" if limit else "")
+            for gain, limit in limits.items()
+        ]
+        said.append("the present gains are unstable: " + ", ".join(named))
+    return said
+
+
+def _trials(
+    request: TuneRequest | LandscapeRequest, source: Source, changes: dict[str, Any]
+) -> Trials:
+    """Return what is run of the one variant."""
+    loaded = load_scenario(source, request.set | changes)
+    variant = request.chosen(loaded)
+    if request.window is not None:
+        loaded = loaded.model_copy(update={"window": request.window})
+    whole = prepare(loaded)
+    window = whole.window
+    period = whole.reference.period
+    if loaded.window is None and period:
+        window = (window[0], min(window[1], window[0] + period))
+    effect = [scenario for tick, scenario in whole.epochs if tick < window[1]][-1]
+    steady = effect.model_copy(
+        update={"variants": {variant: effect.variants[variant]}, "schedule": ()}
+    )
+    return Trials(dataclasses.replace(whole, scenario=steady), window)
+
+
+def _moving(request: TuneRequest | LandscapeRequest, trials: Trials) -> tuple[str, ...]:
+    moving = trials.reference.moving
+    axes = tuple(axis for axis in request.axes if axis in moving)
+    if not axes:
+        raise ConfigError(
+            FieldError(
+                loc="axis",
+                message="does not move in this scenario",
+                value=request.axis,
+                range="one of " + ", ".join(moving) if moving else "none moves",
+            )
+        )
+    return axes
+
+
+def _refuse_what_has_no_effect(request: TuneRequest, controller: ControllerConfig) -> None:
+    """Refuse to search numbers that this controller does not use."""
+    law = controller.compensation.law
+    used = {
+        "disturbance_observer.bandwidth": controller.disturbance_observer.enabled,
+        "compensation.gain": law in {"residual-k", "canudas-de-wit"},
+        "compensation.residual_bandwidth": law in {"residual-k", "reversed-k"},
+        "compensation.regularisation": law == "residual-k",
+    }
+    idle = [
+        FieldError(
+            loc=f"also.{path}",
+            message=f"has no effect: the law is {law}, and the "
+            f"disturbance observer is {'on' if controller.disturbance_observer.enabled else 'off'}",
+        )
+        for path in request.also
+        if not used[path]
+    ]
+    if idle:
+        raise ConfigError(*idle)
+
+
+def _refuse_without_hold(trials: Trials) -> None:
+    start, end = trials.window
+    if not any(start <= begin < end for begin, _ in trials.reference.holds):
+        raise ConfigError(
+            FieldError(
+                loc="objective.settling",
+                message="needs a motion that comes to rest; there is none in the window",
+            )
+        )

@@ -1,0 +1,145 @@
+"""A search for gains as text for people."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from typing import NamedTuple
+
+from motionlab.studies.tune.document import Candidate, TunedAxis, TunedGroup, TuneDocument
+
+_HEAD = ("k_p", "k_d", "peak", "rms", "effort", "gain m.", "phase m.", "Ms", "cost")
+_UNITS = ("N/mm", "N s/mm", "um", "um", "N", "1", "deg", "1", "")
+_WIDTH, _WIDE = 10, 120
+_SCALES = {
+    "peak": 1e6,
+    "rms": 1e6,
+    "effort": 1.0,
+    "gain_margin": 1.0,
+    "phase_margin": 180.0 / math.pi,
+    "Ms": 1.0,
+}
+"""What the columns after the gains show, and their unit in SI."""
+
+
+def report(found: TuneDocument) -> str:
+    """Return a table of candidates for each axis, warnings below it.
+
+    Parameters
+    ----------
+    found : TuneDocument
+        From `motionlab.studies.tune.search.tune`.
+
+    Returns
+    -------
+    str
+        Several lines.
+    """
+    wanted = " + ".join(
+        metric if weight == 1.0 else f"{weight:g} {metric}"
+        for metric, weight in found.objective.items()
+    )
+    start, end = found.window
+    lines = [
+        f"{found.scenario}, gains of {found.variant} on {', '.join(found.plants)}: least {wanted} "
+        f"from {start:g} to {end:g} s, {found.evaluations} sets of gains tried",
+    ]
+    for group in found.groups:
+        lines += ["", *_group(group, found.plants)]
+    if found.set:
+        lines += ["", "the best of it:"]
+        lines += [f"  --set {path}={value:.6g}" for path, value in found.set.items()]
+    lines += [f"warning: {warning}" for warning in found.warnings]
+    return "\n".join(lines)
+
+
+def _group(group: TunedGroup, plants: list[str]) -> list[str]:
+    worst = ", worst motor" if len(plants) > 1 else ""
+    lines = [_row("", _HEAD), _row(f"{' and '.join(group.axes)}{worst}", _UNITS)]
+    for candidate in (group.present, group.paper, *group.candidates):
+        lines += _candidate(candidate)
+    for number, start in enumerate(group.starts):
+        lines.append(f"  start {number}: {start.ended} after {len(start.cost)} evaluations")
+    return lines
+
+
+def _candidate(candidate: Candidate) -> list[str]:
+    name = candidate.origin if candidate.start is None else f"start {candidate.start}"
+    lines = []
+    for axis, tuned in candidate.axes.items():
+        worst = worst_of(tuned)
+        cells = [f"{tuned.k_p / 1e3:.1f}", f"{tuned.k_d / 1e3:.3f}"]
+        for quantity, scale in _SCALES.items():
+            found = worst.get(quantity)
+            cells.append(_number(found.value, scale) if found else "-")
+        lines.append(_row(f"  {name} {axis}", [*cells, _number(candidate.cost)]))
+        lines += textwrap.wrap(
+            _places(worst),
+            _WIDE,
+            initial_indent="      ",
+            subsequent_indent="        ",
+        )
+    lines += [f"      {path} = {value:.4g}" for path, value in candidate.also.items()]
+    lines += [f"      not held: {violation}" for violation in candidate.violations]
+    return lines
+
+
+def _row(name: str, cells: tuple[str, ...] | list[str]) -> str:
+    return name.ljust(22) + "".join(cell.rjust(_WIDTH) for cell in cells)
+
+
+class Worst(NamedTuple):
+    """The worst of a quantity over the motors."""
+
+    value: float
+    motor: str
+    velocity: float | None  # m/s; None of what is no margin
+
+
+def worst_of(tuned: TunedAxis) -> dict[str, Worst]:
+    """Return the worst of each quantity over the motors, and on which motor that is.
+
+    Parameters
+    ----------
+    tuned : TunedAxis
+        One axis of a candidate.
+
+    Returns
+    -------
+    dict of str to Worst
+        ``peak``, ``rms``, ``effort``, infinite where it ran away, ``gain_margin``,
+        ``phase_margin`` and ``Ms``; without the margins that no motor has, and with none of
+        them where a loop is unstable.
+    """
+    found: dict[str, Worst] = {}
+    for quantity in ("peak", "rms", "effort"):
+        values = {motor: getattr(metrics, quantity) for motor, metrics in tuned.metrics.items()}
+        motor = max(values, key=lambda name: math.inf if values[name] is None else values[name])
+        value = values[motor]
+        found[quantity] = Worst(math.inf if value is None else value, motor, None)
+    if not all(margins.stable for margins in tuned.margins.values()):
+        return found
+    for quantity, worst in (("gain_margin", min), ("phase_margin", min), ("Ms", max)):
+        margins = [
+            Worst(margin.value, motor, margin.velocity)
+            for motor, every in tuned.margins.items()
+            if (margin := getattr(every, quantity)) is not None
+        ]
+        if margins:
+            found[quantity] = worst(margins)
+    return found
+
+
+def _places(worst: dict[str, Worst]) -> str:
+    """Return which motor, and at which velocity, each quantity is worst on."""
+    of: dict[str, list[str]] = {}
+    for quantity, (_, motor, velocity) in worst.items():
+        where = "" if velocity is None else f" ({velocity * 1e3:.3g} mm/s)"
+        of.setdefault(motor, []).append(f"{quantity.replace('_', ' ')}{where}")
+    return "; ".join(f"worst on {motor}: {', '.join(names)}" for motor, names in of.items())
+
+
+def _number(value: float | None, scale: float = 1.0) -> str:
+    if value is None:
+        return "-"
+    return f"{value * scale:.4g}" if math.isfinite(value) else "ran away"

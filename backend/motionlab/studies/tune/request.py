@@ -1,0 +1,233 @@
+"""What a tuning run and a gain landscape are asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Annotated, Any, Literal, Self, TypeVar
+
+from pydantic import Field, ValidationError, model_validator
+
+from motionlab.config.plant import OURS
+from motionlab.config.quantity import Config, quantity
+from motionlab.config.scenario import Scenario, VariantName, WindowConfig
+from motionlab.config.validation_errors import field_errors
+from motionlab.errors import ConfigError, FieldError
+
+Metric = Literal["peak", "rms", "itae", "settling", "effort"]
+Extra = Literal[
+    "disturbance_observer.bandwidth",
+    "compensation.gain",
+    "compensation.residual_bandwidth",
+    "compensation.regularisation",
+]
+
+_Weight = Annotated[float, Field(gt=0.0, le=1e9)]
+_Edge = Annotated[float, Field(gt=0.0, le=1e9)]
+Range = Annotated[tuple[_Edge, _Edge], Field(strict=False)]
+
+
+class Bounds(Config):
+    """Between which gains is searched, low and high of each; the search is in their logarithms."""
+
+    k_p: Range = quantity("Of k_p", unit="N/m", source=OURS, default=(1e4, 3e7))
+    k_d: Range = quantity("Of k_d", unit="N s/m", source=OURS, default=(1e2, 1e5))
+
+
+class Constraints(Config):
+    """What a set of gains must hold to be a candidate; null leaves one out.
+
+    Margins are the worst of the loop linearised while it slides, from 0.5 to 4 Stribeck velocities.
+    """
+
+    gain_margin: float | None = quantity(
+        "Least factor by which the loop's gain may grow, or fall, to the edge of stability",
+        unit="1",
+        source=f"{OURS}: 6 dB",
+        default=2.0,
+        gt=1,
+        le=100,
+    )
+    phase_margin: float | None = quantity(
+        "Least phase margin",
+        unit="rad",
+        source=f"{OURS}: 30 degrees",
+        default=0.5236,
+        gt=0,
+        lt=3.1416,
+    )
+    Ms: float | None = quantity(
+        "Largest peak of the sensitivity", unit="1", source=OURS, default=None, gt=1, le=100
+    )
+    saturated: float | None = quantity(
+        "Largest share of ticks with force or current at its limit",
+        unit="1",
+        source=OURS,
+        default=0.0,
+        ge=0,
+        le=1,
+    )
+    force: float | None = quantity(
+        "Largest thrust", unit="N", source=OURS, default=None, gt=0, le=1000
+    )
+
+
+class _Source(Config):
+    """The scenario that all requests begin with."""
+
+    scenario: str | dict[str, Any] = Field(
+        default="circle", description="Name of a shipped scenario, or its tables"
+    )
+    set: dict[str, Any] = Field(
+        default_factory=dict, max_length=4096, description="Dotted path to value, SI"
+    )
+    variant: VariantName | None = Field(
+        default=None, description="Whose gains; left out: the second variant, or the only one"
+    )
+
+    def chosen(self, scenario: Scenario) -> str:
+        """Return the variant that is meant.
+
+        Raises
+        ------
+        ConfigError
+            If the scenario has no such variant.
+        """
+        letters = list(scenario.variants)
+        variant = self.variant or letters[min(1, len(letters) - 1)]
+        if variant not in letters:
+            raise ConfigError(
+                FieldError(
+                    loc="variant",
+                    message="is no variant of the scenario",
+                    value=variant,
+                    range="one of " + ", ".join(letters),
+                )
+            )
+        return variant
+
+
+class AxisRequest(_Source):
+    """Which loop is looked at."""
+
+    axis: Literal["x", "y"] = Field(default="x", description="Axis")
+
+
+class _Problem(_Source):
+    """What both searches ask for alike."""
+
+    axis: Literal["x", "y", "both"] = Field(default="both", description="Axes")
+    objective: dict[Metric, _Weight] = Field(
+        default={"rms": 1.0},
+        min_length=1,
+        description="Weights; the cost is the sum of weight times metric, in um (peak, rms), "
+        "um s^2 (itae), 10 ms (settling) and N (effort)",
+    )
+    bounds: Bounds = Bounds()
+    window: WindowConfig | None = Field(
+        default=None,
+        description="Metrics window, at whose end a run ends; left out: the second lap of a motion "
+        "that repeats, otherwise the scenario's own",
+    )
+
+    @property
+    def ranges(self) -> dict[str, tuple[float, float]]:
+        """Every range that is searched, by field."""
+        return {"bounds.k_p": self.bounds.k_p, "bounds.k_d": self.bounds.k_d}
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """The axes, in order."""
+        return ("x", "y") if self.axis == "both" else (self.axis,)
+
+
+class TuneRequest(_Problem):
+    """Which gains are searched for, and by what measure."""
+
+    constraints: Constraints = Constraints()
+    also: dict[Extra, Range] = Field(
+        default_factory=dict,
+        description="Further numbers of the controller to search, by path, each with low and high; "
+        "both axes share them and are then tuned together",
+    )
+    starts: int = quantity(
+        "Starts of the simplex: the present gains, the others drawn within the bounds",
+        unit="1",
+        source=OURS,
+        default=4,
+        ge=1,
+        le=16,
+    )
+    evaluations: int = quantity(
+        "Evaluations of a start at most", unit="1", source=OURS, default=200, ge=10, le=2000
+    )
+    plants: Annotated[tuple[str, ...], Field(strict=False, max_length=8)] = Field(
+        default=(),
+        description="Shipped motors on which the gains must do as well: the worst one counts",
+    )
+
+    @property
+    def ranges(self) -> dict[str, tuple[float, float]]:
+        """Every range that is searched, by field."""
+        return super().ranges | {f"also.{path}": ends for path, ends in self.also.items()}
+
+    @model_validator(mode="after")
+    def _plants_differ(self) -> Self:
+        if len(set(self.plants)) < len(self.plants):
+            raise ValueError("plants must differ from one another")
+        return self
+
+
+class LandscapeRequest(_Problem):
+    """Over which gains the cost is mapped."""
+
+    points: int = quantity(
+        "Gains along each side of the map", unit="1", source=OURS, default=64, ge=8, le=128
+    )
+
+
+_UNITS = {"bounds.k_p": "N/m", "bounds.k_d": "N s/m"}
+_Request = TypeVar("_Request", bound=_Source)
+
+
+def read_request(model: type[_Request], request: Mapping[str, Any]) -> _Request:
+    """Return a request, checked.
+
+    Parameters
+    ----------
+    model : type
+        `TuneRequest`, `LandscapeRequest`, `AxisRequest` or one built on it.
+    request : mapping
+        Its fields.
+
+    Raises
+    ------
+    ConfigError
+        Naming every field that is wrong, its value, range and unit.
+    """
+    try:
+        checked = model.model_validate(request)
+    except ValidationError as error:
+        # A key that is no text, half of a surrogate pair, fails the table as a whole.
+        found = (replace(e, loc=e.loc or "tune") for e in field_errors(error, model))
+        raise ConfigError(*found) from None
+    except RecursionError:
+        raise ConfigError(FieldError(loc="tune", message="is nested too deeply")) from None
+    if isinstance(checked, _Problem):
+        _refuse_inverted(checked)
+    return checked
+
+
+def _refuse_inverted(request: _Problem) -> None:
+    inverted = [
+        FieldError(
+            loc=loc,
+            message="the lower end must lie below the upper one",
+            value=f"{low:g} to {high:g}",
+            unit=_UNITS.get(loc, ""),
+        )
+        for loc, (low, high) in request.ranges.items()
+        if not low < high
+    ]
+    if inverted:
+        raise ConfigError(*inverted)

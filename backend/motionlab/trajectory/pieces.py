@@ -1,0 +1,208 @@
+"""From the config of a motion to the pieces it is made of."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import partial
+from typing import assert_never
+
+from motionlab.config.drawn_path import DrawnPath
+from motionlab.config.moves import (
+    Dwell,
+    Line,
+    Parabola,
+    PointTarget,
+    RampMove,
+    Staircase,
+    Step,
+    Trapezoid,
+    Waypoints,
+)
+from motionlab.config.planar import (
+    PlanarAcceleration,
+    PlanarAngle,
+    PlanarLength,
+    PlanarVelocity,
+)
+from motionlab.config.shapes import Circle, Polygon, Sine, Star
+from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.config.trajectory import Sequence, TrajectoryConfig
+from motionlab.trajectory import path
+from motionlab.trajectory.drawn_motion import at_constant_speed, stop_and_go
+from motionlab.trajectory.motion import (
+    EdgeRule,
+    Piece,
+    chain,
+    fast_minimum_jerk_edge,
+    hold,
+    minimum_jerk_edge,
+    run,
+    trapezoidal_edge,
+    visit,
+    whole_ticks,
+)
+from motionlab.trajectory.path import Vector
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Pieces of a motion, the ticks of one lap, and how many laps at its end metrics use.
+
+    Attributes
+    ----------
+    pieces : list of Piece
+        At least one, in order of time.
+    period : int
+        Ticks of one lap, 0 if the motion does not repeat.
+    measured_laps : int
+        Laps at the end that metrics use, 0 for the whole motion.
+    window : tuple of int, optional
+        Ticks that metrics use where they are not the last ones.
+    """
+
+    pieces: list[Piece]
+    period: int = 0
+    measured_laps: int = 0
+    window: tuple[int, int] | None = None
+
+
+def plan(config: TrajectoryConfig) -> Plan:  # noqa: PLR0911, PLR0912 - one for each kind
+    """Turn any kind of motion into pieces.
+
+    Parameters
+    ----------
+    config : TrajectoryConfig
+        The motion.
+    """
+    match config:
+        case PointTarget():
+            return Plan(hold(_xy(config.position), config.duration))
+        case Dwell():
+            return Plan(hold((0.0, 0.0), config.duration))
+        case Step():
+            start, height = _xy(config.start), _xy(config.height)
+            top = (start[0] + height[0], start[1] + height[1])
+            return Plan([*hold(start, config.delay), *hold(top, config.dwell)])
+        case RampMove():
+            ray = path.ray(_xy(config.start), _xy(config.velocity))
+            return Plan([_timed(ray, config.duration, lead_in=config.lead_in)])
+        case Parabola():
+            curve = path.parabola(_xy(config.start), _xy(config.coefficient))
+            return Plan([_timed(curve, config.duration, lead_in=0.0)])
+        case Sine():
+            return _sine(config)
+        case Circle():
+            return _circle(config)
+        case Line():
+            points = (_xy(config.start), _xy(config.end))
+            return Plan(visit(points, dwell=config.dwell, edge=_edge_rule(config)))
+        case Waypoints():
+            return Plan(visit(config.points, dwell=config.dwell, edge=_edge_rule(config)))
+        case Trapezoid():
+            edge = partial(trapezoidal_edge, v_max=config.v_max, a_max=config.a_max)
+            there, back = _xy(config.start), _xy(config.end)
+            points = [there, back, *([there] if config.there_and_back else [])]
+            points += [back, there] * (config.cycles - 1)
+            return Plan(visit(points, dwell=config.dwell, edge=edge))
+        case Staircase():
+            return _staircase(config)
+        case Polygon():
+            return _closed(config.vertices, frequency=config.frequency, laps=config.laps)
+        case Star():
+            vertices = path.star_vertices(
+                center=_xy(config.center),
+                circumradius=config.circumradius,
+                points=config.points,
+                density=config.density,
+                start_angle=config.start_angle,
+            )
+            return _closed(vertices, frequency=config.frequency, laps=config.laps)
+        case DrawnPath():
+            return _drawn(config)
+        case Sequence():
+            return Plan(chain(plan(part).pieces for part in config.parts))
+        case _:
+            assert_never(config)
+
+
+def _sine(config: Sine) -> Plan:
+    lead_in = _lead_in_ticks(config.lead_in, frequency=config.frequency)
+    wave = path.sinusoid(_xy(config.center), _xy(config.amplitude), _xy(config.phase))
+    cycles = whole_ticks(config.cycles / config.frequency)
+    rate = 2 * math.pi * config.frequency * CONTROL_PERIOD
+    return Plan(
+        [run(wave, rate=rate, lead_in=lead_in, ticks=lead_in + cycles)],
+        period=whole_ticks(1 / config.frequency),
+        measured_laps=_last_two(config.cycles),
+    )
+
+
+def _circle(config: Circle) -> Plan:
+    period = whole_ticks(1 / config.frequency)
+    lead_in = _lead_in_ticks(config.lead_in, frequency=config.frequency)
+    ring = path.circle(_xy(config.center), config.radius, config.start_angle)
+    turn = 2 * math.pi if config.direction == "ccw" else -2 * math.pi
+    return Plan(
+        [run(ring, rate=turn / period, lead_in=lead_in, ticks=lead_in + config.laps * period)],
+        period=period,
+        measured_laps=_last_two(config.laps),
+    )
+
+
+def _staircase(config: Staircase) -> Plan:
+    start, step = _xy(config.start), _xy(config.step)
+    levels = [(start[0] + k * step[0], start[1] + k * step[1]) for k in range(config.count + 1)]
+    if config.there_and_back:
+        levels += levels[-2::-1]
+    edge = None
+    if config.v_max is not None and config.a_max is not None:
+        edge = partial(trapezoidal_edge, v_max=config.v_max, a_max=config.a_max)
+    return Plan(visit(levels, dwell=config.dwell, edge=edge))
+
+
+def _closed(vertices: tuple[Vector, ...], *, frequency: float, laps: int) -> Plan:
+    ticks = whole_ticks(1 / (frequency * len(vertices)))
+    period = ticks * len(vertices)
+    ends = (*vertices[1:], vertices[0])
+    lap = [
+        minimum_jerk_edge(start, end, ticks=ticks)
+        for start, end in zip(vertices, ends, strict=True)
+    ]
+    return Plan(lap * laps, period=period, measured_laps=max(1, laps - 1))
+
+
+def _drawn(config: DrawnPath) -> Plan:
+    if config.law == "constant_speed":
+        pieces, window = at_constant_speed(config)
+        return Plan(pieces, window=window)
+    pieces, lap = stop_and_go(config)
+    if not config.closed:
+        return Plan(pieces)
+    return Plan(pieces, period=lap, measured_laps=max(1, config.laps - 1))
+
+
+def _edge_rule(config: Line | Waypoints) -> EdgeRule:
+    if config.edge_time is not None:
+        return partial(minimum_jerk_edge, ticks=whole_ticks(config.edge_time))
+    assert config.v_max is not None and config.a_max is not None  # the model has made sure
+    return partial(fast_minimum_jerk_edge, v_max=config.v_max, a_max=config.a_max)
+
+
+def _timed(curve: path.Path, seconds: float, *, lead_in: float) -> Piece:
+    """Run along a path whose parameter is time in seconds."""
+    ticks = whole_ticks(seconds)
+    return run(curve, rate=CONTROL_PERIOD, lead_in=whole_ticks(lead_in), ticks=ticks)
+
+
+def _lead_in_ticks(seconds: float | None, *, frequency: float) -> int:
+    return whole_ticks(0.5 / frequency if seconds is None else seconds)
+
+
+def _last_two(laps: int) -> int:
+    """Use the last two laps, but not the very first one unless it is the only one."""
+    return max(1, min(2, laps - 1))
+
+
+def _xy(pair: PlanarLength | PlanarVelocity | PlanarAcceleration | PlanarAngle) -> Vector:
+    return pair.x, pair.y
