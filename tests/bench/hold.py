@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from motionlab.service.memory import recordable
+from motionlab.service.memory_budget import recordable
 from motionlab.service.settings import Settings
 from tests.bench import attacks
 from tests.bench.attacks import Client, again, under

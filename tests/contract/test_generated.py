@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from motionlab import __version__
 from motionlab.service.app import create_app
-from motionlab.service.messages import CLIENT_MESSAGES, SERVER_MESSAGES, asyncapi
+from motionlab.service.live.messages import CLIENT_MESSAGES, SERVER_MESSAGES, asyncapi
 from motionlab.service.settings import Settings
 from tests.fixtures.__main__ import QUESTION, WHAT_IF, what_if
 

@@ -160,7 +160,7 @@ def test_a_map_is_found_by_what_it_depends_on(preview, tmp_path):
 def test_a_kept_map_is_not_computed_again(preview, tmp_path, monkeypatch):
     store = MapStore(tmp_path / "maps")
     store.keep(preview)
-    monkeypatch.setattr("motionlab.store.maps.compute", pytest.fail)
+    monkeypatch.setattr("motionlab.studies.maps.compute.compute", pytest.fail)
     assert computed_or_kept(store, Geometry(), "preview")[1] is True
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.service.history import RING_SECONDS
+from motionlab.service.live.history import RING_SECONDS
 from motionlab.telemetry import recorder
 from motionlab.telemetry.channels import CHANNELS, REFERENCES
 from tests.runs import Played, play

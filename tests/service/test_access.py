@@ -20,7 +20,7 @@ import pytest
 from websockets.exceptions import InvalidStatus
 
 from motionlab.cli import main
-from motionlab.service.security import OPEN_PATHS
+from motionlab.service.http.security import OPEN_PATHS
 from motionlab.service.settings import LOOPBACK, Settings
 from tests.service.conftest import MakeLive, MakeServer
 from tests.service.live import API, Live, Stream
@@ -179,7 +179,7 @@ def test_no_other_spelling_of_a_path_gets_past(guarded: Server, path: str) -> No
 def test_the_page_may_be_loaded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "index.html").write_text("<title>the page</title>")
     (tmp_path / "page.js").write_text("1")
-    monkeypatch.setattr("motionlab.service.page.page_root", lambda: tmp_path)
+    monkeypatch.setattr("motionlab.service.http.page.page_root", lambda: tmp_path)
     server = Server(Settings(token=TOKEN))
     try:
         with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:

@@ -9,7 +9,7 @@ import pytest
 
 from motionlab.config.bounds import TEXT_MAX
 from motionlab.errors import SHOWN_MAX
-from motionlab.service.bodies import MEMBERS_MAX
+from motionlab.service.http.strict_json import MEMBERS_MAX
 from tests.service.live import API, Live
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import httpx
 import pytest
 
-from motionlab.service import bodies
+from motionlab.service.http import strict_json
 from motionlab.service.settings import Settings
 from tests.service.conftest import MakeServer
 from tests.service.live import API
@@ -72,13 +72,13 @@ def test_large_bodies_are_read_beside_the_event_loop(
     make_server: MakeServer, monkeypatch: pytest.MonkeyPatch, size: int, beside: bool
 ) -> None:
     server, threads = make_server(Settings()), []
-    read = bodies._read
+    read = strict_json._read
 
     def noted(body: bytes) -> Any:
         threads.append(threading.current_thread().name)
         return read(body)
 
-    monkeypatch.setattr(bodies, "_read", noted)
+    monkeypatch.setattr(strict_json, "_read", noted)
     body = json.dumps({"set": {"title": "x" * size}})
     with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
         headers = {"content-type": "application/json"}

@@ -14,7 +14,7 @@ import httpx
 import pytest
 from websockets.frames import Frame, Opcode
 
-from motionlab.service import connection, download
+from motionlab.service.http import connection_limits, download
 from motionlab.service.settings import Settings
 from tests.service.conftest import Connect, MakeServer
 from tests.service.live import API, Live, until
@@ -45,7 +45,7 @@ def read_all(opened: socket.socket) -> bytes:
 
 
 def test_a_body_that_takes_too_long(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(connection, "BODY_SECONDS", 0.5)
+    monkeypatch.setattr(connection_limits, "BODY_SECONDS", 0.5)
     with link(server, SLOW) as opened:
         assert read_all(opened) == b""
 
@@ -157,8 +157,8 @@ def test_a_flood_by_one_client_is_held_back(
     monkeypatch: pytest.MonkeyPatch,
     payload: tuple[Opcode, bytes],
 ) -> None:
-    monkeypatch.setattr(connection, "SOCKET_SHARE", 1e-4)
-    monkeypatch.setattr(connection, "SOCKET_BURST", 1e-3)
+    monkeypatch.setattr(connection_limits, "SOCKET_SHARE", 1e-4)
+    monkeypatch.setattr(connection_limits, "SOCKET_BURST", 1e-3)
     flood = 200 * framed(*payload)
     with handshaken(server, live, b"101") as rude:
         rude.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
@@ -166,7 +166,7 @@ def test_a_flood_by_one_client_is_held_back(
         with pytest.raises(TimeoutError):  # what is not taken waits in the client's own kernel
             for _ in range(20_000):
                 rude.sendall(flood)
-        assert max(server.unsent) <= 4 * connection.UNREAD_MAX
+        assert max(server.unsent) <= 4 * connection_limits.UNREAD_MAX
         monkeypatch.undo()
         other = connect()
         other.subscribe(ERRORS)
@@ -212,7 +212,7 @@ def test_a_reader_that_is_too_slow_is_cut_off(
 def test_an_answer_that_is_not_read_is_cut_off(
     make_server: MakeServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(connection, "READ_GRACE", 0.5)
+    monkeypatch.setattr(connection_limits, "READ_GRACE", 0.5)
     server = make_server(Settings())
     with socket.socket() as slow:
         slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)

@@ -7,7 +7,7 @@ import socket
 import httpx
 import pytest
 
-from motionlab.service import connection
+from motionlab.service.http import connection_limits
 from tests.service.servers import PATIENCE, Server
 
 HEAD = b"GET /api/v1/health HTTP/1.1\r\nHost: 127.0.0.1\r\n"
@@ -16,7 +16,7 @@ CHUNKED = (
     b"Transfer-Encoding: chunked\r\n\r\n"
 )
 PIECE = b"a" * 16 * 1024
-MOST = 64 * connection.HEAD_MAX
+MOST = 64 * connection_limits.HEAD_MAX
 
 
 def _taken(server: Server, start: bytes, *, piece: bytes = PIECE) -> tuple[int, bytes]:
@@ -69,7 +69,7 @@ def test_a_large_body_may_come_in_small_pieces(server: Server, client: httpx.Cli
 def test_a_head_that_takes_too_long_is_refused(
     server: Server, monkeypatch: pytest.MonkeyPatch, first: bytes
 ) -> None:
-    monkeypatch.setattr(connection, "HEAD_SECONDS", 1.0)
+    monkeypatch.setattr(connection_limits, "HEAD_SECONDS", 1.0)
     with socket.create_connection(("127.0.0.1", server.port), PATIENCE) as link:
         link.sendall(first)
         answer = b""

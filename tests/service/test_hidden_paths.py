@@ -13,8 +13,8 @@ import httpx
 import pytest
 
 from motionlab.config.shipped import config_root
-from motionlab.service.scenes import Scenes
 from motionlab.service.settings import Settings
+from motionlab.service.view3d.processes import Scenes
 from motionlab.store import files, maps
 from tests.service.live import API
 from tests.service.servers import PATIENCE, Server

@@ -16,10 +16,8 @@ from typing import Any
 import httpx
 import pytest
 
-from motionlab.service import kernels
 from motionlab.service.jobs import Jobs, Work
 from motionlab.service.settings import Settings
-from motionlab.service.workers import parent
 from tests.processes import runs
 from tests.service import calls
 from tests.service.conftest import MakeServer
@@ -142,7 +140,7 @@ def test_a_job_that_does_not_answer_is_killed_when_it_is_cancelled(
 def test_jobs_end_where_no_process_can_be_started(
     make_server: MakeServer, data: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(parent, "_COMMAND", (sys.executable, "-c", "raise SystemExit(3)"))
+    monkeypatch.setattr(fork_client, "_COMMAND", (sys.executable, "-c", "raise SystemExit(3)"))
     server = make_server(Settings())
     report = ended(server, submit(server, calls.job, say="never"))
     assert report["state"] == "failed"
@@ -163,7 +161,7 @@ forkserver.main()"""
 def test_a_failed_warm_up_is_named_by_jobs_that_it_may_have_ended(
     make_server: MakeServer, data: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(parent, "_COMMAND", (sys.executable, "-c", _COLD))
+    monkeypatch.setattr(fork_client, "_COMMAND", (sys.executable, "-c", _COLD))
     server = make_server(Settings())
     assert ended(server, submit(server, calls.job, say="needs nothing"))["state"] == "done"
     report = ended(server, submit(server, calls.job_fails))
@@ -174,8 +172,10 @@ def test_a_job_that_waits_for_kernels_lets_others_pass(
     make_server: MakeServer, data: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     mark = data / "batches"
-    monkeypatch.setattr(kernels, "mark", lambda: mark)
-    monkeypatch.setattr(kernels, "COMMAND", (sys.executable, "-c", "import time; time.sleep(99)"))
+    monkeypatch.setattr(kernel_compiler, "mark", lambda: mark)
+    monkeypatch.setattr(
+        kernel_compiler, "COMMAND", (sys.executable, "-c", "import time; time.sleep(99)")
+    )
     server = make_server(Settings(jobs_at_once=1))
     jobs: Jobs = server.app.state.jobs
     batch = Work("tune", calls.job, b'{"say": "compiled"}', batches=True)

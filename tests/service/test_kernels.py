@@ -7,20 +7,19 @@ from pathlib import Path
 
 import pytest
 
-from motionlab.service import kernels
-from motionlab.service.kernels import Kernels
+from motionlab.service.kernel_compiler import Kernels
 from tests.service.live import until
 
 
 @pytest.fixture
 def mark(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     path = tmp_path / "batches"
-    monkeypatch.setattr(kernels, "mark", lambda: path)
+    monkeypatch.setattr(kernel_compiler, "mark", lambda: path)
     return path
 
 
 def compile_by(monkeypatch: pytest.MonkeyPatch, code: str) -> None:
-    monkeypatch.setattr(kernels, "COMMAND", (sys.executable, "-c", code))
+    monkeypatch.setattr(kernel_compiler, "COMMAND", (sys.executable, "-c", code))
 
 
 def test_they_are_waited_for(mark: Path, monkeypatch: pytest.MonkeyPatch) -> None:

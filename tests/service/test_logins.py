@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import httpx
 import pytest
 
-from motionlab.service import logins
+from motionlab.service.http import logins
 from motionlab.service.settings import Settings
 from tests.service.conftest import MakeServer
 from tests.service.live import API, Live

@@ -9,8 +9,8 @@ import httpx
 import pytest
 
 from motionlab.config.load import load_scenario
-from motionlab.service import memory
-from motionlab.service.memory import Memory
+from motionlab.service import memory_budget
+from motionlab.service.memory_budget import Memory
 from motionlab.service.settings import Settings
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run
@@ -106,10 +106,10 @@ def test_no_two_take_the_last_byte() -> None:
 def test_a_container_has_less_than_the_machine(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(memory, "_CGROUP", tmp_path / "memory.max")
-    assert memory.recordable(10**6) == 10**6
-    machine = memory.recordable(10**18)
-    (tmp_path / "memory.max").write_text("max\n")
-    assert memory.recordable(10**18) == machine
-    (tmp_path / "memory.max").write_text("2000000\n")
-    assert memory.recordable(10**18) == 1_000_000
+    monkeypatch.setattr(memory_budget, "_CGROUP", tmp_path / "memory.max")
+    assert memory_budget.recordable(10**6) == 10**6
+    machine = memory_budget.recordable(10**18)
+    (tmp_path / "memory_budget.max").write_text("max\n")
+    assert memory_budget.recordable(10**18) == machine
+    (tmp_path / "memory_budget.max").write_text("2000000\n")
+    assert memory_budget.recordable(10**18) == 1_000_000

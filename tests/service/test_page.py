@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import httpx
 import pytest
 
-from motionlab.service.compression import SMALLEST
+from motionlab.service.http.compression import SMALLEST
 from tests.service.live import API, Live
 from tests.service.servers import PATIENCE, Server
 
@@ -28,7 +28,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
         (folder / f"{name}.gz").write_bytes(gzip.compress(TEXT))
     (folder / "assets" / "font-AbCdEfGh.woff2").write_bytes(TEXT)
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr("motionlab.service.page.page_root", lambda: folder)
+        patched.setattr("motionlab.service.http.page.page_root", lambda: folder)
         server = Server()
     with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
         yield client
@@ -101,7 +101,7 @@ def test_what_the_browser_has_is_not_sent_again(
 
 
 def test_without_the_page_docs_says_how_to_build_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("motionlab.service.page.page_root", lambda: None)
+    monkeypatch.setattr("motionlab.service.http.page.page_root", lambda: None)
     server = Server()
     try:
         answer = httpx.get(f"{server.url}/docs", timeout=PATIENCE)

@@ -17,7 +17,7 @@ from motionlab.cli import main
 from motionlab.config.load import load_scenario
 from motionlab.config.schema import scenario_schema
 from motionlab.config.shipped import names
-from motionlab.service.messages import CLIENT_MESSAGES, SERVER_MESSAGES
+from motionlab.service.live.messages import CLIENT_MESSAGES, SERVER_MESSAGES
 from tests.service.conftest import MakeLive
 from tests.service.live import API, Live
 from tests.service.openapi import Contract

@@ -17,10 +17,10 @@ from fastapi import HTTPException
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
-from motionlab.service import proxy, scenes
-from motionlab.service.scene import Scene
-from motionlab.service.scenes import Scenes
 from motionlab.service.settings import Settings
+from motionlab.service.view3d import processes, proxy
+from motionlab.service.view3d.process import Scene
+from motionlab.service.view3d.processes import Scenes
 from tests.service.conftest import MakeServer
 from tests.service.live import Live, until
 from tests.service.servers import PATIENCE, Server
@@ -239,7 +239,7 @@ def test_a_scene_that_does_not_start_keeps_nobody_waiting(own: Server, own_live:
             kept.of(own.app.state.sessions.find(own_live.id)), own.loop
         )
         until(lambda: len(kept.all()) == 1)
-        kept._command = scenes.COMMAND
+        kept._command = processes.COMMAND
         assert client.get(f"/scene/{other.id}/").status_code == 200
         own.call(_sweep_once(own))
         assert not waiting.done()
@@ -265,7 +265,7 @@ def test_a_scene_that_nobody_watches_ends(
     with Viewer(address(own, own_live.id)):
         pid = only(own).pid
         assert pid is not None
-        monkeypatch.setattr(scenes, "UNWATCHED_SECONDS", 0.0)
+        monkeypatch.setattr(processes, "UNWATCHED_SECONDS", 0.0)
         own.call(_sweep_once(own))
         assert not gone(pid)
     until(lambda: gone(pid))
@@ -291,7 +291,7 @@ def test_scenes_are_bounded_in_number(make_server: MakeServer) -> None:
 def test_viewers_of_a_scene_are_bounded_in_number(
     own: Server, own_live: Live, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("motionlab.service.scene.VIEWERS_MAX", 1)
+    monkeypatch.setattr("motionlab.service.view3d.process.VIEWERS_MAX", 1)
     with Viewer(address(own, own_live.id)):
         assert refused(lambda: Viewer(address(own, own_live.id))) == 403
 

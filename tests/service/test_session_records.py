@@ -16,8 +16,8 @@ from motionlab.config.load import load_scenario
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.results.comparison import compare
 from motionlab.results.metrics import variant_metrics
-from motionlab.service.session import METRICS_SECONDS
-from motionlab.service.sessions import IDLE_SECONDS, SPARE_SECONDS
+from motionlab.service.live.session import METRICS_SECONDS
+from motionlab.service.live.sessions import IDLE_SECONDS, SPARE_SECONDS
 from motionlab.service.settings import Settings
 from motionlab.telemetry import recorder
 from tests.runs import play
@@ -189,7 +189,7 @@ def test_sessions_expire_that_nobody_asks_for_or_watches(make_server: MakeServer
 def test_the_sweep_ends_idle_sessions(
     make_server: MakeServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("motionlab.service.sessions._SWEEP_SECONDS", 0.01)
+    monkeypatch.setattr("motionlab.service.live.sessions._SWEEP_SECONDS", 0.01)
     server = make_server(Settings())
     with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
         live = Live.create(client)

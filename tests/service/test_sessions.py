@@ -10,7 +10,7 @@ import pytest
 
 from motionlab.config.load import load_scenario
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.service.changes import CHANGES_MAX
+from motionlab.service.live.change_log import CHANGES_MAX
 from motionlab.simulation.simulation import BRAKING
 from tests.runs import play
 from tests.service.conftest import MakeLive

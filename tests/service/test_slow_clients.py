@@ -13,8 +13,8 @@ import httpx
 import pytest
 
 from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.service.live.stream import LAG_SECONDS
 from motionlab.service.settings import Settings
-from motionlab.service.stream import LAG_SECONDS
 from motionlab.telemetry.frames import Frame
 from tests.service.conftest import Connect, MakeServer
 from tests.service.live import Live, Reader, Stream, counted, until
@@ -138,7 +138,7 @@ def test_a_client_that_stops_reading(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     # Longer than a reader is held up by a busy machine.
-    monkeypatch.setattr("motionlab.service.stream.LAG_SECONDS", FREEZE / 4)
+    monkeypatch.setattr("motionlab.service.live.stream.LAG_SECONDS", FREEZE / 4)
     live.step(RING)  # fills the ring, so that memory need not grow for it
     frozen, reading = connect(sock=small_socket(server), max_queue=1), connect()
     names = list(expected(offline("circle"), 0, 0))

@@ -44,11 +44,11 @@ def create(live: Live) -> None:
 @pytest.mark.parametrize(
     ("module", "name", "ask"),
     [
-        ("motionlab.service.session", "changed", lambda live: live.change(MASS)),
-        ("motionlab.service.session", "ready", lambda live: live.change(MASS)),
-        ("motionlab.service.session", "Simulation", lambda live: live.do("reset")),
+        ("motionlab.service.live.session", "changed", lambda live: live.change(MASS)),
+        ("motionlab.service.live.session", "ready", lambda live: live.change(MASS)),
+        ("motionlab.service.live.session", "Simulation", lambda live: live.do("reset")),
         (
-            "motionlab.service.session",
+            "motionlab.service.live.session",
             "latest_metrics",
             lambda live: live.client.get(f"{live.path}/metrics"),
         ),

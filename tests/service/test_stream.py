@@ -13,8 +13,8 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 
 from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.service.live.stream import DETAIL_MAX, FRAME_TICKS_MAX
 from motionlab.service.serve import MESSAGE_MAX
-from motionlab.service.stream import DETAIL_MAX, FRAME_TICKS_MAX
 from motionlab.telemetry.channels import CHANNELS, REFERENCES
 from motionlab.telemetry.frames import HEADER_BYTES
 from tests.service.conftest import Connect, MakeLive
@@ -29,7 +29,7 @@ ERRORS = ["A.x.following_error", "B.x.following_error"]
 @pytest.fixture(autouse=True)
 def _patient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Have no client of these tests count as one that lags, however busy the machine is."""
-    monkeypatch.setattr("motionlab.service.stream.LAG_SECONDS", PATIENCE)
+    monkeypatch.setattr("motionlab.service.live.stream.LAG_SECONDS", PATIENCE)
 
 
 # -- the protocol ---------------------------------------------------------------------------------

@@ -245,7 +245,7 @@ def _give_up(server: Server) -> None:
 
 _SERVED = """\
 import asyncio, sys
-from motionlab.service.memory import Memory
+from motionlab.service.memory_budget import Memory
 from motionlab.service.workers.pool import Workers
 from tests.service import calls
 

@@ -14,25 +14,26 @@ from fastapi.responses import PlainTextResponse
 from prometheus_client import CONTENT_TYPE_LATEST
 
 from motionlab import __version__
-from motionlab.service import messages, openapi, page, problems
-from motionlab.service.broadcast import Broadcast
-from motionlab.service.compression import CompressedJson
-from motionlab.service.heads import Heads
+from motionlab.service.http import openapi, page, problems
+from motionlab.service.http.compression import CompressedJson
+from motionlab.service.http.head_requests import Heads
+from motionlab.service.http.logins import Logins
+from motionlab.service.http.security import Guard
 from motionlab.service.jobs import Jobs
-from motionlab.service.kernels import Kernels
-from motionlab.service.loading import warm_up
-from motionlab.service.logins import Logins
-from motionlab.service.memory import Memory
-from motionlab.service.monitor import Monitor
+from motionlab.service.kernel_compiler import Kernels
+from motionlab.service.live import messages
+from motionlab.service.live.broadcast import Broadcast
+from motionlab.service.live.sessions import Sessions
+from motionlab.service.memory_budget import Memory
+from motionlab.service.preload import warm_up
+from motionlab.service.prometheus import Monitor
 from motionlab.service.routes import (
     design,
-    frequency,
     identify,
     jobs,
     login,
     loop,
     maps,
-    measured,
     montecarlo,
     paper,
     scenarios,
@@ -44,10 +45,8 @@ from motionlab.service.routes import (
     tune,
     whatif,
 )
-from motionlab.service.scenes import Scenes
-from motionlab.service.security import Guard
-from motionlab.service.sessions import Sessions
 from motionlab.service.settings import Settings
+from motionlab.service.view3d.processes import Scenes
 from motionlab.service.workers.pool import Workers
 from motionlab.store.files import data_root
 from motionlab.store.records import RecordStore
@@ -153,9 +152,9 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         whatif,
         trajectories,
         sessions,
-        measured,
+        session_files,
         loop,
-        frequency,
+        loop_response,
         design,
         sharing,
         maps,

@@ -15,12 +15,12 @@ from typing import Any, NamedTuple
 from fastapi import HTTPException
 
 from motionlab.errors import MotionLabError, StoreError
-from motionlab.service.computed import result_of
-from motionlab.service.kernels import Kernels
-from motionlab.service.kinds import Kind, State
-from motionlab.service.memory import Memory
+from motionlab.service.job_reports import Kind, State
+from motionlab.service.kernel_compiler import Kernels
+from motionlab.service.memory_budget import Memory
 from motionlab.service.settings import Settings
-from motionlab.service.workers.parent import Forks, Worker, WorkerLost
+from motionlab.service.worker_answers import result_of
+from motionlab.service.workers.fork_client import Forks, Worker, WorkerLost
 from motionlab.store.records import RecordStore
 
 _LOG = logging.getLogger(__name__)

@@ -20,9 +20,9 @@ from fastapi import FastAPI
 
 from motionlab.errors import ConfigError, FieldError
 from motionlab.service.app import create_app
-from motionlab.service.connection import Socket, bounded
-from motionlab.service.memory import recordable
-from motionlab.service.page import page_root
+from motionlab.service.http.connection_limits import Socket, bounded
+from motionlab.service.http.page import page_root
+from motionlab.service.memory_budget import recordable
 from motionlab.service.settings import LOOPBACK, Settings
 from motionlab.store.files import data_root, remove_leftovers
 

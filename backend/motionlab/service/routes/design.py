@@ -14,10 +14,10 @@ from motionlab.design.document import DesignDocument
 from motionlab.design.inputs import DesignRequest
 from motionlab.design.plate.document import PlatformDocument, platform
 from motionlab.design.plate.inputs import PlatformRequest, read_platform_request
-from motionlab.service.bodies import JsonRoute
-from motionlab.service.computed import computed
-from motionlab.service.described import DescribedTable
-from motionlab.service.problems import responses
+from motionlab.service.http.openapi_input import DescribedTable
+from motionlab.service.http.problems import responses
+from motionlab.service.http.strict_json import JsonRoute
+from motionlab.service.worker_answers import computed
 from motionlab.store.maps import named_map
 
 router = APIRouter(tags=["design"], route_class=JsonRoute)

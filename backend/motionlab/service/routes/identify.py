@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 from fastapi import APIRouter, Body, Request, Response
 
 from motionlab.errors import ConfigError, FieldError
-from motionlab.service.bodies import JsonRoute
-from motionlab.service.computed import computed
-from motionlab.service.described import Described
-from motionlab.service.kinds import IdentificationJob
-from motionlab.service.problems import responses
+from motionlab.service.http.openapi_input import Described
+from motionlab.service.http.problems import responses
+from motionlab.service.http.strict_json import JsonRoute
+from motionlab.service.job_reports import IdentificationJob
 from motionlab.service.routes.jobs import Asked, accepted, as_job
 from motionlab.service.settings import Settings
+from motionlab.service.worker_answers import computed
 from motionlab.service.workers.worker import Call
 from motionlab.studies.identify.document import IdentificationDocument, PlanDocument
 from motionlab.studies.identify.request import IdentifyRequest, read_request

@@ -9,11 +9,11 @@ from typing import Annotated, Any, NamedTuple
 from fastapi import APIRouter, HTTPException, Path, Query, Request, Response
 from pydantic import BaseModel, ValidationError
 
-from motionlab.service.computed import ComputedResponse, called, computed
-from motionlab.service.described import ID, links
+from motionlab.service.http.openapi_input import ID, links
+from motionlab.service.http.problems import responses
+from motionlab.service.job_reports import REPORT, JobReport, JobSummary, Kind
 from motionlab.service.jobs import Jobs, TooManyJobs, Work
-from motionlab.service.kinds import REPORT, JobReport, JobSummary, Kind
-from motionlab.service.problems import responses
+from motionlab.service.worker_answers import ComputedResponse, called, computed
 from motionlab.service.workers.worker import Call
 from motionlab.store.records import RecordStore
 

@@ -11,10 +11,10 @@ from fastapi import APIRouter, HTTPException, Request, Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from motionlab import __version__
-from motionlab.service.bodies import JsonRoute
-from motionlab.service.logins import cookie_name, set_cookie
-from motionlab.service.problems import responses
-from motionlab.service.security import find_login
+from motionlab.service.http.logins import cookie_name, set_cookie
+from motionlab.service.http.problems import responses
+from motionlab.service.http.security import find_login
+from motionlab.service.http.strict_json import JsonRoute
 
 _LOG = logging.getLogger(__name__)
 

@@ -17,10 +17,10 @@ from motionlab.loop.linearise import (
     stability_limits,
 )
 from motionlab.loop.margins import margins
-from motionlab.service.bodies import JsonRoute
-from motionlab.service.computed import computed
-from motionlab.service.problems import responses
+from motionlab.service.http.problems import responses
+from motionlab.service.http.strict_json import JsonRoute
 from motionlab.service.routes.simulate import SimulateRequest
+from motionlab.service.worker_answers import computed
 
 router = APIRouter(tags=["simulate"], route_class=JsonRoute)
 

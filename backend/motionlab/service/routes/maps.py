@@ -27,13 +27,13 @@ from motionlab.design.fem.picture import (
     read_field_request,
 )
 from motionlab.errors import ConfigError, FieldError
-from motionlab.service.bodies import JsonRoute
-from motionlab.service.computed import computed, json_of
-from motionlab.service.described import DescribedTable
-from motionlab.service.kinds import MapJob
-from motionlab.service.problems import responses
+from motionlab.service.http.openapi_input import DescribedTable
+from motionlab.service.http.problems import responses
+from motionlab.service.http.strict_json import JsonRoute
+from motionlab.service.job_reports import MapJob
 from motionlab.service.routes.jobs import Asked, accepted, as_job
 from motionlab.service.settings import Settings
+from motionlab.service.worker_answers import computed, json_of
 from motionlab.service.workers.worker import Call
 from motionlab.store.files import data_root
 from motionlab.store.map_library import Found, delete_computed, find_map, map_entries

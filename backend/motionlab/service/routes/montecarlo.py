@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 from fastapi import APIRouter, Body, Request, Response
 
 from motionlab.errors import ConfigError, FieldError
-from motionlab.service.bodies import JsonRoute
-from motionlab.service.described import Described
-from motionlab.service.kinds import MonteCarloJob
-from motionlab.service.problems import responses
+from motionlab.service.http.openapi_input import Described
+from motionlab.service.http.problems import responses
+from motionlab.service.http.strict_json import JsonRoute
+from motionlab.service.job_reports import MonteCarloJob
 from motionlab.service.routes.jobs import Asked, accepted, as_job
 from motionlab.service.settings import Settings
 from motionlab.service.workers.worker import Call

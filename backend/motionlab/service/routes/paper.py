@@ -7,12 +7,12 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Body, Request, Response
 from pydantic import BaseModel, ConfigDict, Field
 
-from motionlab.service.bodies import JsonRoute
-from motionlab.service.computed import computed
-from motionlab.service.kinds import ReproduceJob
-from motionlab.service.problems import responses
+from motionlab.service.http.problems import responses
+from motionlab.service.http.strict_json import JsonRoute
+from motionlab.service.job_reports import ReproduceJob
 from motionlab.service.routes.jobs import Asked, accepted, as_job
 from motionlab.service.settings import Settings
+from motionlab.service.worker_answers import computed
 from motionlab.service.workers.worker import Call
 from motionlab.studies.paper.document import PaperDocument, ReproduceDocument
 

@@ -12,8 +12,8 @@ from motionlab.config.load import load_scenario
 from motionlab.config.scenario import Scenario
 from motionlab.config.schema import scenario_schema
 from motionlab.config.shipped import Kind, names, parse_text, read
-from motionlab.service.computed import computed
-from motionlab.service.problems import responses
+from motionlab.service.http.problems import responses
+from motionlab.service.worker_answers import computed
 
 router = APIRouter(tags=["scenarios"])
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from fastapi import APIRouter, HTTPException, Request, Response, WebSocket
 from starlette.requests import HTTPConnection
 
-from motionlab.service import proxy
-from motionlab.service.scene import Scene
-from motionlab.service.session import Session
-from motionlab.service.stream import refuse
+from motionlab.service.live.session import Session
+from motionlab.service.live.stream import refuse
+from motionlab.service.view3d import proxy
+from motionlab.service.view3d.process import Scene
 
 router = APIRouter(prefix="/scene", include_in_schema=False)
 

@@ -20,14 +20,14 @@ from pydantic import BaseModel, ConfigDict, Field
 from motionlab.config.changes import SCHEDULABLE
 from motionlab.config.planar import AXES
 from motionlab.config.quantity import Whole
-from motionlab.service.bodies import JsonRoute
-from motionlab.service.described import ID, PATHS_MAX, Paths, links
-from motionlab.service.problems import responses
+from motionlab.service.http.openapi_input import ID, PATHS_MAX, Paths, links
+from motionlab.service.http.problems import responses
+from motionlab.service.http.strict_json import JsonRoute
+from motionlab.service.live.session import Session, SessionInfo
+from motionlab.service.live.sessions import Sessions
+from motionlab.service.live.stream import Stream, refuse
 from motionlab.service.routes.simulate import SimulateRequest, prepare_request
-from motionlab.service.session import Session, SessionInfo
-from motionlab.service.sessions import Sessions
 from motionlab.service.settings import Settings
-from motionlab.service.stream import Stream, refuse
 
 _JSON = "application/json"
 router = APIRouter(prefix="/sessions", tags=["sessions"], route_class=JsonRoute)

@@ -6,10 +6,10 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, Body, HTTPException, Path, Request, Response
 
-from motionlab.service.bodies import JsonRoute
-from motionlab.service.computed import computed
-from motionlab.service.described import DescribedTable
-from motionlab.service.problems import responses
+from motionlab.service.http.openapi_input import DescribedTable
+from motionlab.service.http.problems import responses
+from motionlab.service.http.strict_json import JsonRoute
+from motionlab.service.worker_answers import computed
 from motionlab.store.maps import map_names
 from motionlab.studies.sharing.sharing import (
     FitDocument,

@@ -12,14 +12,14 @@ from motionlab.config.load import load_scenario
 from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError
 from motionlab.results.document import ResultDocument
-from motionlab.service.bodies import JsonRoute
-from motionlab.service.computed import ComputedResponse, json_of
-from motionlab.service.described import PATHS_MAX, Paths, ScenarioSource
-from motionlab.service.kinds import SimulationJob
-from motionlab.service.monitor import Monitor
-from motionlab.service.problems import responses
+from motionlab.service.http.openapi_input import PATHS_MAX, Paths, ScenarioSource
+from motionlab.service.http.problems import responses
+from motionlab.service.http.strict_json import JsonRoute
+from motionlab.service.job_reports import SimulationJob
+from motionlab.service.prometheus import Monitor
 from motionlab.service.routes.jobs import Asked, accepted, as_job
 from motionlab.service.settings import Settings
+from motionlab.service.worker_answers import ComputedResponse, json_of
 from motionlab.service.workers.worker import Call
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.result import document

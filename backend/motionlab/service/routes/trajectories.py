@@ -14,12 +14,12 @@ from motionlab.config.load import epochs, load_scenario, validate_trajectory
 from motionlab.config.shipped import config_root, names, read
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.kernel.force_maps import map_digests
-from motionlab.service.binary import MEDIA_TYPE, packed
-from motionlab.service.bodies import JsonRoute
-from motionlab.service.computed import ComputedResponse, called, computed
-from motionlab.service.described import TrajectoryTable
-from motionlab.service.problems import responses
+from motionlab.service.http.binary_answer import MEDIA_TYPE, packed
+from motionlab.service.http.openapi_input import TrajectoryTable
+from motionlab.service.http.problems import responses
+from motionlab.service.http.strict_json import JsonRoute
 from motionlab.service.routes.simulate import SimulateRequest
+from motionlab.service.worker_answers import ComputedResponse, called, computed
 from motionlab.service.workers.worker import Call
 from motionlab.simulation.prepare import Epochs, limit_sets
 from motionlab.store.files import data_root

@@ -12,13 +12,13 @@ from motionlab.config.planar import AXES
 from motionlab.config.quantity import Whole
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, FieldError
-from motionlab.service.binary import MEDIA_TYPE, packed
-from motionlab.service.bodies import JsonRoute
-from motionlab.service.computed import ComputedResponse, called
-from motionlab.service.monitor import Monitor
-from motionlab.service.problems import responses
+from motionlab.service.http.binary_answer import MEDIA_TYPE, packed
+from motionlab.service.http.problems import responses
+from motionlab.service.http.strict_json import JsonRoute
+from motionlab.service.prometheus import Monitor
 from motionlab.service.routes.simulate import SimulateRequest, prepare_request
 from motionlab.service.settings import Settings
+from motionlab.service.worker_answers import ComputedResponse, called
 from motionlab.service.workers.worker import Call
 from motionlab.simulation.prepare import Prepared
 from motionlab.simulation.result import document

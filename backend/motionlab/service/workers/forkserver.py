@@ -16,7 +16,7 @@ import socket
 import sys
 from collections.abc import Callable
 
-from motionlab.service import loading
+from motionlab.service import preload
 from motionlab.service.workers import worker
 from motionlab.service.workers.channel import COMPLETE, ENDED, FORK, NOTICE, REQUEST, WARM
 
@@ -51,7 +51,7 @@ class ForkServer:
             ready = select.select([self._control, self._woken], [], [], patience)[0]
             if not ready:
                 patience = None
-                _tried(loading.load_the_rest)
+                _tried(preload.load_the_rest)
                 self._say(COMPLETE, 0, 0)
             if self._woken in ready:
                 self._woken.recv(4096)
@@ -131,7 +131,7 @@ def main() -> None:
     worker.settle_in(0)
     control = socket.socket(fileno=int(sys.argv[1]))
     server = ForkServer(control)
-    loaded = _tried(loading.warm_up)
+    loaded = _tried(preload.warm_up)
     control.sendall(NOTICE.pack(WARM, 0, not loaded))
     server.run()
 

@@ -9,8 +9,8 @@ from typing import Any
 
 from fastapi import HTTPException
 
-from motionlab.service.memory import Memory
-from motionlab.service.workers.parent import Answer, Forks, Worker, WorkerLost
+from motionlab.service.memory_budget import Memory
+from motionlab.service.workers.fork_client import Answer, Forks, Worker, WorkerLost
 
 CALL_SECONDS = 120.0
 """Time after which a call is given up, s."""

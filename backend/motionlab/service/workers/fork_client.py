@@ -16,7 +16,7 @@ from typing import Any
 from fastapi import HTTPException
 
 from motionlab.errors import MotionLabError
-from motionlab.service.memory import Memory
+from motionlab.service.memory_budget import Memory
 from motionlab.service.workers.channel import (
     COMPLETE,
     ENDED,

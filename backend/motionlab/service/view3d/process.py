@@ -17,8 +17,8 @@ from motionlab.config.plant import PlantConfig
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.kernel.force_maps import pole_pitch
 from motionlab.scene3d import protocol
-from motionlab.service.listener import Listener
-from motionlab.service.session import Session
+from motionlab.service.live.notification import Listener
+from motionlab.service.live.session import Session
 
 VIEWERS_MAX = 8
 """Viewers of one scene."""

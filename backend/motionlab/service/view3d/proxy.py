@@ -12,7 +12,7 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidHandshake
 from websockets.typing import Origin, Subprotocol
 
-from motionlab.service.scene import Scene
+from motionlab.service.view3d.process import Scene
 
 RECEIVE_BUFFER = 64 * 1024
 """Bytes from the process that wait in the kernel for a slow viewer."""

@@ -11,14 +11,14 @@ import numpy as np
 import tomli_w
 from fastapi import APIRouter, HTTPException, Query, Request, Response
 
-from motionlab.service.bodies import JsonRoute
-from motionlab.service.computed import called
-from motionlab.service.documents import SessionMetrics
-from motionlab.service.download import Download, temporary_folder
-from motionlab.service.history import as_recording
-from motionlab.service.memory import Memory
-from motionlab.service.problems import responses
+from motionlab.service.http.download import Download, temporary_folder
+from motionlab.service.http.problems import responses
+from motionlab.service.http.strict_json import JsonRoute
+from motionlab.service.live.document import SessionMetrics
+from motionlab.service.live.history import as_recording
+from motionlab.service.memory_budget import Memory
 from motionlab.service.routes.sessions import Found
+from motionlab.service.worker_answers import called
 from motionlab.service.workers.worker import Call
 from motionlab.simulation.result import metadata
 from motionlab.telemetry import recorder

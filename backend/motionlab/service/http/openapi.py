@@ -9,8 +9,9 @@ from typing import Any
 from fastapi import FastAPI, Response
 from fastapi.concurrency import run_in_threadpool
 
-from motionlab.service import messages, problems
-from motionlab.service.security import OPEN_PATHS
+from motionlab.service.http import problems
+from motionlab.service.http.security import OPEN_PATHS
+from motionlab.service.live import messages
 from motionlab.service.settings import Settings
 
 _SCHEMES = {

@@ -9,9 +9,9 @@ from concurrent.futures import ThreadPoolExecutor
 
 from fastapi import HTTPException
 
-from motionlab.service.clock import Clock
-from motionlab.service.memory import Memory
-from motionlab.service.session import Session
+from motionlab.service.live.clock import Clock
+from motionlab.service.live.session import Session
+from motionlab.service.memory_budget import Memory
 from motionlab.simulation.prepare import Prepared
 
 IDLE_SECONDS = 1800.0

@@ -15,7 +15,7 @@ from starlette.responses import Response
 from starlette.types import Receive, Scope, Send
 
 from motionlab.errors import StoreError, StoreFull
-from motionlab.service.connection import READ_GRACE, READ_RATE
+from motionlab.service.http.connection_limits import READ_GRACE, READ_RATE
 from motionlab.store.files import failure
 
 _CHUNK = 256 * 1024  # bytes

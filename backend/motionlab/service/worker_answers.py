@@ -14,7 +14,7 @@ from starlette.types import Receive, Scope, Send
 
 from motionlab.service.settings import Settings
 from motionlab.service.workers.channel import Contents
-from motionlab.service.workers.parent import Answer
+from motionlab.service.workers.fork_client import Answer
 from motionlab.service.workers.pool import CALL_SECONDS, LIGHT_SECONDS, Workers
 from motionlab.service.workers.worker import Call
 

@@ -20,11 +20,11 @@ from pydantic import BaseModel, Field, TypeAdapter
 from motionlab.config.load import epochs
 from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
-from motionlab.service.changes import Change, Changes, changed
-from motionlab.service.clock import Clock
-from motionlab.service.history import History
-from motionlab.service.latest import latest_metrics
-from motionlab.service.listener import Listener
+from motionlab.service.live.change_log import Change, Changes, changed
+from motionlab.service.live.clock import Clock
+from motionlab.service.live.history import History
+from motionlab.service.live.metrics import latest_metrics
+from motionlab.service.live.notification import Listener
 from motionlab.simulation.prepare import Prepared
 from motionlab.simulation.simulation import Simulation, ready
 from motionlab.telemetry.recording import Recording

@@ -10,13 +10,13 @@ from motionlab.config.load import load_scenario
 from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError
 from motionlab.loop.linearise import SLIDING, linearise
-from motionlab.service.bodies import JsonRoute
-from motionlab.service.computed import computed
-from motionlab.service.described import Described
-from motionlab.service.kinds import SweepJob
-from motionlab.service.problems import responses
+from motionlab.service.http.openapi_input import Described
+from motionlab.service.http.problems import responses
+from motionlab.service.http.strict_json import JsonRoute
+from motionlab.service.job_reports import SweepJob
 from motionlab.service.routes.jobs import Asked, accepted, as_job
 from motionlab.service.settings import Settings
+from motionlab.service.worker_answers import computed
 from motionlab.service.workers.worker import Call
 from motionlab.simulation.prepare import prepare
 from motionlab.studies.loop.accuracy import AccuracyDocument, accuracy

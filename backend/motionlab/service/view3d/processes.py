@@ -15,9 +15,9 @@ from collections.abc import Sequence
 
 from fastapi import HTTPException
 
-from motionlab.service import proxy
-from motionlab.service.scene import Scene
-from motionlab.service.session import Session
+from motionlab.service.live.session import Session
+from motionlab.service.view3d import proxy
+from motionlab.service.view3d.process import Scene
 
 COMMAND = (sys.executable, "-m", "motionlab.scene3d")
 UNWATCHED_SECONDS = 30.0

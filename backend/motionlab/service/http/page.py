@@ -15,7 +15,7 @@ from starlette.responses import FileResponse, Response
 from starlette.staticfiles import NotModifiedResponse
 from starlette.types import Scope
 
-from motionlab.service.compression import accepts_gzip
+from motionlab.service.http.compression import accepts_gzip
 
 _HASHED = "assets"
 """Folder whose file names hold a hash of the content: such a file never changes."""

@@ -23,7 +23,7 @@ from motionlab.errors import (
     StoreFull,
     shown,
 )
-from motionlab.service.session import WrongState
+from motionlab.service.live.session import WrongState
 
 MEDIA_TYPE = "application/problem+json"
 

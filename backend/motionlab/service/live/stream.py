@@ -11,11 +11,11 @@ from pydantic import ValidationError
 from websockets.frames import Opcode
 
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.service.broadcast import Broadcast
-from motionlab.service.clock import FRAME_SECONDS
-from motionlab.service.connection import Socket
-from motionlab.service.listener import Listener
-from motionlab.service.messages import (
+from motionlab.service.http.connection_limits import Socket
+from motionlab.service.http.problems import Problem
+from motionlab.service.live.broadcast import Broadcast
+from motionlab.service.live.clock import FRAME_SECONDS
+from motionlab.service.live.messages import (
     Acknowledge,
     ErrorMessage,
     Gap,
@@ -26,9 +26,9 @@ from motionlab.service.messages import (
     Subscribed,
     client_message,
 )
-from motionlab.service.monitor import Monitor
-from motionlab.service.problems import Problem
-from motionlab.service.session import Session
+from motionlab.service.live.notification import Listener
+from motionlab.service.live.session import Session
+from motionlab.service.prometheus import Monitor
 from motionlab.telemetry.frames import PROTOCOL, header
 
 LAG_SECONDS = 0.25

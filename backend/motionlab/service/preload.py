@@ -34,4 +34,4 @@ def load_the_rest() -> None:
     """Import what only some calls need: studies, scipy, and skfem by a preview of a force map."""
     compute(Geometry(), "preview")
     for name in _STUDIES:
-        importlib.import_module(f"motionlab.{name}")
+        importlib.import_module(f"motionlab.studies.{name}")

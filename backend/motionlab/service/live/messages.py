@@ -7,8 +7,8 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 from pydantic.json_schema import models_json_schema
 
-from motionlab.service.problems import Problem
-from motionlab.service.session import SessionInfo
+from motionlab.service.http.problems import Problem
+from motionlab.service.live.session import SessionInfo
 
 
 class StreamColumn(BaseModel):

@@ -1,0 +1,1 @@
+"""Requests and answers, before and after the routes: limits, security, problems, documents."""
