@@ -16,8 +16,10 @@ from typing import Any
 import httpx
 import pytest
 
+from motionlab.service import kernel_compiler
 from motionlab.service.jobs import Jobs, Work
 from motionlab.service.settings import Settings
+from motionlab.service.workers import fork_client
 from tests.processes import runs
 from tests.service import calls
 from tests.service.conftest import MakeServer
@@ -152,9 +154,9 @@ def test_jobs_end_where_no_process_can_be_started(
 
 
 _COLD = """\
-from motionlab.service import loading
+from motionlab.service import preload
 from motionlab.service.workers import forkserver
-loading.warm_up = lambda: 1 / 0
+preload.warm_up = lambda: 1 / 0
 forkserver.main()"""
 
 

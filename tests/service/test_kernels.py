@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from motionlab.service import kernel_compiler
 from motionlab.service.kernel_compiler import Kernels
 from tests.service.live import until
 

@@ -109,7 +109,7 @@ def test_a_container_has_less_than_the_machine(
     monkeypatch.setattr(memory_budget, "_CGROUP", tmp_path / "memory.max")
     assert memory_budget.recordable(10**6) == 10**6
     machine = memory_budget.recordable(10**18)
-    (tmp_path / "memory_budget.max").write_text("max\n")
+    (tmp_path / "memory.max").write_text("max\n")
     assert memory_budget.recordable(10**18) == machine
-    (tmp_path / "memory_budget.max").write_text("2000000\n")
+    (tmp_path / "memory.max").write_text("2000000\n")
     assert memory_budget.recordable(10**18) == 1_000_000
