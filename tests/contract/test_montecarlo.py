@@ -19,7 +19,7 @@ from motionlab.simulation.result import document
 from motionlab.simulation.run import run
 from motionlab.studies.montecarlo.document import MonteCarloDocument
 from motionlab.studies.montecarlo.request import read_request
-from motionlab.studies.montecarlo.study import plan, study
+from motionlab.studies.montecarlo.cases import plan, run_cases
 from tests.service.live import API, until
 from tests.service.servers import PATIENCE, Server
 
@@ -41,7 +41,7 @@ def client() -> Iterator[httpx.Client]:
 
 @pytest.fixture(scope="module")
 def found() -> MonteCarloDocument:
-    return study(plan(read_request(BODY)))
+    return run_cases(plan(read_request(BODY)))
 
 
 def test_the_job_ends_with_what_the_command_prints(
@@ -71,7 +71,7 @@ def test_a_case_is_printed_as_options_of_run(capsys: pytest.CaptureFixture[str])
     assert "trajectory.radius=0.005" in options
     assert main(["run", "circle", *options, "--json"]) == 0
     ran = json.loads(capsys.readouterr().out)["variants"]["B"]["axes"]["y"]
-    peaks = study(plan(read_request(BODY))).variants["B"].axes["y"].peaks
+    peaks = run_cases(plan(read_request(BODY))).variants["B"].axes["y"].peaks
     assert ran["max_abs_following_error"] == peaks[3]
 
 
@@ -119,12 +119,12 @@ def test_progress_ends_a_study() -> None:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        study(plan(read_request(BODY)), enough)
+        run_cases(plan(read_request(BODY)), enough)
 
 
 def test_a_plant_that_cannot_follow_counts_against_the_spec() -> None:
     heavy = [{"path": "friction.F_c", "kind": "uniform", "low": 1.0, "high": 60.0}]
-    some = study(plan(read_request(BODY | {"vary": heavy, "cases": 30, "spec": {"x": 1.0}})))
+    some = run_cases(plan(read_request(BODY | {"vary": heavy, "cases": 30, "spec": {"x": 1.0}})))
     assert 0 < some.infeasible < 30
     assert some.variants["A"].axes["x"].peaks.count(None) == some.infeasible
     assert some.variants["A"].meets is not None
@@ -134,7 +134,7 @@ def test_a_plant_that_cannot_follow_counts_against_the_spec() -> None:
 def test_a_draw_out_of_range_names_case_and_number() -> None:
     wild = [{"path": "amplifiers.gain", "kind": "normal", "sigma": 5.0}]
     with pytest.raises(ConfigError, match=r"case \d+: plant\.x\.amplifiers\.gain.*vary it less"):
-        study(plan(read_request(BODY | {"vary": wild})))
+        run_cases(plan(read_request(BODY | {"vary": wild})))
 
 
 def test_too_much_is_refused(client: httpx.Client) -> None:

@@ -14,7 +14,7 @@ LATER = {
     "skfem",
     "pyarrow",
     "motionlab.studies.identify.experiment",
-    "motionlab.studies.montecarlo.study",
+    "motionlab.studies.montecarlo.cases",
     "motionlab.studies.paper.registry",
     "motionlab.studies.tune.search",
 }

@@ -10,21 +10,14 @@ from collections.abc import Sequence
 
 from motionlab import __version__
 from motionlab.cli import (
-    design,
-    identify,
-    map,
-    montecarlo,
-    platform,
-    reproduce,
     run,
     serve,
-    sharing,
-    tune,
+    study,
 )
 from motionlab.cli.exit_codes import BAD_INPUT, DONE, FAILED
 from motionlab.errors import ConfigError, Infeasible, MotionLabError
 
-_COMMANDS = (run, design, identify, tune, montecarlo, map, sharing, platform, reproduce, serve)
+_COMMANDS = (run, study, serve)
 """In the order of the help page."""
 
 

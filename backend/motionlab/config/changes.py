@@ -102,6 +102,20 @@ def _copied(value: Any) -> Any:
     return [_copied(item) for item in value] if isinstance(value, list) else value
 
 
+def as_tables(changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return dotted paths and values, such as ``{"requirements.n": 4}``, as nested tables.
+
+    Raises
+    ------
+    ConfigError
+        If one path lies inside of another that is set to a single value.
+    """
+    tables: dict[str, Any] = {}
+    for path, value in sorted(changes.items(), key=_dots):
+        set_path(tables, path, value)
+    return tables
+
+
 def labelled(changes: Mapping[str, Any]) -> dict[str, Any]:
     """Return changes with a label for each variant whose controller is swapped for another one.
 

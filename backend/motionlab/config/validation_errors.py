@@ -5,13 +5,17 @@ from __future__ import annotations
 import re
 import types
 import typing
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
 from motionlab.config.shipped import did_you_mean
-from motionlab.errors import SHOWN_MAX, FieldError, shown
+from motionlab.errors import SHOWN_MAX, ConfigError, FieldError, shown
+
+ModelT = TypeVar("ModelT", bound=BaseModel)
 
 _MESSAGES = {
     "missing": "is missing",
@@ -38,6 +42,33 @@ _MESSAGES = {
 _SIGNS = {"ge": ">=", "gt": ">", "le": "<=", "lt": "<"}
 _CHOICE = re.compile(r"'([^']*)'")
 _LONGEST_VALUE = 80
+
+
+def checked(model: type[ModelT], fields: Mapping[str, Any], name: str) -> ModelT:
+    """Return a table of fields as a model.
+
+    Parameters
+    ----------
+    model : type
+        What is made of it.
+    fields : mapping
+        Any, also what no JSON holds.
+    name : str
+        What an error of the table as a whole is called.
+
+    Raises
+    ------
+    ConfigError
+        Naming every field that is wrong, its value, range and unit.
+    """
+    try:
+        return model.model_validate(dict(fields))
+    except ValidationError as error:
+        # A key that is no text, half of a surrogate pair, fails the table as a whole.
+        found = (replace(e, loc=e.loc or name) for e in field_errors(error, model))
+        raise ConfigError(*found) from None
+    except RecursionError:
+        raise ConfigError(FieldError(loc=name, message="is nested too deeply")) from None
 
 
 def field_errors(error: ValidationError, model: type[BaseModel]) -> list[FieldError]:

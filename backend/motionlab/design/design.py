@@ -8,7 +8,6 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from motionlab.config.changes import set_path
 from motionlab.config.validation_errors import field_errors
 from motionlab.design.document import DesignDocument
 from motionlab.design.inputs import DesignRequest, Dimensions
@@ -60,20 +59,6 @@ def design(request: Mapping[str, Any]) -> DesignDocument:
         dimensions=None if dimensions is None else dimensions.resolved(),
         rating=None if dimensions is None else rate(dimensions),
     )
-
-
-def from_assignments(assignments: Mapping[str, Any]) -> dict[str, Any]:
-    """Return dotted paths and values, such as ``{"requirements.n": 4}``, as a request.
-
-    Raises
-    ------
-    ConfigError
-        If one path lies inside of another that is set to a single value.
-    """
-    request: dict[str, Any] = {}
-    for path, value in sorted(assignments.items(), key=lambda item: item[0].count(".")):
-        set_path(request, path, value)
-    return request
 
 
 def _upon_preset(request: Mapping[str, Any]) -> dict[str, Any]:

@@ -28,23 +28,20 @@ from motionlab.service.memory_budget import Memory
 from motionlab.service.preload import warm_up
 from motionlab.service.prometheus import Monitor
 from motionlab.service.routes import (
-    design,
     identify,
     jobs,
     login,
     loop,
     loop_response,
     maps,
-    montecarlo,
     paper,
     scenarios,
     scene,
     session_files,
     sessions,
-    sharing,
     simulate,
+    studies,
     trajectories,
-    tune,
     whatif,
 )
 from motionlab.service.settings import Settings
@@ -157,13 +154,10 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         session_files,
         loop,
         loop_response,
-        design,
-        sharing,
+        studies,
         maps,
         identify,
-        montecarlo,
         paper,
-        tune,
     ):
         app.include_router(module.router, prefix=PREFIX)
     app.include_router(scene.router)

@@ -1,35 +1,28 @@
-"""What is told of a job: the same for all, and for each kind its partial and final result."""
+"""Reports of jobs: one form for all, whose partial result and result are those of the study."""
 
 from __future__ import annotations
 
+import functools
+import operator
 from typing import Annotated, Any, Literal
 
-from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, TypeAdapter
+from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, TypeAdapter, create_model
 
-from motionlab.design.fem.document import MapEntry
 from motionlab.results.document import ResultDocument
-from motionlab.studies.identify.document import IdentificationDocument, PartialIdentification
-from motionlab.studies.loop.response import SweepDocument
-from motionlab.studies.montecarlo.document import MonteCarloDocument
-from motionlab.studies.paper.document import PartialReproduce, ReproduceDocument
-from motionlab.studies.tune.document import (
-    LandscapeDocument,
-    PartialLandscape,
-    PartialTuning,
-    TuneDocument,
-)
+from motionlab.studies.study import Models
+from motionlab.studies.table import STUDIES
 
 State = Literal["queued", "running", "done", "failed", "cancelled", "interrupted"]
-Kind = Literal[
-    "simulate", "identify", "map", "reproduce", "tune", "landscape", "sweep", "monte-carlo"
-]
 
-_PARTIAL = "What is there so far, of a job that is looked at while it goes on"
-_RESULT = "What came of a job that is done"
+_MODELS = {"simulate": ("SimulationJob", Models(BaseModel, ResultDocument))} | {
+    study.kind: (study.report_name, study.models()) for study in STUDIES if not study.direct
+}
+
+Kind = Literal[tuple(_MODELS)]  # pyright: ignore[reportInvalidTypeForm]
 
 
 class _Job(BaseModel):
-    """What is told of a job of any kind."""
+    """State of a job of any kind."""
 
     model_config = ConfigDict(allow_inf_nan=False)  # a damaged record is none
 
@@ -49,86 +42,31 @@ class _Job(BaseModel):
 
 
 class JobSummary(_Job):
-    """What is known of a job, without what comes of it."""
+    """State of a job, without its results."""
 
-    kind: Kind = Field(description="What it does")
-
-
-class SimulationJob(_Job):
-    """A run of a scenario."""
-
-    kind: Literal["simulate"] = "simulate"
-    partial: None = Field(default=None, description="Nothing")
-    result: ResultDocument | None = Field(default=None, description=_RESULT)
+    kind: Kind = Field(description="Its study, or simulate")
 
 
-class IdentificationJob(_Job):
-    """An identification of friction."""
-
-    kind: Literal["identify"] = "identify"
-    partial: PartialIdentification | None = Field(default=None, description=_PARTIAL)
-    result: IdentificationDocument | None = Field(default=None, description=_RESULT)
-
-
-class MapJob(_Job):
-    """A force map by finite elements."""
-
-    kind: Literal["map"] = "map"
-    partial: None = Field(default=None, description="Nothing")
-    result: MapEntry | None = Field(default=None, description=_RESULT)
-
-
-class ReproduceJob(_Job):
-    """The paper's numbers, computed."""
-
-    kind: Literal["reproduce"] = "reproduce"
-    partial: PartialReproduce | None = Field(default=None, description=_PARTIAL)
-    result: ReproduceDocument | None = Field(default=None, description=_RESULT)
+def _report(kind: str, name: str, models: Models) -> type[_Job]:
+    partial = models.partial
+    fields: dict[str, Any] = {
+        "kind": (Literal[kind], kind),
+        "partial": (
+            None if partial is None else partial | None,
+            Field(default=None, description="Results so far, of a job that is running"),
+        ),
+        "result": (
+            models.document | None,
+            Field(default=None, description="Results of a job that is done"),
+        ),
+    }
+    doc = f"A job of the kind {kind}."
+    return create_model(name, __base__=_Job, __doc__=doc, __module__=__name__, **fields)
 
 
-class TuningJob(_Job):
-    """A search for gains."""
+REPORTS = {kind: _report(kind, name, models) for kind, (name, models) in _MODELS.items()}
+"""Type of the report of a job, by kind."""
 
-    kind: Literal["tune"] = "tune"
-    partial: PartialTuning | None = Field(default=None, description=_PARTIAL)
-    result: TuneDocument | None = Field(default=None, description=_RESULT)
+JobReport = Annotated[functools.reduce(operator.or_, REPORTS.values()), Field(discriminator="kind")]  # pyright: ignore[reportInvalidTypeForm]
 
-
-class LandscapeJob(_Job):
-    """A map of the cost over gains."""
-
-    kind: Literal["landscape"] = "landscape"
-    partial: PartialLandscape | None = Field(default=None, description=_PARTIAL)
-    result: LandscapeDocument | None = Field(default=None, description=_RESULT)
-
-
-class SweepJob(_Job):
-    """A frequency sweep of the simulated loop."""
-
-    kind: Literal["sweep"] = "sweep"
-    partial: SweepDocument | None = Field(default=None, description=_PARTIAL)
-    result: SweepDocument | None = Field(default=None, description=_RESULT)
-
-
-class MonteCarloJob(_Job):
-    """A scenario on many plausible plants."""
-
-    kind: Literal["monte-carlo"] = "monte-carlo"
-    partial: None = Field(default=None, description="Nothing")
-    result: MonteCarloDocument | None = Field(default=None, description=_RESULT)
-
-
-JobReport = Annotated[
-    SimulationJob
-    | IdentificationJob
-    | MapJob
-    | ReproduceJob
-    | TuningJob
-    | LandscapeJob
-    | SweepJob
-    | MonteCarloJob,
-    Field(discriminator="kind"),
-]
-"""What is known of a job, by its kind."""
-
-REPORT: TypeAdapter[JobReport] = TypeAdapter(JobReport)
+REPORT: TypeAdapter[Any] = TypeAdapter(JobReport)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import importlib
+import pkgutil
 
+from motionlab import studies
 from motionlab.config.load import load_scenario
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.design.fem.compute import compute
@@ -12,14 +14,6 @@ from motionlab.service.routes import trajectories
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run
-
-_STUDIES = (
-    "identify.experiment",
-    "montecarlo.study",
-    "paper.reproduce",
-    "tune.landscape",
-    "tune.search",
-)
 
 
 def warm_up() -> None:
@@ -33,5 +27,5 @@ def warm_up() -> None:
 def load_the_rest() -> None:
     """Import what only some calls need: studies, scipy, and skfem by a preview of a force map."""
     compute(Geometry(), "preview")
-    for name in _STUDIES:
-        importlib.import_module(f"motionlab.studies.{name}")
+    for module in pkgutil.walk_packages(studies.__path__, "motionlab.studies."):
+        importlib.import_module(module.name)

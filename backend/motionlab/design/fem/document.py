@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from motionlab.config.quantity import Config
-from motionlab.config.validation_errors import field_errors
 from motionlab.design.fem.force_map import ForceMap, PresetName
 from motionlab.design.fem.geometry import Geometry
 from motionlab.design.fem.report import summary
 from motionlab.design.fem.trust import Published, Uncertainty, published, uncertainty
-from motionlab.errors import ConfigError
 
 
 class MapRequest(Config):
@@ -63,21 +59,6 @@ class MapTables(MapEntry):
     currents: list[float] = Field(description="i, A, from 0")
     thrust: list[list[float]] = Field(description="dW'/dx, N, below 0 for 0 < x < tau/2")
     normal_force: list[list[float]] = Field(description="Attraction of mover and stator, N")
-
-
-def read_map_request(request: Mapping[str, Any]) -> MapRequest:
-    """Return a request, checked.
-
-    Raises
-    ------
-    ConfigError
-        Naming every field that is wrong, its value, range and unit.
-    """
-    try:
-        return MapRequest.model_validate(dict(request))
-    except ValidationError as error:
-        found = (replace(e, loc=e.loc or "map") for e in field_errors(error, MapRequest))
-        raise ConfigError(*found) from None
 
 
 def entry(force_map: ForceMap, *, name: str, shipped: bool) -> MapEntry:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any, Self
 
-from pydantic import ValidationError, model_validator
+from pydantic import model_validator
 
 from motionlab.config.quantity import Config, quantity
-from motionlab.config.validation_errors import field_errors
-from motionlab.errors import ConfigError
+from motionlab.config.validation_errors import checked
 
 PAPER = "Huang et al., IEEE Access 2019, section II-A"
 OURS = "this project's choice; the paper leaves it open"
@@ -154,8 +152,4 @@ def geometry(fields: Mapping[str, Any]) -> Geometry:
     ConfigError
         Naming every field that is wrong, its value, range and unit.
     """
-    try:
-        return Geometry.model_validate(dict(fields))
-    except ValidationError as error:
-        found = (replace(e, loc=e.loc or "geometry") for e in field_errors(error, Geometry))
-        raise ConfigError(*found) from None
+    return checked(Geometry, fields, "geometry")

@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
-from typing import Any, NamedTuple, Self
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
 from motionlab.config.quantity import Config, quantity
-from motionlab.config.validation_errors import field_errors
 from motionlab.design.fem.contour import Triangles, contour
 from motionlab.design.fem.field import FieldModel, Position
 from motionlab.design.fem.geometry import OURS, Geometry
 from motionlab.design.fem.mesh import Resolution
 from motionlab.design.fem.outline import Outline, Polyline, outlines, rounded
-from motionlab.errors import ConfigError
 
 RESOLUTION = Resolution(48, 1)
 """Linear elements, a line is a chord of each: nodes stand every 0.15 mm on the paper's gap."""
@@ -103,21 +99,6 @@ class _Window(NamedTuple):
     half_width: float
     bottom: float
     top: float
-
-
-def read_field_request(request: Mapping[str, Any]) -> FieldRequest:
-    """Return a request, checked.
-
-    Raises
-    ------
-    ConfigError
-        Naming every field that is wrong, its value, range and unit.
-    """
-    try:
-        return FieldRequest.model_validate(dict(request))
-    except ValidationError as error:
-        found = (replace(e, loc=e.loc or "field") for e in field_errors(error, FieldRequest))
-        raise ConfigError(*found) from None
 
 
 def picture(request: FieldRequest) -> FieldPicture:

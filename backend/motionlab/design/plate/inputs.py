@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
-from motionlab.config.changes import set_path
 from motionlab.config.quantity import Config, quantity
-from motionlab.config.validation_errors import field_errors
-from motionlab.errors import ConfigError, FieldError
+from motionlab.config.validation_errors import checked
 
 PAPER = "Huang et al., IEEE Access 2019, section II-B"
 OURS = "this project's assumption; the paper's shapes are only in its Fig. 3"
@@ -204,20 +201,6 @@ _DEFAULTS: dict[str, dict[str, dict[str, Any]]] = {
 """Plausible shapes, one stiffened by higher ribs: this project's assumption, fitted to nothing."""
 
 
-def from_assignments(assignments: Mapping[str, Any]) -> PlatformRequest:
-    """Return dotted paths and values, such as ``{"new.rib_height": 0.04}``, as a request, checked.
-
-    Raises
-    ------
-    ConfigError
-        Naming every field that is wrong, its value, range and unit.
-    """
-    request: dict[str, Any] = {}
-    for path, value in sorted(assignments.items(), key=lambda item: item[0].count(".")):
-        set_path(request, path, value)
-    return read_platform_request(request)
-
-
 def read_platform_request(request: Mapping[str, Any]) -> PlatformRequest:
     """Return a request, checked; what it leaves out is the default of its axis.
 
@@ -231,10 +214,4 @@ def read_platform_request(request: Mapping[str, Any]) -> PlatformRequest:
     for name, default in _DEFAULTS.get(axis if isinstance(axis, str) else "y", {}).items():
         given = tables.get(name, {})
         tables[name] = {**default, **given} if isinstance(given, Mapping) else given
-    try:
-        return PlatformRequest.model_validate(tables)
-    except ValidationError as error:
-        found = (replace(e, loc=e.loc or "platform") for e in field_errors(error, PlatformRequest))
-        raise ConfigError(*found) from None
-    except RecursionError:
-        raise ConfigError(FieldError(loc="platform", message="is nested too deeply")) from None
+    return checked(PlatformRequest, tables, "platform")

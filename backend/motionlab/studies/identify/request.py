@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
 from motionlab.config.plant import OURS, PAPER
 from motionlab.config.quantity import Config, quantity
 from motionlab.config.scenario import VariantName
-from motionlab.config.validation_errors import field_errors
-from motionlab.errors import ConfigError, FieldError
 
 SPEEDS = tuple(float(f"{v:.4g}") for v in np.geomspace(0.5e-3, 0.15, 32))
 """Speeds of the uniform motions, m/s: 0.5 to 150 mm/s, each as far from the next in ratio."""
@@ -127,21 +123,3 @@ class IdentifyRequest(Config):
     def axes(self) -> tuple[str, ...]:
         """The axes, in order."""
         return ("x", "y") if self.axis == "both" else (self.axis,)
-
-
-def read_request(request: Mapping[str, Any]) -> IdentifyRequest:
-    """Return a request, checked.
-
-    Raises
-    ------
-    ConfigError
-        Naming every field that is wrong, its value, range and unit.
-    """
-    try:
-        return IdentifyRequest.model_validate(request)
-    except ValidationError as error:
-        # A key that is no text, half of a surrogate pair, fails the table as a whole.
-        found = (replace(e, loc=e.loc or "identify") for e in field_errors(error, IdentifyRequest))
-        raise ConfigError(*found) from None
-    except RecursionError:
-        raise ConfigError(FieldError(loc="identify", message="is nested too deeply")) from None

@@ -2,26 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Annotated, Any
+from collections.abc import Callable, Mapping
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
+from motionlab.config.load import load_scenario
 from motionlab.config.plant import OURS
 from motionlab.config.quantity import quantity
 from motionlab.config.scenario import Scenario
 from motionlab.loop.frequency_sweep import sweep
 from motionlab.loop.linearise import linearise
 from motionlab.loop.margins import NYQUIST, sampled
-from motionlab.studies.tune.request import AxisRequest
+from motionlab.studies.study import Source
+from motionlab.studies.tune.request import AxisRequest, read_request
 
 Complex = NDArray[np.complex128]
 Progress = Callable[[float, "SweepDocument | None"], None]
 
 SWEPT = tuple(float(f"{f:.3g}") for f in np.geomspace(4.0, 400.0, 16))
 """Frequencies of a sweep, Hz."""
+
+AskedT = TypeVar("AskedT", bound=AxisRequest)
 
 _Frequency = Annotated[float, Field(ge=1.0, le=0.9 * NYQUIST)]
 
@@ -48,6 +52,16 @@ class SweepRequest(AxisRequest):
         gt=0,
         le=0.2,
     )
+
+
+def loaded(
+    model: type[AskedT], request: Mapping[str, Any], source: Source | None = None
+) -> tuple[AskedT, Scenario]:
+    """Return a request, checked, and its scenario, which has the variant that is meant."""
+    wanted = read_request(model, request)
+    scenario = load_scenario(wanted.scenario if source is None else source, wanted.set)
+    wanted.chosen(scenario)
+    return wanted, scenario
 
 
 class LoopCurve(_Document):

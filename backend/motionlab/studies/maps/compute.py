@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from motionlab.design.fem.compute import Progress, compute
+from motionlab.design.fem.compute import PRESETS, Progress, compute
 from motionlab.design.fem.force_map import ForceMap, PresetName
 from motionlab.design.fem.geometry import Geometry
+from motionlab.design.fem.mesh import vertices
+from motionlab.design.fem.picture import RESOLUTION
+from motionlab.errors import FieldError
 from motionlab.store.maps import MapStore
 
 
@@ -32,3 +35,12 @@ def computed_or_kept(
     made = compute(geometry, preset, workers=workers, progress=progress)
     store.keep(made)
     return made, False
+
+
+def too_many_nodes(geometry: Geometry, preset: PresetName, most: int) -> list[FieldError]:
+    """Return an error for a geometry whose long thin parts take too many nodes, else none."""
+    count = vertices(geometry, PRESETS[preset].resolution or RESOLUTION)
+    if count <= most:
+        return []
+    message = "takes too many nodes of a mesh; its heights are large against tau"
+    return [FieldError("geometry", message, count, f"<= {most}")]

@@ -21,7 +21,7 @@ def report(found: MonteCarloDocument) -> str:
     Parameters
     ----------
     found : MonteCarloDocument
-        From `motionlab.studies.montecarlo.study.study`.
+        From `motionlab.studies.montecarlo.cases.study`.
 
     Returns
     -------

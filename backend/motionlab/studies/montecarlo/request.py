@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
 from motionlab.config.quantity import OURS, Config, quantity
-from motionlab.config.validation_errors import field_errors
-from motionlab.errors import ConfigError, FieldError
 
 CASES_MAX = 5000
 
@@ -133,20 +129,3 @@ class MonteCarloRequest(Config):
         if twice is not None:
             raise ValueError(f"{twice} is varied twice")
         return self
-
-
-def read_request(request: Mapping[str, Any]) -> MonteCarloRequest:
-    """Return a request, checked.
-
-    Raises
-    ------
-    ConfigError
-        Naming every field that is wrong, its value, range and unit.
-    """
-    try:
-        return MonteCarloRequest.model_validate(request)
-    except ValidationError as error:
-        found = field_errors(error, MonteCarloRequest)
-        raise ConfigError(*(replace(e, loc=e.loc or "montecarlo") for e in found)) from None
-    except RecursionError:
-        raise ConfigError(FieldError(loc="montecarlo", message="is nested too deeply")) from None

@@ -1,313 +1,122 @@
-"""A Monte Carlo study: plants drawn, every controller run on each, and what comes of it."""
+"""Monte Carlo: a scenario on many plausible plants."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Any
+import argparse
+import json
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
+from motionlab.errors import FieldError
+from motionlab.studies.options import given
+from motionlab.studies.study import Bounds, Command, Models, Progress, Source, Study, above
 
-from motionlab import __version__
-from motionlab.config.changes import apply_changes
-from motionlab.config.load import load_scenario, validate
-from motionlab.config.planar import AXES
-from motionlab.config.scenario import Scenario
-from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.errors import ConfigError, FieldError, Infeasible
-from motionlab.lanes import model_hash
-from motionlab.results.comparison import RATIOS
-from motionlab.results.metrics import DEFINITIONS
-from motionlab.simulation.batch import Batch, run_prepared
-from motionlab.simulation.prepare import Prepared, prepare
-from motionlab.simulation.result import plant_name
-from motionlab.studies.montecarlo.bands import Bands
-from motionlab.studies.montecarlo.document import (
-    AxisStudy,
-    Band,
-    MonteCarloDocument,
-    Probability,
-    Quantiles,
-    VariantStudy,
-    Worst,
-)
-from motionlab.studies.montecarlo.draw import draw, missing
-from motionlab.studies.montecarlo.request import DEFAULT, MonteCarloRequest
+if TYPE_CHECKING:
+    from motionlab.studies.montecarlo.cases import Cases
+    from motionlab.studies.montecarlo.document import MonteCarloDocument
 
-Array = NDArray[np.float64]
-Source = str | Path | dict[str, Any]
+WORK_MAX = 100_000.0
+"""Simulated time summed over cases and variants, s: a few minutes of four cores."""
 
-PEAK = "max_abs_following_error"
-_PREPARING = 0.5
-"""Share of the work that is done when every plant has been checked; about."""
-_WORST = 3
-_DIGITS = 5
-_Z = 1.959964  # of a 95 % interval
+_EXAMPLES = """\
+examples:
+  motionlab montecarlo
+  motionlab montecarlo circle --cases 300 --spec x=12e-6 --spec y=15e-6
+  motionlab montecarlo trapezoid-y --cases 50 --json
+  motionlab run circle $(motionlab montecarlo circle --case 262)
+
+docs/montecarlo.md lists how the plants differ; POST /api/v1/montecarlo takes other ways.
+"""
 
 
-@dataclass(frozen=True)
-class Study:
-    """A Monte Carlo study that has passed every check.
+class MonteCarlo(Study["Cases", "MonteCarloDocument"]):
+    """Run every controller of a scenario on many plausible plants.
 
-    Attributes
-    ----------
-    request : MonteCarloRequest
-        As validated.
-    base : Prepared
-        The scenario itself, which its motor can follow.
-    draws : list of dict
-        Of each case, what makes its plant: dotted path to value.
-    notes : list of str
-        What was left out of the default variations, and why.
-    seed : int
-        Of the draws.
+    The job ends with quantiles of every metric, bands of the following error over time, how likely
+    the spec is met, and the worst cases with what makes them.
     """
 
-    request: MonteCarloRequest
-    base: Prepared
-    draws: list[dict[str, Any]]
-    notes: list[str]
-    seed: int
-
-    @property
-    def seconds(self) -> float:
-        """Simulated time of all cases and variants, s."""
-        return self.base.work * len(self.draws)
-
-
-def plan(request: MonteCarloRequest, source: Source | None = None) -> Study:
-    """Return the study that a request asks for, checked.
-
-    Parameters
-    ----------
-    request : MonteCarloRequest
-        What is asked for.
-    source : str, Path or dict, optional
-        The scenario in place of the request's, which is never a path.
-
-    Raises
-    ------
-    ConfigError
-        Naming every number that is wrong.
-    Infeasible
-        If the scenario's own plant cannot follow its motion.
-    """
-    scenario = load_scenario(request.scenario if source is None else source, request.set)
-    base = prepare(scenario)
-    plant = scenario.plant.model_dump(mode="json")
-    vary, notes = request.vary, []
-    if vary == DEFAULT:
-        absent = missing(plant, vary)
-        notes = [f"not varied, because this plant has none: {path}" for path in absent]
-        vary = tuple(variation for variation in vary if variation.path not in absent)
-    seed = scenario.seed if request.seed is None else request.seed
-    draws = draw(plant, vary, cases=request.cases, seed=seed)
-    return Study(request.model_copy(update={"vary": vary}), base, draws, notes, seed)
-
-
-def study(
-    planned: Study,
-    progress: Callable[[float], None] | None = None,
-    *,
-    threads: int | None = None,
-) -> MonteCarloDocument:
-    """Run every controller of a scenario on every plant.
-
-    Parameters
-    ----------
-    planned : Study
-        From `plan`.
-    progress : callable, optional
-        Takes the share done; what it raises ends the study.
-    threads : int, optional
-        How many threads to use; one for each core when left out.
-
-    Returns
-    -------
-    MonteCarloDocument
-        The same bits for the same request on the same machine.
-
-    Raises
-    ------
-    ConfigError
-        If a draw lies outside of what a plant may be, naming the case.
-    """
-    count = len(planned.draws)
-    variants = planned.base.scenario.variants
-    tell = progress or (lambda _: None)
-    window = planned.base.window
-    bands = Bands(count, len(variants), window)
-    feasible, prepared = _prepared(planned, lambda share: tell(_PREPARING * share))
-    numbers = (feasible[:, None] * len(variants) + np.arange(len(variants))).ravel()
-    batch = run_prepared(
-        prepared,
-        threads=threads,
-        progress=lambda share: tell(_PREPARING + (1.0 - _PREPARING) * share),
-        watch=lambda movers, errors: bands.watch(numbers[movers], errors),
-    )
-    metrics = {name: _at(values, feasible, count) for name, values in batch.metrics.items()}
-    moving = planned.base.reference.moving
-    return MonteCarloDocument(
-        scenario=planned.base.scenario.name,
-        plant=plant_name(planned.base.scenario.plant),
-        version=__version__,
-        model=model_hash(),
-        cases=count,
-        seed=planned.seed,
-        vary=list(planned.request.vary),
-        notes=planned.notes,
-        infeasible=count - len(feasible),
-        window={"start": window[0] * CONTROL_PERIOD, "end": window[1] * CONTROL_PERIOD},
-        time=[round(tick * CONTROL_PERIOD, 7) for tick in bands.ticks.tolist()],
-        spec=planned.request.spec,
-        variants=_variants(planned, batch, metrics, bands),
-        improvement={axis: _improvement(metrics, AXES.index(axis)) for axis in moving}
-        if len(variants) > 1
-        else {},
-        worst=_worst(planned, metrics[PEAK], feasible),
+    kind = "monte-carlo"
+    path = "/montecarlo"
+    operation = "monteCarlo"
+    tag = "montecarlo"
+    report_name = "MonteCarloJob"
+    bodies = ({"scenario": "circle", "cases": 300, "spec": {"x": 12e-6, "y": 15e-6}},)
+    batches = True
+    command = Command(
+        name="montecarlo",
+        help="run a scenario on many plausible plants",
+        description="Run every controller of a scenario on many plausible plants: how far its "
+        "metrics are spread, and how likely it meets a spec.",
+        examples=_EXAMPLES,
+        title="plants",
     )
 
+    def models(self) -> Models:
+        """Return the types of request and document."""
+        from motionlab.studies.montecarlo.document import MonteCarloDocument
+        from motionlab.studies.montecarlo.request import MonteCarloRequest
 
-def case_changes(planned: Study, case: int) -> dict[str, Any]:
-    """Return what makes the plant of one case.
+        return Models(MonteCarloRequest, MonteCarloDocument)
 
-    Raises
-    ------
-    ConfigError
-        If there is no such case.
-    """
-    if not 0 <= case < len(planned.draws):
-        allowed = f"0 <= case < {len(planned.draws)}"
-        raise ConfigError(FieldError("case", "there is no such case", case, allowed, "1"))
-    return planned.draws[case]
+    def plan(self, request: Mapping[str, Any], source: Source | None = None) -> Cases:
+        """Return the plants that are drawn; see `Study.plan`."""
+        from motionlab.config.validation_errors import checked
+        from motionlab.studies.montecarlo.cases import plan
+        from motionlab.studies.montecarlo.request import MonteCarloRequest
 
+        return plan(checked(MonteCarloRequest, request, "montecarlo"), source)
 
-def _prepared(
-    planned: Study, progress: Callable[[float], None]
-) -> tuple[NDArray[np.int64], list[Prepared]]:
-    """Return the cases whose plants can follow the motion, and these ready to run."""
-    document = planned.base.scenario.model_dump(mode="json")
-    feasible, prepared = [], []
-    for case, changes in enumerate(planned.draws):
-        try:
-            prepared.append(prepare(_drawn(document, changes, case)))
-            feasible.append(case)
-        except Infeasible:
-            pass
-        progress((case + 1) / len(planned.draws))
-    if not feasible:
-        raise ConfigError(
-            FieldError("vary", "no plant that it gives can follow the motion", len(planned.draws))
+    def excess(self, plan: Cases, bounds: Bounds) -> list[FieldError]:
+        """Bound the simulated time of all cases."""
+        message = "simulated time of all cases and variants is too large for one request"
+        return above(plan.seconds, WORK_MAX, loc="cases", message=message)
+
+    def run(self, plan: Cases, progress: Progress) -> MonteCarloDocument:
+        """Run every controller on every plant."""
+        from motionlab.studies.montecarlo.cases import run_cases
+
+        return run_cases(plan, progress)
+
+    def report(self, found: MonteCarloDocument) -> str:
+        """Return quantiles and probabilities as tables."""
+        from motionlab.studies.montecarlo.report import report
+
+        return report(found)
+
+    def add_options(self, parser: argparse.ArgumentParser) -> None:
+        """Add number of plants, seed, spec and the case to print."""
+        parser.add_argument("--cases", metavar="N", type=int, help="plants to draw (300)")
+        parser.add_argument("--seed", type=int, help="of the draws (the scenario's)")
+        parser.add_argument(
+            "--spec",
+            metavar="AXIS=M",
+            action="append",
+            default=[],
+            help="largest following error allowed on x or y, m (repeatable)",
         )
-    return np.array(feasible), prepared
-
-
-def _drawn(document: dict[str, Any], changes: dict[str, Any], case: int) -> Scenario:
-    try:
-        return validate(apply_changes(document, changes))
-    except ConfigError as error:
-        found = (
-            replace(e, loc=f"case {case}: {e.loc}", message=f"{e.message}: vary it less")
-            for e in error.errors
+        parser.add_argument(
+            "--case",
+            metavar="N",
+            type=int,
+            help="run nothing: print what makes the plant of case N, as options of motionlab run",
         )
-        raise ConfigError(*found) from None
 
+    def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
+        """Return the request that options make."""
+        from motionlab.config.changes import parse_assignments
 
-def _at(values: Array, cases: NDArray[np.int64], count: int) -> Array:
-    """Return the values of some cases among all of them, NaN for the others."""
-    everywhere = np.full((count, *values.shape[1:]), np.nan)
-    everywhere[cases] = values
-    return everywhere
+        spec = {"spec": parse_assignments(options.spec, "--spec")}
+        return super().request_of(options, changes) | spec | given(options, "cases", "seed")
 
+    def before(self, plan: Cases, options: argparse.Namespace) -> str | None:
+        """Return one plant as options of ``motionlab run``, where one is asked for."""
+        from motionlab.studies.montecarlo.cases import case_changes
 
-def _variants(
-    planned: Study, batch: Batch, metrics: dict[str, Array], bands: Bands
-) -> dict[str, VariantStudy]:
-    found = {}
-    spec = planned.request.spec
-    limits = {axis: limit for axis in AXES if (limit := getattr(spec, axis)) is not None}
-    for v, (name, variant) in enumerate(planned.base.scenario.variants.items()):
-        axes = {}
-        for axis in planned.base.reference.moving:
-            a = AXES.index(axis)
-            band = bands.of(v, a)
-            axes[axis] = AxisStudy(
-                metrics={metric: _quantiles(metrics[metric][:, v, a]) for metric in DEFINITIONS},
-                band=None if band is None else Band(**{k: _short(row) for k, row in band.items()}),
-                peaks=[_number(value) for value in metrics[PEAK][:, v, a].tolist()],
-            )
-        within = np.ones(len(planned.draws), dtype=bool)
-        for axis, limit in limits.items():
-            if axis in axes:
-                within &= metrics[PEAK][:, v, AXES.index(axis)] <= limit  # never so for NaN
-        found[name] = VariantStudy(
-            label=variant.label,
-            law=variant.controller.compensation.law,
-            enabled=variant.controller.compensation.enabled,
-            diverged=int((batch.failed[:, v] >= 0).sum()),
-            axes=axes,
-            meets=probability(int(within.sum()), len(within)) if limits else None,
-        )
-    return found
-
-
-def probability(hits: int, cases: int) -> Probability:
-    """Return a share with its 95 % interval after Wilson, J. Am. Stat. Assoc. 22, 1927.
-
-    ``(p + z^2/(2 n) +- z sqrt(p (1 - p)/n + z^2/(4 n^2)))/(1 + z^2/n)``
-    """
-    p, scale = hits / cases, 1.0 + _Z**2 / cases
-    middle = (p + _Z**2 / (2 * cases)) / scale
-    half = _Z * math.sqrt(p * (1.0 - p) / cases + _Z**2 / (4 * cases**2)) / scale
-    # At the ends rounding would leave them.
-    low = 0.0 if hits == 0 else middle - half
-    high = 1.0 if hits == cases else middle + half
-    return Probability(share=p, low=low, high=high)
-
-
-def _improvement(metrics: dict[str, Array], axis: int) -> dict[str, Quantiles | None]:
-    found = {}
-    for name in RATIOS:
-        a, b = metrics[name][:, 0, axis], metrics[name][:, 1, axis]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            found[name] = _quantiles(np.where(a == 0.0, np.nan, 1.0 - b / a))
-    return found
-
-
-def _worst(planned: Study, peaks: Array, feasible: NDArray[np.int64]) -> list[Worst]:
-    found = []
-    for v, name in enumerate(planned.base.scenario.variants):
-        for axis in planned.base.reference.moving:
-            values = peaks[feasible, v, AXES.index(axis)]
-            order = np.argsort(-np.where(np.isnan(values), np.inf, values), kind="stable")
-            found += [
-                Worst(
-                    variant=name,
-                    axis=axis,
-                    case=case,
-                    value=_number(float(peaks[case, v, AXES.index(axis)])),
-                    set=planned.draws[case],
-                )
-                for case in feasible[order[:_WORST]].tolist()
-            ]
-    return found
-
-
-def _quantiles(values: Array) -> Quantiles | None:
-    values = values[np.isfinite(values)]
-    if not len(values):
-        return None
-    least, low, middle, high, most = np.quantile(values, (0.0, 0.05, 0.5, 0.95, 1.0)).tolist()
-    return Quantiles(min=least, q05=low, q50=middle, q95=high, max=most, cases=len(values))
-
-
-def _short(row: NDArray[np.float32]) -> list[float]:
-    """Return numbers with as many digits as a picture can use."""
-    return [float(f"{value:.{_DIGITS}g}") for value in row.tolist()]
-
-
-def _number(value: float) -> float | None:
-    return value if math.isfinite(value) else None
+        if options.case is None:
+            return None
+        drawn = [
+            f"--set {path}={json.dumps(value, separators=(',', ':'))}"
+            for path, value in case_changes(plan, options.case).items()
+        ]
+        return " ".join([*(f"--set {text}" for text in options.assignments), *drawn])

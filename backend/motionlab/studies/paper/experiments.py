@@ -22,10 +22,10 @@ from motionlab.studies.identify.experiment import identify
 from motionlab.studies.identify.plan import plan
 from motionlab.studies.identify.request import IdentifyRequest
 from motionlab.studies.maps.compute import computed_or_kept
+from motionlab.studies.montecarlo.cases import plan as plan_cases
+from motionlab.studies.montecarlo.cases import run_cases
 from motionlab.studies.montecarlo.document import MonteCarloDocument
 from motionlab.studies.montecarlo.request import MonteCarloRequest
-from motionlab.studies.montecarlo.study import plan as plan_study
-from motionlab.studies.montecarlo.study import study
 from motionlab.telemetry.recording import Recording
 
 Progress = Callable[[float], None]
@@ -100,8 +100,8 @@ class Experiments:
     def study(self, scenario: str) -> MonteCarloDocument:
         """Return the Monte Carlo study of a shipped scenario over the default plants."""
         if scenario not in self._studies:
-            planned = plan_study(MonteCarloRequest(scenario=scenario, cases=CASES))
-            self._studies[scenario] = study(planned, self._progress)
+            planned = plan_cases(MonteCarloRequest(scenario=scenario, cases=CASES))
+            self._studies[scenario] = run_cases(planned, self._progress)
         return self._studies[scenario]
 
     def design(self) -> DesignDocument:

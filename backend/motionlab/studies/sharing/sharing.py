@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
 from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, ValidationError
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 
 from motionlab.config.controller import SharingConfig, SharingLaw
 from motionlab.config.force_map import (
@@ -20,7 +18,6 @@ from motionlab.config.force_map import (
 from motionlab.config.load import load_scenario
 from motionlab.config.quantity import OURS, Config, quantity
 from motionlab.config.shipped import names
-from motionlab.config.validation_errors import field_errors
 from motionlab.errors import ConfigError, FieldError
 from motionlab.force_sharing.ripple import (
     Model,
@@ -164,21 +161,6 @@ class FitDocument(_Document):
     worst: float = Field(description="Largest residual, N")
     worst_position: float = Field(description="Where, m from the aligned position")
     worst_current: float = Field(description="At which current, A")
-
-
-def read_sharing_request(tables: Mapping[str, Any]) -> SharingRequest:
-    """Return a request that is checked.
-
-    Raises
-    ------
-    ConfigError
-        Naming every field that is wrong, its value, range and unit.
-    """
-    try:
-        return SharingRequest.model_validate(dict(tables))
-    except ValidationError as error:
-        found = (replace(e, loc=e.loc or "sharing") for e in field_errors(error, SharingRequest))
-        raise ConfigError(*found) from None
 
 
 def sharing(request: SharingRequest) -> SharingDocument:

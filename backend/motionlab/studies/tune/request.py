@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Annotated, Any, Literal, Self, TypeVar
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
 from motionlab.config.plant import OURS
 from motionlab.config.quantity import Config, quantity
 from motionlab.config.scenario import Scenario, VariantName, WindowConfig
-from motionlab.config.validation_errors import field_errors
+from motionlab.config.validation_errors import checked
 from motionlab.errors import ConfigError, FieldError
 
 Metric = Literal["peak", "rms", "itae", "settling", "effort"]
@@ -205,17 +204,10 @@ def read_request(model: type[_Request], request: Mapping[str, Any]) -> _Request:
     ConfigError
         Naming every field that is wrong, its value, range and unit.
     """
-    try:
-        checked = model.model_validate(request)
-    except ValidationError as error:
-        # A key that is no text, half of a surrogate pair, fails the table as a whole.
-        found = (replace(e, loc=e.loc or "tune") for e in field_errors(error, model))
-        raise ConfigError(*found) from None
-    except RecursionError:
-        raise ConfigError(FieldError(loc="tune", message="is nested too deeply")) from None
-    if isinstance(checked, _Problem):
-        _refuse_inverted(checked)
-    return checked
+    wanted = checked(model, request, "tune")
+    if isinstance(wanted, _Problem):
+        _refuse_inverted(wanted)
+    return wanted
 
 
 def _refuse_inverted(request: _Problem) -> None:

@@ -1,4 +1,4 @@
-"""Options that several commands have."""
+"""Options that commands of several studies have."""
 
 from __future__ import annotations
 

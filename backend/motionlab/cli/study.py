@@ -1,0 +1,53 @@
+"""The commands of all studies."""
+
+from __future__ import annotations
+
+import argparse
+import functools
+from typing import Any
+
+from motionlab.cli.exit_codes import DONE, FAILED
+from motionlab.cli.progress import share_done
+from motionlab.studies.options import add_json, add_scenario, add_set, source
+from motionlab.studies.study import Study
+from motionlab.studies.table import STUDIES
+
+
+def add(commands: Any) -> None:
+    """Add a command for each study that has one."""
+    for study in STUDIES:
+        if study.command is None:
+            continue
+        parser = commands.add_parser(
+            study.command.name,
+            help=study.command.help,
+            description=study.command.description,
+            epilog=study.command.examples,
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+        if study.command.scenario is not None:
+            add_scenario(parser, study.command.scenario)
+        if study.command.set is not None:
+            add_set(parser, study.command.set)
+        study.add_options(parser)
+        add_json(parser)
+        parser.set_defaults(command=functools.partial(_carry_out, study))
+
+
+def _carry_out(study: Study[Any, Any], options: argparse.Namespace) -> int:
+    """Plan and run a study, and print its report or its document."""
+    from motionlab.config.changes import parse_assignments
+
+    assert study.command is not None
+    changes = {} if study.command.set is None else parse_assignments(options.assignments)
+    scenario = None if study.command.scenario is None else source(options)
+    plan = study.plan(study.request_of(options, changes), scenario)
+    instead = study.before(plan, options)
+    if instead is not None:
+        print(instead)
+        return DONE
+    with share_done(study.command.title) as progress:
+        found = study.run(plan, lambda share, _partial=None: progress(share))
+    study.after(found, options)
+    print(study.text(found) if options.json else study.report(found))
+    return FAILED if study.has_failed(found) else DONE

@@ -1,0 +1,172 @@
+"""Identification of friction by uniform motions and force ramps."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from motionlab.errors import FieldError
+from motionlab.studies.options import given
+from motionlab.studies.study import Bounds, Command, Models, Progress, Source, Study, above
+
+if TYPE_CHECKING:
+    from motionlab.studies.identify.document import IdentificationDocument
+    from motionlab.studies.identify.plan import Experiment
+
+_EXAMPLES = """\
+examples:
+  motionlab identify
+  motionlab identify circle --set plant=as-measured --axis x --json
+  motionlab identify --set plant=matched --compare
+  motionlab identify --speeds 0.001 0.003 0.01 0.03 0.1 --out points.csv
+  motionlab identify --axis y --time-max 5 --rates 50 100 --places 5
+
+Speeds are in m/s, each run both ways; forces come out in the newtons of the controller's command.
+"""
+
+
+class Identify(Study["Experiment", "IdentificationDocument"]):
+    """Identify friction by uniform motions and force ramps on the simulated motor.
+
+    The job's report carries the points measured so far, and at the end what is fitted to them.
+    """
+
+    kind = "identify"
+    path = "/identify"
+    operation = "identify"
+    tag = "identify"
+    report_name = "IdentificationJob"
+    bodies = ({"scenario": "circle", "set": {"plant": "as-measured"}, "axis": "x"},)
+    command = Command(
+        name="identify",
+        help="identify a motor's friction",
+        description="Identify friction as the paper does: uniform motions at many speeds for "
+        "F_c, F_s, v_s and sigma_2, open-loop force ramps for sigma_0 and sigma_1.",
+        examples=_EXAMPLES,
+        scenario="whose motor and gains: ",
+        title="identification",
+    )
+
+    def models(self) -> Models:
+        """Return the types of request, document and partial result."""
+        from motionlab.studies.identify.document import (
+            IdentificationDocument,
+            PartialIdentification,
+        )
+        from motionlab.studies.identify.request import IdentifyRequest
+
+        return Models(IdentifyRequest, IdentificationDocument, PartialIdentification)
+
+    def plan(self, request: Mapping[str, Any], source: Source | None = None) -> Experiment:
+        """Return the motions of the experiment; see `Study.plan`."""
+        from motionlab.config.validation_errors import checked
+        from motionlab.studies.identify.plan import plan
+        from motionlab.studies.identify.request import IdentifyRequest
+
+        return plan(checked(IdentifyRequest, request, "identify"), source)
+
+    def excess(self, plan: Experiment, bounds: Bounds) -> list[FieldError]:
+        """Bound the simulated time of all motions."""
+        message = "simulated time of all of them is too large for one request"
+        return above(plan.seconds, bounds.work_max, loc="speeds", message=message)
+
+    def run(self, plan: Experiment, progress: Progress) -> IdentificationDocument:
+        """Carry out the experiment and fit its parameters."""
+        from motionlab.studies.identify.experiment import identify
+
+        return identify(plan, progress)
+
+    def report(self, found: IdentificationDocument) -> str:
+        """Return parameters and residuals as tables."""
+        from motionlab.studies.identify.report import report
+
+        return report(found)
+
+    def add_options(self, parser: argparse.ArgumentParser) -> None:
+        """Add axes, motions, force ramps, variants and the file to write."""
+        parser.add_argument(
+            "--axis", choices=("x", "y", "both"), default="both", help="which axis (%(default)s)"
+        )
+        parser.add_argument(
+            "--speeds",
+            metavar="V",
+            type=float,
+            nargs="+",
+            help="speeds, m/s (32 from 0.0005 to 0.15)",
+        )
+        parser.add_argument(
+            "--time-max",
+            metavar="S",
+            type=float,
+            help="time after which a motion takes no further pole pitch, s (20)",
+        )
+        parser.add_argument(
+            "--pitches-max",
+            metavar="N",
+            type=int,
+            help="most pole pitches that a force is averaged over (all that time and stroke allow)",
+        )
+        parser.add_argument(
+            "--no-presliding",
+            dest="presliding",
+            action="store_false",
+            help="no force ramps: sigma_0 and sigma_1 are not identified",
+        )
+        parser.add_argument(
+            "--rates",
+            metavar="N/S",
+            type=float,
+            nargs="+",
+            help="rates of the force ramps (20 50 100)",
+        )
+        parser.add_argument(
+            "--share",
+            type=float,
+            help="largest force of a ramp, as a share of the stiction (0.5)",
+        )
+        parser.add_argument(
+            "--places", type=int, help="places in a pole pitch at which ramps are repeated (7)"
+        )
+        parser.add_argument(
+            "--variant",
+            metavar="NAME",
+            help="whose gains and force map drive the motor (the first)",
+        )
+        parser.add_argument(
+            "--apply-to", metavar="NAME", help="whose model the result is for (the second)"
+        )
+        parser.add_argument(
+            "--compare",
+            action="store_true",
+            help="run the circle with the old friction model (A) and the one identified (B)",
+        )
+        parser.add_argument(
+            "--out",
+            metavar="FILE",
+            help="write the points to FILE.csv, or the document to FILE.json",
+        )
+
+    def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
+        """Return the request that options make."""
+        presliding = {"enabled": options.presliding} | given(options, "rates", "share", "places")
+        return (
+            super().request_of(options, changes)
+            | given(options, "axis", "compare", "variant", "apply_to")
+            | given(options, "speeds", "time_max", "pitches_max")
+            | {"presliding": presliding}
+        )
+
+    def before(self, plan: Experiment, options: argparse.Namespace) -> str | None:
+        """Refuse a file that could not be written."""
+        from motionlab.studies.identify.report import check_target
+
+        if options.out is not None:
+            check_target(options.out)
+
+    def after(self, found: IdentificationDocument, options: argparse.Namespace) -> None:
+        """Write points or document to a file."""
+        from motionlab.studies.identify.report import write
+
+        if options.out is not None:
+            write(found, options.out)

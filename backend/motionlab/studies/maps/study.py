@@ -1,0 +1,161 @@
+"""Force maps by finite elements."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from motionlab.errors import ConfigError, FieldError
+from motionlab.studies.study import Bounds, Command, Models, Progress, Source, Study
+
+if TYPE_CHECKING:
+    from motionlab.design.fem.document import MapEntry, MapRequest
+    from motionlab.design.fem.force_map import ForceMap
+    from motionlab.store.maps import MapStore
+
+_EXAMPLES = """\
+examples:
+  motionlab map
+  motionlab map --preset preview --set g=0.4e-3
+  motionlab map --preset reference --out map.json
+  motionlab map --json --set tau=8e-3 --set p=4e-3
+  motionlab map --fit new-design
+
+Maps are kept under MOTIONLAB_DATA/maps (./data/maps) and found again.
+"""
+
+
+class ComputeMap(Study["MapRequest", "ForceMap"]):
+    """Compute a force map as a job; one that was computed before is answered at once."""
+
+    kind = "map"
+    path = "/maps"
+    operation = "computeMap"
+    tag = "maps"
+    report_name = "MapJob"
+    bodies = ({"preset": "default", "geometry": {"g": 0.4e-3}},)
+    keeps = True
+    command = Command(
+        name="map",
+        help="compute a force map by finite elements",
+        description="Compute co-energy, thrust and normal force of one phase over position and "
+        "current, by 2-D nonlinear magnetostatics. The default geometry is the paper's; "
+        "docs/maps.md lists the fields.",
+        examples=_EXAMPLES,
+        scenario=None,
+        set="change a field of the geometry, SI (repeatable, all applied together)",
+        title="force map",
+    )
+
+    def models(self) -> Models:
+        """Return the types of request and document."""
+        from motionlab.design.fem.document import MapEntry, MapRequest
+
+        return Models(MapRequest, MapEntry)
+
+    def plan(self, request: Mapping[str, Any], source: Source | None = None) -> MapRequest:
+        """Return geometry and preset; see `Study.plan`."""
+        from motionlab.config.validation_errors import checked
+        from motionlab.design.fem.document import MapRequest
+
+        return checked(MapRequest, request, "map")
+
+    def excess(self, plan: MapRequest, bounds: Bounds) -> list[FieldError]:
+        """Bound the nodes of the mesh."""
+        from motionlab.studies.maps.compute import too_many_nodes
+
+        return too_many_nodes(plan.geometry, plan.preset, bounds.map_vertices_max)
+
+    def kept(self, plan: MapRequest) -> ForceMap | None:
+        """Return the map that was computed before, or refuse another where there is no room."""
+        found = _store().find(plan.geometry, plan.preset)
+        if found is None:
+            _store().check_room()
+        return found
+
+    def run(self, plan: MapRequest, progress: Progress) -> ForceMap:
+        """Compute the map and keep it."""
+        from motionlab.studies.maps.compute import computed_or_kept
+
+        return computed_or_kept(_store(), plan.geometry, plan.preset, progress=progress)[0]
+
+    def document(self, found: ForceMap) -> MapEntry:
+        """Return what is told of the map without its tables."""
+        from motionlab.design.fem.document import entry
+
+        return entry(found, name=found.document.content_hash, shipped=False)
+
+    def report(self, found: ForceMap) -> str:
+        """Return peaks and published values as a table."""
+        from motionlab.design.fem.report import report
+
+        return report(found)
+
+    def text(self, found: ForceMap) -> str:
+        """Return the map's file."""
+        return found.text().rstrip("\n")
+
+    def add_options(self, parser: argparse.ArgumentParser) -> None:
+        """Add preset, fit and the file to write."""
+        parser.add_argument(
+            "--preset",
+            choices=("preview", "default", "reference"),
+            default="default",
+            help="preview: a magnetic circuit, at once; default; reference: finer, minutes "
+            "(%(default)s)",
+        )
+        parser.add_argument(
+            "--fit",
+            metavar="NAME",
+            help="instead, fit the analytic map to the table of that name, for a controller's "
+            "model",
+        )
+        parser.add_argument("--out", metavar="FILE", help="write the map to FILE, .json")
+
+    def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
+        """Return the request that options make."""
+        from motionlab.design.fem.geometry import geometry
+
+        geometry(changes)  # so that errors name fields as --set does
+        return {"preset": options.preset, "geometry": changes}
+
+    def before(self, plan: MapRequest, options: argparse.Namespace) -> str | None:
+        """Return the fit where one is asked for; refuse a file that could not be written."""
+        from motionlab.store.maps import check_target
+
+        if options.fit is not None:
+            return _fit(options)
+        if options.out is not None:
+            check_target(options.out)
+        if _store().find(plan.geometry, plan.preset) is not None:
+            print("motionlab: this map was computed before", file=sys.stderr)
+        return None
+
+    def after(self, found: ForceMap, options: argparse.Namespace) -> None:
+        """Write the map to a file."""
+        from motionlab.store.maps import save
+
+        if options.out is not None:
+            save(found, Path(options.out))
+
+
+def _store() -> MapStore:
+    from motionlab.store.files import data_root
+    from motionlab.store.maps import MapStore
+
+    return MapStore(data_root() / "maps")
+
+
+def _fit(options: argparse.Namespace) -> str:
+    from motionlab.studies.sharing.report import fit_report
+    from motionlab.studies.sharing.sharing import fit
+
+    if options.assignments or options.out is not None:
+        wrong = "--set" if options.assignments else "--out"
+        raise ConfigError(FieldError(wrong, "does not go with --fit, which reads a stored map"))
+    found = fit(options.fit)
+    return json.dumps(found.model_dump(), allow_nan=False) if options.json else fit_report(found)

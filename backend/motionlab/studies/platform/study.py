@@ -1,0 +1,95 @@
+"""Bending of a moving platform under the movers' normal forces."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from motionlab.studies.study import Command, Models, Progress, Source, Study
+
+if TYPE_CHECKING:
+    from motionlab.design.plate.document import PlatformDocument
+    from motionlab.design.plate.inputs import PlatformRequest
+
+_EXAMPLES = """\
+examples:
+  motionlab platform
+  motionlab platform --axis x --json
+  motionlab platform --set new.rib_height=0.04 --set new.support=guides
+  motionlab platform --map new-design
+
+Lengths are in m, forces in N; docs/platform.md lists the fields.
+"""
+
+
+class Platform(Study["PlatformRequest", "PlatformDocument"]):
+    """Bend two designs of a moving platform under four movers' normal forces.
+
+    An empty table is the y platform with this project's shapes; the paper prints none.
+    """
+
+    kind = "platform"
+    path = "/design/platform"
+    operation = "bendPlatform"
+    tag = "design"
+    bodies = (
+        {"axis": "x"},
+        {"axis": "y", "new": {"rib_height": 0.04}},
+    )
+    direct = True
+    command = Command(
+        name="platform",
+        help="bend a moving platform under normal forces",
+        description="Bend two designs of a ribbed platform under four movers' normal forces, by "
+        "plate elements, and tell what is left of the air gap.",
+        examples=_EXAMPLES,
+        scenario=None,
+        set="change a field of previous, new or load, or cells, SI (repeatable, all applied "
+        "together)",
+    )
+
+    def models(self) -> Models:
+        """Return the types of request and document."""
+        from motionlab.design.plate.document import PlatformDocument
+        from motionlab.design.plate.inputs import PlatformRequest
+
+        return Models(PlatformRequest, PlatformDocument)
+
+    def plan(self, request: Mapping[str, Any], source: Source | None = None) -> PlatformRequest:
+        """Return both shapes and the load, checked; see `Study.plan`."""
+        from motionlab.design.plate.inputs import read_platform_request
+
+        return read_platform_request(request)
+
+    def run(self, plan: PlatformRequest, progress: Progress) -> PlatformDocument:
+        """Bend both platforms."""
+        from motionlab.design.plate.document import platform
+        from motionlab.store.maps import named_map
+
+        return platform(plan, None if plan.map is None else named_map(plan.map.name, "map"))
+
+    def report(self, found: PlatformDocument) -> str:
+        """Return deflections and gaps as tables."""
+        from motionlab.design.plate.report import report
+
+        return report(found)
+
+    def add_options(self, parser: argparse.ArgumentParser) -> None:
+        """Add axis and force map."""
+        parser.add_argument(
+            "--axis", choices=("x", "y"), default="y", help="whose default shapes (%(default)s)"
+        )
+        parser.add_argument(
+            "--map",
+            metavar="NAME",
+            help="take the forces from a force map, shipped or computed: they grow as the gap "
+            "closes",
+        )
+
+    def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
+        """Return the request that options make."""
+        from motionlab.config.changes import as_tables
+
+        given = {"axis": options.axis} | ({"map.name": options.map} if options.map else {})
+        return as_tables(given | changes)

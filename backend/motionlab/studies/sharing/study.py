@@ -1,0 +1,88 @@
+"""Force sharing over one pole pitch."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from motionlab.studies.study import Command, Models, Progress, Source, Study
+
+if TYPE_CHECKING:
+    from motionlab.studies.sharing.sharing import SharingDocument, SharingRequest
+
+_EXAMPLES = """\
+examples:
+  motionlab sharing
+  motionlab sharing --set force=5 --set resistance=1.5
+  motionlab sharing --set controller=new-design --set law=force-per-ampere --json
+  motionlab sharing --set controller=nominal --set plant=new-design
+
+Values are SI; docs/sharing.md lists the fields.
+"""
+
+
+class Sharing(Study["SharingRequest", "SharingDocument"]):
+    """Share a force among the phases over one pole pitch: currents, forces, ripple, copper loss.
+
+    An empty table is 20 N on the nominal motor.
+    """
+
+    kind = "sharing"
+    path = "/design/sharing"
+    operation = "shareForce"
+    tag = "design"
+    bodies = (
+        {"force": 20.0},
+        {"controller": "nominal", "plant": "new-design", "law": "force-per-ampere"},
+    )
+    direct = True
+    light = True
+    command = Command(
+        name="sharing",
+        help="share a force among the phases over one pole pitch",
+        description="Share a force among the phases over one pole pitch by each law: ripple, "
+        "copper loss, reachable force. The controller's map and the plant's may differ. With "
+        "--json, of one law.",
+        examples=_EXAMPLES,
+        scenario=None,
+        set="change a field of the request (repeatable, all applied together)",
+    )
+
+    def models(self) -> Models:
+        """Return the types of request and document."""
+        from motionlab.studies.sharing.sharing import SharingDocument, SharingRequest
+
+        return Models(SharingRequest, SharingDocument)
+
+    def plan(self, request: Mapping[str, Any], source: Source | None = None) -> SharingRequest:
+        """Return the request, checked; see `Study.plan`."""
+        from motionlab.config.validation_errors import checked
+        from motionlab.studies.sharing.sharing import SharingRequest
+
+        return checked(SharingRequest, request, "sharing")
+
+    def run(self, plan: SharingRequest, progress: Progress) -> SharingDocument:
+        """Share the force at every position."""
+        from motionlab.studies.sharing.sharing import sharing
+
+        return sharing(plan)
+
+    def report(self, found: SharingDocument) -> str:
+        """Return the law's figures as a table."""
+        from motionlab.studies.sharing.report import report
+
+        return report([found])
+
+    def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
+        """Return the request that ``--set`` makes."""
+        return changes
+
+    def before(self, plan: SharingRequest, options: argparse.Namespace) -> str | None:
+        """Return every law beside the others, unless one or a document is asked for."""
+        from motionlab.studies.sharing.report import report
+        from motionlab.studies.sharing.sharing import LAWS, sharing
+
+        if options.json or "law" in plan.model_fields_set:
+            return None
+        return report([sharing(plan.model_copy(update={"law": law})) for law in LAWS])

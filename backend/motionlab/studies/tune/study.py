@@ -1,0 +1,235 @@
+"""The search for gains, and the cost over the plane of gains."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from motionlab.errors import ConfigError, FieldError
+from motionlab.studies.study import Bounds, Command, Models, Progress, Source, Study, above
+
+if TYPE_CHECKING:
+    from motionlab.studies.tune.document import LandscapeDocument, TuneDocument
+    from motionlab.studies.tune.problem import Problem
+
+_EXAMPLES = """\
+examples:
+  motionlab tune circle
+  motionlab tune circle --variant B --axis x --objective peak --json
+  motionlab tune circle --plants as-measured matched --objective rms,effort=0.1
+  motionlab tune circle --constraint phase_margin=0.7 --constraint gain_margin=3
+  motionlab tune stair-y-50mm --objective settling --bounds k_p=1e5:1e7
+  motionlab tune --set variants.B.controller=lugre-full --also disturbance_observer.bandwidth=10:200
+
+Gains are SI: k_p in N/m, k_d in N s/m. docs/tune.md says what each objective and constraint is.
+"""
+
+
+def _excess(problem: Problem, bounds: Bounds) -> list[FieldError]:
+    """Bound the simulated time of one trial and of all."""
+    one = "one trial takes too long a simulated time"
+    every = "simulated time of all trials is too large for one request"
+    return [
+        *above(round(problem.own.seconds), bounds.direct_max, loc="window", message=one),
+        *above(round(problem.seconds), bounds.trials_max, loc="scenario", message=every),
+    ]
+
+
+class Tune(Study["Problem", "TuneDocument"]):
+    """Search gains by the simplex of Nelder and Mead, from several starts.
+
+    The job's report carries what each start has evaluated, and at the end the candidates.
+    """
+
+    kind = "tune"
+    path = "/tune"
+    operation = "tune"
+    tag = "tune"
+    report_name = "TuningJob"
+    bodies = ({"scenario": "circle", "axis": "x", "objective": {"rms": 1.0}},)
+    batches = True
+    command = Command(
+        name="tune",
+        help="search a controller's gains by the simplex",
+        description="Search k_p and k_d of a variant by the simplex of Nelder and Mead, in their "
+        "logarithms, from several starts, under constraints on margins and limits.",
+        examples=_EXAMPLES,
+        title="tuning",
+    )
+
+    def models(self) -> Models:
+        """Return the types of request, document and partial result."""
+        from motionlab.studies.tune.document import PartialTuning, TuneDocument
+        from motionlab.studies.tune.request import TuneRequest
+
+        return Models(TuneRequest, TuneDocument, PartialTuning)
+
+    def plan(self, request: Mapping[str, Any], source: Source | None = None) -> Problem:
+        """Return what is to be tuned; see `Study.plan`."""
+        from motionlab.studies.tune.problem import plan
+        from motionlab.studies.tune.request import TuneRequest, read_request
+
+        return plan(read_request(TuneRequest, request), source)
+
+    def excess(self, plan: Problem, bounds: Bounds) -> list[FieldError]:
+        """Bound the simulated time of one trial and of all."""
+        return _excess(plan, bounds)
+
+    def run(self, plan: Problem, progress: Progress) -> TuneDocument:
+        """Search for gains."""
+        from motionlab.studies.tune.search import tune
+
+        return tune(plan, progress)
+
+    def report(self, found: TuneDocument) -> str:
+        """Return starts and candidates as tables."""
+        from motionlab.studies.tune.report import report
+
+        return report(found)
+
+    def add_options(self, parser: argparse.ArgumentParser) -> None:
+        """Add objective, constraints, bounds and the effort of the search."""
+        repeatable: dict[str, Any] = {"action": "append", "default": []}
+        parser.add_argument("--variant", help="whose gains (the second variant, or the only one)")
+        parser.add_argument(
+            "--axis", choices=("x", "y", "both"), default="both", help="which axis (%(default)s)"
+        )
+        parser.add_argument(
+            "--objective",
+            metavar="METRIC[=WEIGHT],...",
+            default="rms",
+            help="what is to be small: peak, rms, itae, settling, effort, or a weighted sum of "
+            "them (%(default)s)",
+        )
+        parser.add_argument(
+            "--constraint",
+            dest="constraints",
+            metavar="NAME=LIMIT",
+            help="gain_margin (2), phase_margin (0.5236 rad), Ms, saturated (0), force (N); off "
+            "leaves one out (repeatable)",
+            **repeatable,
+        )
+        parser.add_argument(
+            "--bounds",
+            metavar="GAIN=LOW:HIGH",
+            help="between which gains is searched: k_p (1e4:3e7), k_d (1e2:1e5) (repeatable)",
+            **repeatable,
+        )
+        parser.add_argument(
+            "--also",
+            metavar="PATH=LOW:HIGH",
+            help="search a further number of the controller, such as "
+            "disturbance_observer.bandwidth (repeatable)",
+            **repeatable,
+        )
+        parser.add_argument("--starts", type=int, default=4, help="starts (%(default)s)")
+        parser.add_argument(
+            "--evaluations", type=int, default=200, help="of a start at most (%(default)s)"
+        )
+        parser.add_argument(
+            "--plants",
+            metavar="MOTOR",
+            nargs="+",
+            default=[],
+            help="shipped motors on which the gains must do as well; the worst one counts",
+        )
+        parser.add_argument(
+            "--window",
+            metavar=("START", "END"),
+            type=float,
+            nargs=2,
+            help="part of the run that is judged, s; a run ends with it",
+        )
+
+    def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
+        """Return the request that options make."""
+        from motionlab.config.changes import split_pairs
+
+        constraints = split_pairs(options.constraints, "--constraint", "NAME=LIMIT")
+        bounds = split_pairs(options.bounds, "--bounds", "GAIN=LOW:HIGH")
+        also = split_pairs(options.also, "--also", "PATH=LOW:HIGH")
+        request = super().request_of(options, changes) | {
+            "variant": options.variant,
+            "axis": options.axis,
+            "objective": _weights(options.objective),
+            "constraints": {
+                name: None if text == "off" else _number(text, f"constraints.{name}")
+                for name, text in constraints.items()
+            },
+            "bounds": {name: _range(text, f"bounds.{name}") for name, text in bounds.items()},
+            "also": {path: _range(text, f"also.{path}") for path, text in also.items()},
+            "starts": options.starts,
+            "evaluations": options.evaluations,
+            "plants": options.plants,
+        }
+        if options.window is not None:
+            request["window"] = dict(zip(("start", "end"), options.window, strict=True))
+        return request
+
+
+class Landscape(Study["Problem", "LandscapeDocument"]):
+    """Map the cost over k_p and k_d, with the stability boundary of the linearised loop.
+
+    The job's report carries a coarse map first, then finer ones.
+    """
+
+    kind = "landscape"
+    path = "/landscape"
+    operation = "landscape"
+    tag = "tune"
+    report_name = "LandscapeJob"
+    bodies = ({"scenario": "circle", "points": 32},)
+    batches = True
+
+    def models(self) -> Models:
+        """Return the types of request, document and partial result."""
+        from motionlab.studies.tune.document import LandscapeDocument, PartialLandscape
+        from motionlab.studies.tune.request import LandscapeRequest
+
+        return Models(LandscapeRequest, LandscapeDocument, PartialLandscape)
+
+    def plan(self, request: Mapping[str, Any], source: Source | None = None) -> Problem:
+        """Return what is to be mapped; see `Study.plan`."""
+        from motionlab.studies.tune.problem import plan
+        from motionlab.studies.tune.request import LandscapeRequest, read_request
+
+        return plan(read_request(LandscapeRequest, request), source)
+
+    def excess(self, plan: Problem, bounds: Bounds) -> list[FieldError]:
+        """Bound the simulated time of one trial and of all."""
+        return _excess(plan, bounds)
+
+    def run(self, plan: Problem, progress: Progress) -> LandscapeDocument:
+        """Map the cost, coarse at first, then finer."""
+        from motionlab.studies.tune.landscape import landscape
+
+        return landscape(plan, progress)
+
+
+def _weights(text: str) -> dict[str, float]:
+    weights: dict[str, float] = {}
+    for part in text.split(","):
+        metric, equals, weight = (word.strip() for word in part.partition("="))
+        if metric in weights:
+            raise ConfigError(FieldError("--objective", f"names {metric} twice", text))
+        weights[metric] = _number(weight, f"objective.{metric}") if equals else 1.0
+    return weights
+
+
+def _range(text: str, loc: str) -> list[float]:
+    ends = text.split(":")
+    if len(ends) != 2:
+        raise ConfigError(FieldError(loc=loc, message="needs LOW:HIGH", value=text))
+    return [_number(end, loc) for end in ends]
+
+
+def _number(text: str, loc: str) -> float:
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise ConfigError(FieldError(loc=loc, message="must be a finite number", value=text))
+    return number
