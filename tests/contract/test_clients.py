@@ -45,7 +45,7 @@ def test_every_accepted_job_is_of_one_kind() -> None:
             kinds[path.rpartition("/")[2]] = report["properties"]["kind"]["const"]
     assert kinds == {
         "simulate": "simulate",
-        "sweep": "sweep",
+        "sweep": "frequency-sweep",
         "maps": "map",
         "identify": "identify",
         "montecarlo": "monte-carlo",

@@ -12,7 +12,8 @@ import pytest
 from pydantic import BaseModel
 
 from motionlab.cli import main
-from motionlab.design.design import design, from_assignments
+from motionlab.config.changes import as_tables
+from motionlab.design.design import design
 from motionlab.design.document import AxisRating, DesignDocument, Rating, Reading, Sizing
 from motionlab.design.inputs import Axis, AxisX, AxisY, Choices, DesignRequest, Dimensions
 from motionlab.service.app import create_app
@@ -208,7 +209,7 @@ def test_bad_input(what: str, capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize("what", [what for what in BAD if what != TWICE])
 def test_bad_input_over_rest(client: httpx.Client, what: str) -> None:
     changes, words = BAD[what]
-    content = json.dumps(from_assignments(changes))  # NaN and Infinity included
+    content = json.dumps(as_tables(changes))  # NaN and Infinity included
     answer = client.post(
         "/api/v1/design", content=content, headers={"content-type": "application/json"}
     )

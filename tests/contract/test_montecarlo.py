@@ -17,9 +17,9 @@ from motionlab.service.settings import Settings
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run
+from motionlab.studies.montecarlo.cases import plan, run_cases
 from motionlab.studies.montecarlo.document import MonteCarloDocument
 from motionlab.studies.montecarlo.request import read_request
-from motionlab.studies.montecarlo.cases import plan, run_cases
 from tests.service.live import API, until
 from tests.service.servers import PATIENCE, Server
 

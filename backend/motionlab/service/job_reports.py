@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import operator
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, TypeAdapter, create_model
 
@@ -18,7 +18,10 @@ _MODELS = {"simulate": ("SimulationJob", Models(BaseModel, ResultDocument))} | {
     study.kind: (study.report_name, study.models()) for study in STUDIES if not study.direct
 }
 
-Kind = Literal[tuple(_MODELS)]  # pyright: ignore[reportInvalidTypeForm]
+if TYPE_CHECKING:
+    Kind = str
+else:
+    Kind = Literal[tuple(_MODELS)]
 
 
 class _Job(BaseModel):

@@ -40,10 +40,17 @@ class Models(NamedTuple):
 class Bounds(Protocol):
     """What a server allows one request; `motionlab.service.settings.Settings` has the numbers."""
 
-    direct_max: float
-    work_max: float
-    trials_max: float
-    map_vertices_max: int
+    @property
+    def direct_max(self) -> float: ...  # noqa: D102
+
+    @property
+    def work_max(self) -> float: ...  # noqa: D102
+
+    @property
+    def trials_max(self) -> float: ...  # noqa: D102
+
+    @property
+    def map_vertices_max(self) -> int: ...  # noqa: D102
 
 
 class Command(NamedTuple):

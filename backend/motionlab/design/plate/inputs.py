@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
 from motionlab.config.quantity import Config, quantity
 from motionlab.config.validation_errors import checked
@@ -152,6 +152,8 @@ class MapLoad(Config):
 
 class PlatformRequest(Config):
     """Two designs of one platform under the same normal forces."""
+
+    model_config = ConfigDict(json_schema_extra={"required": []})  # the axis has defaults
 
     axis: Axis = Field(default="y", description="Which platform's shapes are the defaults")
     previous: Shape

@@ -15,7 +15,7 @@ from motionlab.results.document import ResultDocument
 from motionlab.service.http.openapi_input import PATHS_MAX, Paths, ScenarioSource
 from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute
-from motionlab.service.job_reports import SimulationJob
+from motionlab.service.job_reports import REPORTS
 from motionlab.service.prometheus import Monitor
 from motionlab.service.routes.jobs import Asked, accepted, as_job
 from motionlab.service.settings import Settings
@@ -54,7 +54,7 @@ class SimulateRequest(BaseModel):
     operation_id="simulate",
     tags=["simulate"],
     response_model=ResultDocument,
-    responses={**accepted(SimulationJob), **responses(400, 413, 415, 422, 429, 503)},
+    responses={**accepted(REPORTS["simulate"]), **responses(400, 413, 415, 422, 429, 503)},
 )
 async def simulate(
     request: Request,

@@ -29,15 +29,17 @@ def _endpoint(study: Study[Any, Any]) -> Callable[..., Any]:
     described = (Described if has_scenario else DescribedTable)(request_model)
     kind = study.kind
     of_kind = functools.partial(run, kind=kind)
-    AsBody = Annotated[dict[str, Any], described, Body(examples=list(study.bodies))]
 
-    async def at_once(request: Request, body: AsBody) -> Response:
+    async def at_once(request: Request, body: dict[str, Any]) -> Response:
         return await computed(request, answer, kind, body, light=study.light)
 
-    async def as_a_job(request: Request, body: AsBody) -> Response:
+    async def as_a_job(request: Request, body: dict[str, Any]) -> Response:
         return await as_job(request, kind, of_kind, check, kind, body, batches=study.batches)
 
-    return at_once if study.direct else as_a_job
+    endpoint = at_once if study.direct else as_a_job
+    as_body = Annotated[dict[str, Any], described, Body(examples=list(study.bodies))]
+    endpoint.__annotations__["body"] = as_body
+    return endpoint
 
 
 def planned(kind: str, body: dict[str, Any], bounds: Settings) -> Any:
@@ -75,6 +77,11 @@ def run(call: Call, body: dict[str, Any], bounds: Settings, *, kind: str) -> Any
     return study.document(study.run(planned(kind, body, bounds), call.progress))
 
 
+def _summary(study: Study[Any, Any]) -> str:
+    text = study.kind.replace("-", " ") if study.command is None else study.command.help
+    return text[0].upper() + text[1:]
+
+
 for _study in STUDIES:
     _refused = responses(400, 413, 415, 422, 429, 503, *((507,) if _study.keeps else ()))
     _document = _study.models().document
@@ -83,7 +90,7 @@ for _study in STUDIES:
         _endpoint(_study),
         methods=["POST"],
         operation_id=_study.operation,
-        summary=_study.command.help.capitalize() if _study.command else None,
+        summary=_summary(_study),
         description=inspect.getdoc(type(_study)),
         tags=[_study.tag],
         status_code=200 if _study.direct or _study.keeps else 202,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
@@ -10,6 +11,7 @@ from pydantic import Field, model_validator
 from motionlab.config.plant import OURS, PAPER
 from motionlab.config.quantity import Config, quantity
 from motionlab.config.scenario import VariantName
+from motionlab.config.validation_errors import checked
 
 SPEEDS = tuple(float(f"{v:.4g}") for v in np.geomspace(0.5e-3, 0.15, 32))
 """Speeds of the uniform motions, m/s: 0.5 to 150 mm/s, each as far from the next in ratio."""
@@ -123,3 +125,8 @@ class IdentifyRequest(Config):
     def axes(self) -> tuple[str, ...]:
         """The axes, in order."""
         return ("x", "y") if self.axis == "both" else (self.axis,)
+
+
+def read_request(request: Mapping[str, Any]) -> IdentifyRequest:
+    """Return a request, checked; raise ConfigError naming every field that is wrong."""
+    return checked(IdentifyRequest, request, "identify")

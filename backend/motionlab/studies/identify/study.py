@@ -60,11 +60,10 @@ class Identify(Study["Experiment", "IdentificationDocument"]):
 
     def plan(self, request: Mapping[str, Any], source: Source | None = None) -> Experiment:
         """Return the motions of the experiment; see `Study.plan`."""
-        from motionlab.config.validation_errors import checked
         from motionlab.studies.identify.plan import plan
-        from motionlab.studies.identify.request import IdentifyRequest
+        from motionlab.studies.identify.request import read_request
 
-        return plan(checked(IdentifyRequest, request, "identify"), source)
+        return plan(read_request(request), source)
 
     def excess(self, plan: Experiment, bounds: Bounds) -> list[FieldError]:
         """Bound the simulated time of all motions."""

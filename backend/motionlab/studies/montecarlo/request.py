@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
 from motionlab.config.quantity import OURS, Config, quantity
+from motionlab.config.validation_errors import checked
 
 CASES_MAX = 5000
 
@@ -129,3 +131,8 @@ class MonteCarloRequest(Config):
         if twice is not None:
             raise ValueError(f"{twice} is varied twice")
         return self
+
+
+def read_request(request: Mapping[str, Any]) -> MonteCarloRequest:
+    """Return a request, checked; raise ConfigError naming every field that is wrong."""
+    return checked(MonteCarloRequest, request, "montecarlo")

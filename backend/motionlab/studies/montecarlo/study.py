@@ -61,11 +61,10 @@ class MonteCarlo(Study["Cases", "MonteCarloDocument"]):
 
     def plan(self, request: Mapping[str, Any], source: Source | None = None) -> Cases:
         """Return the plants that are drawn; see `Study.plan`."""
-        from motionlab.config.validation_errors import checked
         from motionlab.studies.montecarlo.cases import plan
-        from motionlab.studies.montecarlo.request import MonteCarloRequest
+        from motionlab.studies.montecarlo.request import read_request
 
-        return plan(checked(MonteCarloRequest, request, "montecarlo"), source)
+        return plan(read_request(request), source)
 
     def excess(self, plan: Cases, bounds: Bounds) -> list[FieldError]:
         """Bound the simulated time of all cases."""

@@ -669,28 +669,6 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/v1/loop/sweep": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Sweep Loop
-         * @description Measure the loop of one axis by a frequency sweep of the simulation, as a job.
-         *
-         *     A slow motion goes on meanwhile. The job's report carries the points as they arrive.
-         */
-        post: operations["sweepLoop"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
     "/api/v1/design": {
         parameters: {
             query?: never;
@@ -701,7 +679,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Size Motor
+         * Size a motor, and rate its dimensions
          * @description Size a motor by the paper's equations (1) to (14), as printed beside corrected.
          *
          *     An empty table is the paper's example.
@@ -713,7 +691,7 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/v1/design/platform": {
+    "/api/v1/identify": {
         parameters: {
             query?: never;
             header?: never;
@@ -723,19 +701,19 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Bend Platform
-         * @description Bend two designs of a moving platform under four movers' normal forces.
+         * Identify a motor's friction
+         * @description Identify friction by uniform motions and force ramps on the simulated motor.
          *
-         *     An empty table is the y platform with this project's shapes; the paper prints none.
+         *     The job's report carries the points measured so far, and at the end what is fitted to them.
          */
-        post: operations["bendPlatform"];
+        post: operations["identify"];
         delete?: never;
         options?: never;
         head?: never;
         patch?: never;
         trace?: never;
     };
-    "/api/v1/design/sharing": {
+    "/api/v1/tune": {
         parameters: {
             query?: never;
             header?: never;
@@ -745,32 +723,79 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Share Force
-         * @description Share a force among the phases over one pole pitch: currents, forces, ripple, copper loss.
+         * Search a controller's gains by the simplex
+         * @description Search gains by the simplex of Nelder and Mead, from several starts.
          *
-         *     An empty table is 20 N on the nominal motor.
+         *     The job's report carries what each start has evaluated, and at the end the candidates.
          */
-        post: operations["shareForce"];
+        post: operations["tune"];
         delete?: never;
         options?: never;
         head?: never;
         patch?: never;
         trace?: never;
     };
-    "/api/v1/maps/{name}/fit": {
+    "/api/v1/landscape": {
         parameters: {
             query?: never;
             header?: never;
             path?: never;
             cookie?: never;
         };
-        /**
-         * Fit Map
-         * @description Fit the analytic map's F_pk, I_knee, h_2 and h_3 to a table.
-         */
-        get: operations["fitMap"];
+        get?: never;
         put?: never;
-        post?: never;
+        /**
+         * Landscape
+         * @description Map the cost over k_p and k_d, with the stability boundary of the linearised loop.
+         *
+         *     The job's report carries a coarse map first, then finer ones.
+         */
+        post: operations["landscape"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/montecarlo": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Run a scenario on many plausible plants
+         * @description Run every controller of a scenario on many plausible plants.
+         *
+         *     The job ends with quantiles of every metric, bands of the following error over time, how likely
+         *     the spec is met, and the worst cases with what makes them.
+         */
+        post: operations["monteCarlo"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/loop/sweep": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Frequency sweep
+         * @description Measure the loop of one axis by a frequency sweep of the simulation, as a job.
+         *
+         *     A slow motion goes on meanwhile. The job's report carries the points as they arrive.
+         */
+        post: operations["sweepLoop"];
         delete?: never;
         options?: never;
         head?: never;
@@ -791,10 +816,76 @@ export interface paths {
         get: operations["listMaps"];
         put?: never;
         /**
-         * Compute Map
+         * Compute a force map by finite elements
          * @description Compute a force map as a job; one that was computed before is answered at once.
          */
         post: operations["computeMap"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/design/sharing": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Share a force among the phases over one pole pitch
+         * @description Share a force among the phases over one pole pitch: currents, forces, ripple, copper loss.
+         *
+         *     An empty table is 20 N on the nominal motor.
+         */
+        post: operations["shareForce"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/design/platform": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Bend a moving platform under normal forces
+         * @description Bend two designs of a moving platform under four movers' normal forces.
+         *
+         *     An empty table is the y platform with this project's shapes; the paper prints none.
+         */
+        post: operations["bendPlatform"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/reproduce": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Compute the paper's numbers and compare them
+         * @description Compute the paper's numbers and compare them.
+         *
+         *     The job's report carries the rows as they are judged.
+         */
+        post: operations["reproduce"];
         delete?: never;
         options?: never;
         head?: never;
@@ -885,22 +976,20 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/v1/identify": {
+    "/api/v1/maps/{name}/fit": {
         parameters: {
             query?: never;
             header?: never;
             path?: never;
             cookie?: never;
         };
-        get?: never;
-        put?: never;
         /**
-         * Identify Friction
-         * @description Identify friction by uniform motions and force ramps on the simulated motor.
-         *
-         *     The job's report carries the points measured so far, and at the end what is fitted to them.
+         * Fit Map
+         * @description Fit the analytic map's F_pk, I_knee, h_2 and h_3 to a table.
          */
-        post: operations["identify"];
+        get: operations["fitMap"];
+        put?: never;
+        post?: never;
         delete?: never;
         options?: never;
         head?: never;
@@ -927,29 +1016,6 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/v1/montecarlo": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Monte Carlo
-         * @description Run every controller of a scenario on many plausible plants.
-         *
-         *     The job ends with quantiles of every metric, bands of the following error over time, how likely
-         *     the spec is met, and the worst cases with what makes them.
-         */
-        post: operations["monteCarlo"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
     "/api/v1/paper": {
         parameters: {
             query?: never;
@@ -964,72 +1030,6 @@ export interface paths {
         get: operations["getPaper"];
         put?: never;
         post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/reproduce": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Reproduce Paper
-         * @description Compute the paper's numbers and compare them.
-         *
-         *     The job's report carries the rows as they are judged.
-         */
-        post: operations["reproduce"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/tune": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Tune Gains
-         * @description Search gains by the simplex of Nelder and Mead, from several starts.
-         *
-         *     The job's report carries what each start has evaluated, and at the end the candidates.
-         */
-        post: operations["tune"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/landscape": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Gain Landscape
-         * @description Map the cost over k_p and k_d, with the edge of stability of the linearised loop.
-         *
-         *     The job's report carries a coarse map first, then finer ones.
-         */
-        post: operations["landscape"];
         delete?: never;
         options?: never;
         head?: never;
@@ -2964,6 +2964,70 @@ export interface components {
             y: number;
         };
         /**
+         * FrequencySweepJob
+         * @description A job of the kind frequency-sweep.
+         */
+        FrequencySweepJob: {
+            /**
+             * Id
+             * @description Identifier, part of its URL
+             */
+            id: string;
+            /**
+             * State
+             * @description queued, running, done, failed, cancelled, or interrupted by the server's end
+             * @enum {string}
+             */
+            state: "queued" | "running" | "done" | "failed" | "cancelled" | "interrupted";
+            /**
+             * Progress
+             * @description Share of the work that is done, 0 to 1
+             */
+            progress: number;
+            /**
+             * Created
+             * Format: date-time
+             * @description When it was asked for
+             */
+            created: string;
+            /**
+             * Elapsed
+             * @description Time that it has run, s
+             */
+            elapsed: number;
+            /**
+             * Remaining
+             * @description Estimate of the time that it still needs, s
+             */
+            remaining: number | null;
+            /**
+             * Request
+             * @description Body of the request that asked for it
+             */
+            request: {
+                [key: string]: unknown;
+            };
+            /**
+             * Error
+             * @description Why a job failed or was interrupted
+             */
+            error: string | null;
+            /**
+             * Unrecorded
+             * @description Why there is no record of it beyond the server's end
+             */
+            unrecorded?: string | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "frequency-sweep";
+            /** @description Results so far, of a job that is running */
+            partial?: components["schemas"]["SweepDocument"] | null;
+            /** @description Results of a job that is done */
+            result?: components["schemas"]["SweepDocument"] | null;
+        };
+        /**
          * FrictionConfig
          * @description LuGre friction, eqs (20) to (22); the paper identifies its values in eqs (43) to (48).
          */
@@ -3267,7 +3331,7 @@ export interface components {
         };
         /**
          * IdentificationJob
-         * @description An identification of friction.
+         * @description A job of the kind identify.
          */
         IdentificationJob: {
             /**
@@ -3324,14 +3388,14 @@ export interface components {
              * @enum {string}
              */
             kind: "identify";
-            /** @description What is there so far, of a job that is looked at while it goes on */
+            /** @description Results so far, of a job that is running */
             partial?: components["schemas"]["PartialIdentification"] | null;
-            /** @description What came of a job that is done */
+            /** @description Results of a job that is done */
             result?: components["schemas"]["IdentificationDocument"] | null;
         };
         /**
          * JobSummary
-         * @description What is known of a job, without what comes of it.
+         * @description State of a job, without its results.
          */
         JobSummary: {
             /**
@@ -3385,10 +3449,10 @@ export interface components {
             unrecorded?: string | null;
             /**
              * Kind
-             * @description What it does
+             * @description Its study, or simulate
              * @enum {string}
              */
-            kind: "simulate" | "identify" | "map" | "reproduce" | "tune" | "landscape" | "sweep" | "monte-carlo";
+            kind: "simulate" | "identify" | "tune" | "landscape" | "monte-carlo" | "frequency-sweep" | "map" | "reproduce";
         };
         /**
          * JudgedRow
@@ -3614,7 +3678,7 @@ export interface components {
         };
         /**
          * LandscapeJob
-         * @description A map of the cost over gains.
+         * @description A job of the kind landscape.
          */
         LandscapeJob: {
             /**
@@ -3671,9 +3735,9 @@ export interface components {
              * @enum {string}
              */
             kind: "landscape";
-            /** @description What is there so far, of a job that is looked at while it goes on */
+            /** @description Results so far, of a job that is running */
             partial?: components["schemas"]["PartialLandscape"] | null;
-            /** @description What came of a job that is done */
+            /** @description Results of a job that is done */
             result?: components["schemas"]["LandscapeDocument"] | null;
         };
         /**
@@ -3948,7 +4012,7 @@ export interface components {
         };
         /**
          * MapJob
-         * @description A force map by finite elements.
+         * @description A job of the kind map.
          */
         MapJob: {
             /**
@@ -4007,10 +4071,10 @@ export interface components {
             kind: "map";
             /**
              * Partial
-             * @description Nothing
+             * @description Results so far, of a job that is running
              */
             partial?: null;
-            /** @description What came of a job that is done */
+            /** @description Results of a job that is done */
             result?: components["schemas"]["MapEntry"] | null;
         };
         /**
@@ -4186,7 +4250,7 @@ export interface components {
         };
         /**
          * MonteCarloJob
-         * @description A scenario on many plausible plants.
+         * @description A job of the kind monte-carlo.
          */
         MonteCarloJob: {
             /**
@@ -4245,10 +4309,10 @@ export interface components {
             kind: "monte-carlo";
             /**
              * Partial
-             * @description Nothing
+             * @description Results so far, of a job that is running
              */
             partial?: null;
-            /** @description What came of a job that is done */
+            /** @description Results of a job that is done */
             result?: components["schemas"]["MonteCarloDocument"] | null;
         };
         /**
@@ -4913,8 +4977,8 @@ export interface components {
              * @enum {string}
              */
             axis: "x" | "y";
-            previous: components["schemas"]["Shape"];
-            new: components["schemas"]["Shape"];
+            previous?: components["schemas"]["Shape"];
+            new?: components["schemas"]["Shape"];
             load?: components["schemas"]["Load"];
             /** @description Take the forces from a force map */
             map?: components["schemas"]["MapLoad"] | null;
@@ -5272,7 +5336,7 @@ export interface components {
         };
         /**
          * ReproduceJob
-         * @description The paper's numbers, computed.
+         * @description A job of the kind reproduce.
          */
         ReproduceJob: {
             /**
@@ -5329,27 +5393,10 @@ export interface components {
              * @enum {string}
              */
             kind: "reproduce";
-            /** @description What is there so far, of a job that is looked at while it goes on */
+            /** @description Results so far, of a job that is running */
             partial?: components["schemas"]["PartialReproduce"] | null;
-            /** @description What came of a job that is done */
+            /** @description Results of a job that is done */
             result?: components["schemas"]["ReproduceDocument"] | null;
-        };
-        /**
-         * ReproduceRequest
-         * @description Which of the paper's numbers are computed.
-         * @example {
-         *       "only": [
-         *         "sizing",
-         *         "rhombus-x"
-         *       ]
-         *     }
-         */
-        ReproduceRequest: {
-            /**
-             * Only
-             * @description Identifiers of rows or of groups; everything, with the errata, when empty
-             */
-            only?: ("sizing" | "forces" | "platforms" | "limits" | "stability" | "performance" | "friction" | "fig5" | "table1" | "motions" | "discussion" | "given" | "power" | "pole-pitch" | "tooth-width" | "slot-width" | "pitch-multiple" | "efficiency-range" | "mover-width" | "turns" | "electric-loading" | "flux-density" | "stack-length" | "mover-height" | "iron-path" | "thrust-fem" | "thrust-measured" | "normal-fem" | "normal-measured" | "thrust-two-phase" | "thrust-aligned" | "thrust-required" | "phases-at-once" | "force-error-thrust" | "force-error-elsewhere" | "force-error-normal" | "fem-currents" | "fem-current-step" | "fem-positions" | "platform-load" | "platform-movers" | "deformation-x-old" | "deformation-x-new" | "deformation-x-reduction" | "deformation-y-old" | "deformation-y-new" | "deformation-y-reduction" | "velocity-single-x" | "velocity-single-y" | "velocity-two-x" | "velocity-two-y" | "acceleration-x" | "acceleration-y" | "velocity-above-x" | "velocity-above-y" | "velocity-required-x" | "velocity-required-y" | "lyapunov-rate-x" | "lyapunov-bristle-x" | "published-k-x" | "lyapunov-rate-y" | "lyapunov-bristle-y" | "published-k-y" | "crossover-x" | "step-error-x" | "ramp-error-x" | "parabola-error-x" | "sine-amplitude-x" | "sine-phase-x" | "crossover-y" | "step-error-y" | "ramp-error-y" | "parabola-error-y" | "sine-amplitude-y" | "sine-phase-y" | "friction-x-sigma0" | "friction-x-sigma1" | "friction-x-sigma2" | "friction-x-fc" | "friction-x-fs" | "friction-x-vs" | "friction-y-sigma0" | "friction-y-sigma1" | "friction-y-sigma2" | "friction-y-fc" | "friction-y-fs" | "friction-y-vs" | "fig5-off-x" | "fig5-on-x" | "fig5-off-y" | "fig5-on-y" | "fig5-improvement-x" | "fig5-improvement-y" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y" | "rhombus-x" | "rhombus-y" | "pentagram-x" | "pentagram-y" | "y-velocity-range" | "y-acceleration-range" | "y-steady-state-trapezoid" | "y-steady-state-staircase" | "trapezoid-y-velocity-y" | "trapezoid-y-acceleration-y" | "stair-y-50mm-velocity-y" | "stair-y-50mm-acceleration-y" | "rhombus-velocity-x" | "rhombus-acceleration-x" | "rhombus-velocity-y" | "rhombus-acceleration-y" | "pentagram-velocity-x" | "pentagram-acceleration-x" | "pentagram-velocity-y" | "pentagram-acceleration-y" | "rhombus-all" | "pentagram-all" | "h2w-stroke-x" | "h2w-stroke-y" | "jung-stroke-x" | "jung-stroke-y" | "previous-stroke-x" | "previous-stroke-y" | "h2w-step" | "conveyor-stroke" | "conveyor-repeatability" | "zhu-error" | "zhu-step" | "jung-repeatability" | "previous-steady-state" | "previous-step" | "previous-tracking" | "previous-range" | "previous-pitch" | "previous-tooth-pairs" | "f-max" | "v-max" | "i-max" | "air-gap" | "tooth-pairs" | "field-strength" | "efficiency" | "duty-cycle" | "phases" | "platform-mass-x" | "mass-x" | "mass-y" | "gain-scale" | "stroke-x" | "stroke-y" | "encoders" | "encoder" | "encoder-rate" | "drives" | "processor-rate" | "control-period" | "current-limit" | "force-limit" | "circle-radius" | "switch-time" | "step-500nm" | "step-50mm" | "trapezoid-travel" | "rhombus-travel" | "pentagram-travel" | "motion-range" | "lap-frequency" | "gain-stair-x-500nm-x-p" | "gain-stair-x-500nm-x-d" | "gain-stair-y-500nm-y-p" | "gain-stair-y-500nm-y-d" | "gain-stair-y-50mm-y-p" | "gain-stair-y-50mm-y-d" | "gain-trapezoid-y-y-p" | "gain-trapezoid-y-y-d" | "gain-rhombus-x-p" | "gain-rhombus-x-d" | "gain-rhombus-y-p" | "gain-rhombus-y-d" | "gain-pentagram-x-p" | "gain-pentagram-x-d" | "gain-pentagram-y-p" | "gain-pentagram-y-d")[];
         };
         /**
          * Requirements
@@ -6227,7 +6274,7 @@ export interface components {
         };
         /**
          * SimulationJob
-         * @description A run of a scenario.
+         * @description A job of the kind simulate.
          */
         SimulationJob: {
             /**
@@ -6286,10 +6333,10 @@ export interface components {
             kind: "simulate";
             /**
              * Partial
-             * @description Nothing
+             * @description Results so far, of a job that is running
              */
             partial?: null;
-            /** @description What came of a job that is done */
+            /** @description Results of a job that is done */
             result?: components["schemas"]["ResultDocument"] | null;
         };
         /**
@@ -6822,70 +6869,6 @@ export interface components {
             linearised: components["schemas"]["ResponseDocument"];
         };
         /**
-         * SweepJob
-         * @description A frequency sweep of the simulated loop.
-         */
-        SweepJob: {
-            /**
-             * Id
-             * @description Identifier, part of its URL
-             */
-            id: string;
-            /**
-             * State
-             * @description queued, running, done, failed, cancelled, or interrupted by the server's end
-             * @enum {string}
-             */
-            state: "queued" | "running" | "done" | "failed" | "cancelled" | "interrupted";
-            /**
-             * Progress
-             * @description Share of the work that is done, 0 to 1
-             */
-            progress: number;
-            /**
-             * Created
-             * Format: date-time
-             * @description When it was asked for
-             */
-            created: string;
-            /**
-             * Elapsed
-             * @description Time that it has run, s
-             */
-            elapsed: number;
-            /**
-             * Remaining
-             * @description Estimate of the time that it still needs, s
-             */
-            remaining: number | null;
-            /**
-             * Request
-             * @description Body of the request that asked for it
-             */
-            request: {
-                [key: string]: unknown;
-            };
-            /**
-             * Error
-             * @description Why a job failed or was interrupted
-             */
-            error: string | null;
-            /**
-             * Unrecorded
-             * @description Why there is no record of it beyond the server's end
-             */
-            unrecorded?: string | null;
-            /**
-             * @description discriminator enum property added by openapi-typescript
-             * @enum {string}
-             */
-            kind: "sweep";
-            /** @description What is there so far, of a job that is looked at while it goes on */
-            partial?: components["schemas"]["SweepDocument"] | null;
-            /** @description What came of a job that is done */
-            result?: components["schemas"]["SweepDocument"] | null;
-        };
-        /**
          * TableMapConfig
          * @description A force map by finite elements, named; see docs/maps.md.
          */
@@ -7123,7 +7106,7 @@ export interface components {
         };
         /**
          * TuningJob
-         * @description A search for gains.
+         * @description A job of the kind tune.
          */
         TuningJob: {
             /**
@@ -7180,9 +7163,9 @@ export interface components {
              * @enum {string}
              */
             kind: "tune";
-            /** @description What is there so far, of a job that is looked at while it goes on */
+            /** @description Results so far, of a job that is running */
             partial?: components["schemas"]["PartialTuning"] | null;
-            /** @description What came of a job that is done */
+            /** @description Results of a job that is done */
             result?: components["schemas"]["TuneDocument"] | null;
         };
         /**
@@ -8341,7 +8324,7 @@ export interface operations {
         parameters: {
             query?: {
                 /** @description Only jobs of this kind */
-                kind?: ("simulate" | "identify" | "map" | "reproduce" | "tune" | "landscape" | "sweep" | "monte-carlo") | null;
+                kind?: ("simulate" | "identify" | "tune" | "landscape" | "monte-carlo" | "frequency-sweep" | "map" | "reproduce") | null;
             };
             header?: never;
             path?: never;
@@ -8432,7 +8415,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["SweepJob"] | components["schemas"]["MonteCarloJob"];
+                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["MonteCarloJob"] | components["schemas"]["FrequencySweepJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"];
                 };
             };
             /** @description Bad Request */
@@ -8518,7 +8501,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["SweepJob"] | components["schemas"]["MonteCarloJob"];
+                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["MonteCarloJob"] | components["schemas"]["FrequencySweepJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"];
                 };
             };
             /** @description Bad Request */
@@ -10820,204 +10803,6 @@ export interface operations {
             };
         };
     };
-    sweepLoop: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": {
-                    /**
-                     * Scenario
-                     * @default circle
-                     */
-                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
-                        /** @enum {string} */
-                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
-                        /**
-                         * Name
-                         * @description Short name
-                         * @default custom
-                         */
-                        name?: string;
-                        /**
-                         * Title
-                         * @description One line for people
-                         * @default
-                         */
-                        title?: string;
-                        /**
-                         * Description
-                         * @description What it shows and whose choice its numbers are
-                         * @default
-                         */
-                        description?: string;
-                        /**
-                         * Seed
-                         * @description Seed of every noise source
-                         * @default 2019
-                         */
-                        seed?: number;
-                        /**
-                         * Settling Band
-                         * @description Following error below which a move counts as settled
-                         * @default 0.000002
-                         */
-                        settling_band?: number;
-                        /**
-                         * Divergence Error
-                         * @description Following error beyond which a variant has diverged
-                         * @default 0.02
-                         */
-                        divergence_error?: number;
-                        plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
-                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
-                        variants?: {
-                            [key: string]: Record<string, never>;
-                        };
-                        load?: Record<string, never>;
-                        schedule?: Record<string, never>[];
-                        window?: Record<string, never> | null;
-                    } | unknown | unknown);
-                    /**
-                     * Set
-                     * @description Dotted path to value, SI
-                     */
-                    set?: {
-                        [key: string]: unknown;
-                    };
-                    /**
-                     * Variant
-                     * @description Whose gains; left out: the second variant, or the only one
-                     */
-                    variant?: string | null;
-                    /**
-                     * Axis
-                     * @description Axis
-                     * @default x
-                     * @enum {string}
-                     */
-                    axis?: "x" | "y";
-                    /**
-                     * Frequencies
-                     * @description Frequencies
-                     * @default [
-                     *       4,
-                     *       5.44,
-                     *       7.39,
-                     *       10,
-                     *       13.7,
-                     *       18.6,
-                     *       25.2,
-                     *       34.3,
-                     *       46.6,
-                     *       63.4,
-                     *       86.2,
-                     *       117,
-                     *       159,
-                     *       216,
-                     *       294,
-                     *       400
-                     *     ]
-                     */
-                    frequencies?: number[];
-                    /**
-                     * Velocity
-                     * @description Velocity of the slow motion that goes on meanwhile
-                     * @default 0.02
-                     */
-                    velocity?: number;
-                };
-            };
-        };
-        responses: {
-            /** @description Accepted as a job, at its Location */
-            202: {
-                headers: {
-                    Location?: string;
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["SweepJob"];
-                };
-            };
-            /** @description Bad Request */
-            400: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Unauthorized */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Forbidden */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Request Entity Too Large */
-            413: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Unsupported Media Type */
-            415: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Unprocessable Entity */
-            422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Too Many Requests */
-            429: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Service Unavailable */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
     design: {
         parameters: {
             query?: never;
@@ -11145,7 +10930,7 @@ export interface operations {
             };
         };
     };
-    bendPlatform: {
+    identify: {
         parameters: {
             query?: never;
             header?: never;
@@ -11156,34 +10941,162 @@ export interface operations {
             content: {
                 "application/json": {
                     /**
+                     * Scenario
+                     * @default circle
+                     */
+                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                        /** @enum {string} */
+                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                        /**
+                         * Name
+                         * @description Short name
+                         * @default custom
+                         */
+                        name?: string;
+                        /**
+                         * Title
+                         * @description One line for people
+                         * @default
+                         */
+                        title?: string;
+                        /**
+                         * Description
+                         * @description What it shows and whose choice its numbers are
+                         * @default
+                         */
+                        description?: string;
+                        /**
+                         * Seed
+                         * @description Seed of every noise source
+                         * @default 2019
+                         */
+                        seed?: number;
+                        /**
+                         * Settling Band
+                         * @description Following error below which a move counts as settled
+                         * @default 0.000002
+                         */
+                        settling_band?: number;
+                        /**
+                         * Divergence Error
+                         * @description Following error beyond which a variant has diverged
+                         * @default 0.02
+                         */
+                        divergence_error?: number;
+                        plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
+                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        variants?: {
+                            [key: string]: Record<string, never>;
+                        };
+                        load?: Record<string, never>;
+                        schedule?: Record<string, never>[];
+                        window?: Record<string, never> | null;
+                    } | unknown | unknown);
+                    /**
+                     * Set
+                     * @description Dotted path to value, SI
+                     */
+                    set?: {
+                        [key: string]: unknown;
+                    };
+                    /**
                      * Axis
-                     * @description Which platform's shapes are the defaults
-                     * @default y
+                     * @description Axes to identify
+                     * @default both
                      * @enum {string}
                      */
-                    axis?: "x" | "y";
-                    previous?: components["schemas"]["Shape"];
-                    new?: components["schemas"]["Shape"];
-                    load?: components["schemas"]["Load"];
-                    /** @description Take the forces from a force map */
-                    map?: components["schemas"]["MapLoad"] | null;
+                    axis?: "x" | "y" | "both";
                     /**
-                     * Cells
-                     * @description Elements along the longer edge, at least; more where edges ask for it
-                     * @default 16
+                     * Speeds
+                     * @description Speeds of the uniform motions; each is run both ways
+                     * @default [
+                     *       0.0005,
+                     *       0.000601,
+                     *       0.0007224,
+                     *       0.0008683,
+                     *       0.001044,
+                     *       0.001255,
+                     *       0.001508,
+                     *       0.001813,
+                     *       0.002179,
+                     *       0.002619,
+                     *       0.003148,
+                     *       0.003784,
+                     *       0.004548,
+                     *       0.005467,
+                     *       0.006572,
+                     *       0.007899,
+                     *       0.009495,
+                     *       0.01141,
+                     *       0.01372,
+                     *       0.01649,
+                     *       0.01982,
+                     *       0.02382,
+                     *       0.02864,
+                     *       0.03442,
+                     *       0.04138,
+                     *       0.04973,
+                     *       0.05978,
+                     *       0.07186,
+                     *       0.08637,
+                     *       0.1038,
+                     *       0.1248,
+                     *       0.15
+                     *     ]
                      */
-                    cells?: number;
+                    speeds?: number[];
+                    /**
+                     * Time Max
+                     * @description Time after which a uniform motion takes no further pole pitch; one is always taken
+                     * @default 20
+                     */
+                    time_max?: number;
+                    /**
+                     * Pitches Max
+                     * @description Most pole pitches that a force is averaged over; left out: as many as time and stroke allow
+                     */
+                    pitches_max?: number | null;
+                    /**
+                     * @default {
+                     *       "enabled": true,
+                     *       "rates": [
+                     *         20,
+                     *         50,
+                     *         100
+                     *       ],
+                     *       "share": 0.5,
+                     *       "places": 7
+                     *     }
+                     */
+                    presliding?: components["schemas"]["ForceRamps"];
+                    /**
+                     * Variant
+                     * @description Variant whose gains and force map drive the motor; left out: the first
+                     */
+                    variant?: string | null;
+                    /**
+                     * Apply To
+                     * @description Variant whose model the result is for; left out: the second, or the only one
+                     */
+                    apply_to?: string | null;
+                    /**
+                     * Compare
+                     * @description Run the circle under that variant with its old model (A) and the new one (B)
+                     * @default false
+                     */
+                    compare?: boolean;
                 };
             };
         };
         responses: {
-            /** @description Successful Response */
-            200: {
+            /** @description Accepted as a job, at its Location */
+            202: {
                 headers: {
+                    Location?: string;
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["PlatformDocument"];
+                    "application/json": components["schemas"]["IdentificationJob"];
                 };
             };
             /** @description Bad Request */
@@ -11260,7 +11173,7 @@ export interface operations {
             };
         };
     };
-    shareForce: {
+    tune: {
         parameters: {
             query?: never;
             header?: never;
@@ -11269,17 +11182,151 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["SharingRequest"];
+                "application/json": {
+                    /**
+                     * Scenario
+                     * @default circle
+                     */
+                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                        /** @enum {string} */
+                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                        /**
+                         * Name
+                         * @description Short name
+                         * @default custom
+                         */
+                        name?: string;
+                        /**
+                         * Title
+                         * @description One line for people
+                         * @default
+                         */
+                        title?: string;
+                        /**
+                         * Description
+                         * @description What it shows and whose choice its numbers are
+                         * @default
+                         */
+                        description?: string;
+                        /**
+                         * Seed
+                         * @description Seed of every noise source
+                         * @default 2019
+                         */
+                        seed?: number;
+                        /**
+                         * Settling Band
+                         * @description Following error below which a move counts as settled
+                         * @default 0.000002
+                         */
+                        settling_band?: number;
+                        /**
+                         * Divergence Error
+                         * @description Following error beyond which a variant has diverged
+                         * @default 0.02
+                         */
+                        divergence_error?: number;
+                        plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
+                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        variants?: {
+                            [key: string]: Record<string, never>;
+                        };
+                        load?: Record<string, never>;
+                        schedule?: Record<string, never>[];
+                        window?: Record<string, never> | null;
+                    } | unknown | unknown);
+                    /**
+                     * Set
+                     * @description Dotted path to value, SI
+                     */
+                    set?: {
+                        [key: string]: unknown;
+                    };
+                    /**
+                     * Variant
+                     * @description Whose gains; left out: the second variant, or the only one
+                     */
+                    variant?: string | null;
+                    /**
+                     * Axis
+                     * @description Axes
+                     * @default both
+                     * @enum {string}
+                     */
+                    axis?: "x" | "y" | "both";
+                    /**
+                     * Objective
+                     * @description Weights; the cost is the sum of weight times metric, in um (peak, rms), um s^2 (itae), 10 ms (settling) and N (effort)
+                     * @default {
+                     *       "rms": 1
+                     *     }
+                     */
+                    objective?: {
+                        [key: string]: number;
+                    };
+                    /**
+                     * @default {
+                     *       "k_p": [
+                     *         10000,
+                     *         30000000
+                     *       ],
+                     *       "k_d": [
+                     *         100,
+                     *         100000
+                     *       ]
+                     *     }
+                     */
+                    bounds?: components["schemas"]["Bounds"];
+                    /** @description Metrics window, at whose end a run ends; left out: the second lap of a motion that repeats, otherwise the scenario's own */
+                    window?: components["schemas"]["WindowConfig"] | null;
+                    /**
+                     * @default {
+                     *       "gain_margin": 2,
+                     *       "phase_margin": 0.5236,
+                     *       "saturated": 0
+                     *     }
+                     */
+                    constraints?: components["schemas"]["Constraints"];
+                    /**
+                     * Also
+                     * @description Further numbers of the controller to search, by path, each with low and high; both axes share them and are then tuned together
+                     */
+                    also?: {
+                        [key: string]: [
+                            number,
+                            number
+                        ];
+                    };
+                    /**
+                     * Starts
+                     * @description Starts of the simplex: the present gains, the others drawn within the bounds
+                     * @default 4
+                     */
+                    starts?: number;
+                    /**
+                     * Evaluations
+                     * @description Evaluations of a start at most
+                     * @default 200
+                     */
+                    evaluations?: number;
+                    /**
+                     * Plants
+                     * @description Shipped motors on which the gains must do as well: the worst one counts
+                     * @default []
+                     */
+                    plants?: string[];
+                };
             };
         };
         responses: {
-            /** @description Successful Response */
-            200: {
+            /** @description Accepted as a job, at its Location */
+            202: {
                 headers: {
+                    Location?: string;
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["SharingDocument"];
+                    "application/json": components["schemas"]["TuningJob"];
                 };
             };
             /** @description Bad Request */
@@ -11356,25 +11403,130 @@ export interface operations {
             };
         };
     };
-    fitMap: {
+    landscape: {
         parameters: {
             query?: never;
             header?: never;
-            path: {
-                /** @description Name or content hash */
-                name: string;
-            };
+            path?: never;
             cookie?: never;
         };
-        requestBody?: never;
+        requestBody: {
+            content: {
+                "application/json": {
+                    /**
+                     * Scenario
+                     * @default circle
+                     */
+                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                        /** @enum {string} */
+                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                        /**
+                         * Name
+                         * @description Short name
+                         * @default custom
+                         */
+                        name?: string;
+                        /**
+                         * Title
+                         * @description One line for people
+                         * @default
+                         */
+                        title?: string;
+                        /**
+                         * Description
+                         * @description What it shows and whose choice its numbers are
+                         * @default
+                         */
+                        description?: string;
+                        /**
+                         * Seed
+                         * @description Seed of every noise source
+                         * @default 2019
+                         */
+                        seed?: number;
+                        /**
+                         * Settling Band
+                         * @description Following error below which a move counts as settled
+                         * @default 0.000002
+                         */
+                        settling_band?: number;
+                        /**
+                         * Divergence Error
+                         * @description Following error beyond which a variant has diverged
+                         * @default 0.02
+                         */
+                        divergence_error?: number;
+                        plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
+                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        variants?: {
+                            [key: string]: Record<string, never>;
+                        };
+                        load?: Record<string, never>;
+                        schedule?: Record<string, never>[];
+                        window?: Record<string, never> | null;
+                    } | unknown | unknown);
+                    /**
+                     * Set
+                     * @description Dotted path to value, SI
+                     */
+                    set?: {
+                        [key: string]: unknown;
+                    };
+                    /**
+                     * Variant
+                     * @description Whose gains; left out: the second variant, or the only one
+                     */
+                    variant?: string | null;
+                    /**
+                     * Axis
+                     * @description Axes
+                     * @default both
+                     * @enum {string}
+                     */
+                    axis?: "x" | "y" | "both";
+                    /**
+                     * Objective
+                     * @description Weights; the cost is the sum of weight times metric, in um (peak, rms), um s^2 (itae), 10 ms (settling) and N (effort)
+                     * @default {
+                     *       "rms": 1
+                     *     }
+                     */
+                    objective?: {
+                        [key: string]: number;
+                    };
+                    /**
+                     * @default {
+                     *       "k_p": [
+                     *         10000,
+                     *         30000000
+                     *       ],
+                     *       "k_d": [
+                     *         100,
+                     *         100000
+                     *       ]
+                     *     }
+                     */
+                    bounds?: components["schemas"]["Bounds"];
+                    /** @description Metrics window, at whose end a run ends; left out: the second lap of a motion that repeats, otherwise the scenario's own */
+                    window?: components["schemas"]["WindowConfig"] | null;
+                    /**
+                     * Points
+                     * @description Gains along each side of the map
+                     * @default 64
+                     */
+                    points?: number;
+                };
+            };
+        };
         responses: {
-            /** @description Successful Response */
-            200: {
+            /** @description Accepted as a job, at its Location */
+            202: {
                 headers: {
+                    Location?: string;
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["FitDocument"];
+                    "application/json": components["schemas"]["LandscapeJob"];
                 };
             };
             /** @description Bad Request */
@@ -11404,8 +11556,464 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not Found */
-            404: {
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    monteCarlo: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": {
+                    /**
+                     * Scenario
+                     * @default circle
+                     */
+                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                        /** @enum {string} */
+                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                        /**
+                         * Name
+                         * @description Short name
+                         * @default custom
+                         */
+                        name?: string;
+                        /**
+                         * Title
+                         * @description One line for people
+                         * @default
+                         */
+                        title?: string;
+                        /**
+                         * Description
+                         * @description What it shows and whose choice its numbers are
+                         * @default
+                         */
+                        description?: string;
+                        /**
+                         * Seed
+                         * @description Seed of every noise source
+                         * @default 2019
+                         */
+                        seed?: number;
+                        /**
+                         * Settling Band
+                         * @description Following error below which a move counts as settled
+                         * @default 0.000002
+                         */
+                        settling_band?: number;
+                        /**
+                         * Divergence Error
+                         * @description Following error beyond which a variant has diverged
+                         * @default 0.02
+                         */
+                        divergence_error?: number;
+                        plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
+                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        variants?: {
+                            [key: string]: Record<string, never>;
+                        };
+                        load?: Record<string, never>;
+                        schedule?: Record<string, never>[];
+                        window?: Record<string, never> | null;
+                    } | unknown | unknown);
+                    /**
+                     * Set
+                     * @description Dotted path to value, SI
+                     */
+                    set?: {
+                        [key: string]: unknown;
+                    };
+                    /**
+                     * Cases
+                     * @description Plants to draw
+                     * @default 300
+                     */
+                    cases?: number;
+                    /**
+                     * Seed
+                     * @description Seed of the draws; left out: the scenario's
+                     */
+                    seed?: number | null;
+                    /**
+                     * Vary
+                     * @description How the plants differ; left out: docs/montecarlo.md
+                     * @default [
+                     *       {
+                     *         "path": "friction.F_s",
+                     *         "kind": "log-normal",
+                     *         "sigma": 0.25
+                     *       },
+                     *       {
+                     *         "path": "friction.F_c",
+                     *         "kind": "log-normal",
+                     *         "sigma": 0.4
+                     *       },
+                     *       {
+                     *         "path": "friction.v_s",
+                     *         "kind": "log-normal",
+                     *         "sigma": 0.4
+                     *       },
+                     *       {
+                     *         "path": "friction.sigma_0",
+                     *         "kind": "log-normal",
+                     *         "sigma": 0.2
+                     *       },
+                     *       {
+                     *         "path": "friction.sigma_1",
+                     *         "kind": "log-normal",
+                     *         "sigma": 0.4
+                     *       },
+                     *       {
+                     *         "path": "friction.sigma_2",
+                     *         "kind": "log-normal",
+                     *         "sigma": 0.3
+                     *       },
+                     *       {
+                     *         "path": "force_map.F_pk",
+                     *         "kind": "value",
+                     *         "value": 38.4
+                     *       },
+                     *       {
+                     *         "path": "force_map.h_2",
+                     *         "kind": "uniform",
+                     *         "low": -0.05,
+                     *         "high": 0.05
+                     *       },
+                     *       {
+                     *         "path": "force_map.h_3",
+                     *         "kind": "value",
+                     *         "value": 0.039
+                     *       },
+                     *       {
+                     *         "path": "force_map.offset",
+                     *         "kind": "normal",
+                     *         "sigma": 0.00005
+                     *       },
+                     *       {
+                     *         "path": "amplifiers.offset",
+                     *         "kind": "normal",
+                     *         "sigma": 0.1
+                     *       },
+                     *       {
+                     *         "path": "amplifiers.gain",
+                     *         "kind": "normal",
+                     *         "sigma": 0.03
+                     *       },
+                     *       {
+                     *         "path": "amplifiers.bandwidth",
+                     *         "kind": "log-uniform",
+                     *         "low": 300,
+                     *         "high": 2000
+                     *       },
+                     *       {
+                     *         "path": "encoder.sde_amplitude",
+                     *         "kind": "value",
+                     *         "value": 4e-8
+                     *       }
+                     *     ]
+                     */
+                    vary?: components["schemas"]["Variation"][];
+                    /** @default {} */
+                    spec?: components["schemas"]["Spec"];
+                };
+            };
+        };
+        responses: {
+            /** @description Accepted as a job, at its Location */
+            202: {
+                headers: {
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MonteCarloJob"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    sweepLoop: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": {
+                    /**
+                     * Scenario
+                     * @default circle
+                     */
+                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                        /** @enum {string} */
+                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                        /**
+                         * Name
+                         * @description Short name
+                         * @default custom
+                         */
+                        name?: string;
+                        /**
+                         * Title
+                         * @description One line for people
+                         * @default
+                         */
+                        title?: string;
+                        /**
+                         * Description
+                         * @description What it shows and whose choice its numbers are
+                         * @default
+                         */
+                        description?: string;
+                        /**
+                         * Seed
+                         * @description Seed of every noise source
+                         * @default 2019
+                         */
+                        seed?: number;
+                        /**
+                         * Settling Band
+                         * @description Following error below which a move counts as settled
+                         * @default 0.000002
+                         */
+                        settling_band?: number;
+                        /**
+                         * Divergence Error
+                         * @description Following error beyond which a variant has diverged
+                         * @default 0.02
+                         */
+                        divergence_error?: number;
+                        plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
+                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        variants?: {
+                            [key: string]: Record<string, never>;
+                        };
+                        load?: Record<string, never>;
+                        schedule?: Record<string, never>[];
+                        window?: Record<string, never> | null;
+                    } | unknown | unknown);
+                    /**
+                     * Set
+                     * @description Dotted path to value, SI
+                     */
+                    set?: {
+                        [key: string]: unknown;
+                    };
+                    /**
+                     * Variant
+                     * @description Whose gains; left out: the second variant, or the only one
+                     */
+                    variant?: string | null;
+                    /**
+                     * Axis
+                     * @description Axis
+                     * @default x
+                     * @enum {string}
+                     */
+                    axis?: "x" | "y";
+                    /**
+                     * Frequencies
+                     * @description Frequencies
+                     * @default [
+                     *       4,
+                     *       5.44,
+                     *       7.39,
+                     *       10,
+                     *       13.7,
+                     *       18.6,
+                     *       25.2,
+                     *       34.3,
+                     *       46.6,
+                     *       63.4,
+                     *       86.2,
+                     *       117,
+                     *       159,
+                     *       216,
+                     *       294,
+                     *       400
+                     *     ]
+                     */
+                    frequencies?: number[];
+                    /**
+                     * Velocity
+                     * @description Velocity of the slow motion that goes on meanwhile
+                     * @default 0.02
+                     */
+                    velocity?: number;
+                };
+            };
+        };
+        responses: {
+            /** @description Accepted as a job, at its Location */
+            202: {
+                headers: {
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FrequencySweepJob"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11623,6 +12231,301 @@ export interface operations {
             };
             /** @description Insufficient Storage */
             507: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    shareForce: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SharingRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SharingDocument"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    bendPlatform: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PlatformRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PlatformDocument"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    reproduce: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": {
+                    /**
+                     * Only
+                     * @description Identifiers of rows or of groups; everything, with the errata, when empty
+                     */
+                    only?: ("sizing" | "forces" | "platforms" | "limits" | "stability" | "performance" | "friction" | "fig5" | "table1" | "motions" | "discussion" | "given" | "power" | "pole-pitch" | "tooth-width" | "slot-width" | "pitch-multiple" | "efficiency-range" | "mover-width" | "turns" | "electric-loading" | "flux-density" | "stack-length" | "mover-height" | "iron-path" | "thrust-fem" | "thrust-measured" | "normal-fem" | "normal-measured" | "thrust-two-phase" | "thrust-aligned" | "thrust-required" | "phases-at-once" | "force-error-thrust" | "force-error-elsewhere" | "force-error-normal" | "fem-currents" | "fem-current-step" | "fem-positions" | "platform-load" | "platform-movers" | "deformation-x-old" | "deformation-x-new" | "deformation-x-reduction" | "deformation-y-old" | "deformation-y-new" | "deformation-y-reduction" | "velocity-single-x" | "velocity-single-y" | "velocity-two-x" | "velocity-two-y" | "acceleration-x" | "acceleration-y" | "velocity-above-x" | "velocity-above-y" | "velocity-required-x" | "velocity-required-y" | "lyapunov-rate-x" | "lyapunov-bristle-x" | "published-k-x" | "lyapunov-rate-y" | "lyapunov-bristle-y" | "published-k-y" | "crossover-x" | "step-error-x" | "ramp-error-x" | "parabola-error-x" | "sine-amplitude-x" | "sine-phase-x" | "crossover-y" | "step-error-y" | "ramp-error-y" | "parabola-error-y" | "sine-amplitude-y" | "sine-phase-y" | "friction-x-sigma0" | "friction-x-sigma1" | "friction-x-sigma2" | "friction-x-fc" | "friction-x-fs" | "friction-x-vs" | "friction-y-sigma0" | "friction-y-sigma1" | "friction-y-sigma2" | "friction-y-fc" | "friction-y-fs" | "friction-y-vs" | "fig5-off-x" | "fig5-on-x" | "fig5-off-y" | "fig5-on-y" | "fig5-improvement-x" | "fig5-improvement-y" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y" | "rhombus-x" | "rhombus-y" | "pentagram-x" | "pentagram-y" | "y-velocity-range" | "y-acceleration-range" | "y-steady-state-trapezoid" | "y-steady-state-staircase" | "trapezoid-y-velocity-y" | "trapezoid-y-acceleration-y" | "stair-y-50mm-velocity-y" | "stair-y-50mm-acceleration-y" | "rhombus-velocity-x" | "rhombus-acceleration-x" | "rhombus-velocity-y" | "rhombus-acceleration-y" | "pentagram-velocity-x" | "pentagram-acceleration-x" | "pentagram-velocity-y" | "pentagram-acceleration-y" | "rhombus-all" | "pentagram-all" | "h2w-stroke-x" | "h2w-stroke-y" | "jung-stroke-x" | "jung-stroke-y" | "previous-stroke-x" | "previous-stroke-y" | "h2w-step" | "conveyor-stroke" | "conveyor-repeatability" | "zhu-error" | "zhu-step" | "jung-repeatability" | "previous-steady-state" | "previous-step" | "previous-tracking" | "previous-range" | "previous-pitch" | "previous-tooth-pairs" | "f-max" | "v-max" | "i-max" | "air-gap" | "tooth-pairs" | "field-strength" | "efficiency" | "duty-cycle" | "phases" | "platform-mass-x" | "mass-x" | "mass-y" | "gain-scale" | "stroke-x" | "stroke-y" | "encoders" | "encoder" | "encoder-rate" | "drives" | "processor-rate" | "control-period" | "current-limit" | "force-limit" | "circle-radius" | "switch-time" | "step-500nm" | "step-50mm" | "trapezoid-travel" | "rhombus-travel" | "pentagram-travel" | "motion-range" | "lap-frequency" | "gain-stair-x-500nm-x-p" | "gain-stair-x-500nm-x-d" | "gain-stair-y-500nm-y-p" | "gain-stair-y-500nm-y-d" | "gain-stair-y-50mm-y-p" | "gain-stair-y-50mm-y-d" | "gain-trapezoid-y-y-p" | "gain-trapezoid-y-y-d" | "gain-rhombus-x-p" | "gain-rhombus-x-d" | "gain-rhombus-y-p" | "gain-rhombus-y-d" | "gain-pentagram-x-p" | "gain-pentagram-x-d" | "gain-pentagram-y-p" | "gain-pentagram-y-d")[];
+                };
+            };
+        };
+        responses: {
+            /** @description Accepted as a job, at its Location */
+            202: {
+                headers: {
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ReproduceJob"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12220,173 +13123,25 @@ export interface operations {
             };
         };
     };
-    identify: {
+    fitMap: {
         parameters: {
             query?: never;
             header?: never;
-            path?: never;
+            path: {
+                /** @description Name or content hash */
+                name: string;
+            };
             cookie?: never;
         };
-        requestBody: {
-            content: {
-                "application/json": {
-                    /**
-                     * Scenario
-                     * @default circle
-                     */
-                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
-                        /** @enum {string} */
-                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
-                        /**
-                         * Name
-                         * @description Short name
-                         * @default custom
-                         */
-                        name?: string;
-                        /**
-                         * Title
-                         * @description One line for people
-                         * @default
-                         */
-                        title?: string;
-                        /**
-                         * Description
-                         * @description What it shows and whose choice its numbers are
-                         * @default
-                         */
-                        description?: string;
-                        /**
-                         * Seed
-                         * @description Seed of every noise source
-                         * @default 2019
-                         */
-                        seed?: number;
-                        /**
-                         * Settling Band
-                         * @description Following error below which a move counts as settled
-                         * @default 0.000002
-                         */
-                        settling_band?: number;
-                        /**
-                         * Divergence Error
-                         * @description Following error beyond which a variant has diverged
-                         * @default 0.02
-                         */
-                        divergence_error?: number;
-                        plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
-                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
-                        variants?: {
-                            [key: string]: Record<string, never>;
-                        };
-                        load?: Record<string, never>;
-                        schedule?: Record<string, never>[];
-                        window?: Record<string, never> | null;
-                    } | unknown | unknown);
-                    /**
-                     * Set
-                     * @description Dotted path to value, SI
-                     */
-                    set?: {
-                        [key: string]: unknown;
-                    };
-                    /**
-                     * Axis
-                     * @description Axes to identify
-                     * @default both
-                     * @enum {string}
-                     */
-                    axis?: "x" | "y" | "both";
-                    /**
-                     * Speeds
-                     * @description Speeds of the uniform motions; each is run both ways
-                     * @default [
-                     *       0.0005,
-                     *       0.000601,
-                     *       0.0007224,
-                     *       0.0008683,
-                     *       0.001044,
-                     *       0.001255,
-                     *       0.001508,
-                     *       0.001813,
-                     *       0.002179,
-                     *       0.002619,
-                     *       0.003148,
-                     *       0.003784,
-                     *       0.004548,
-                     *       0.005467,
-                     *       0.006572,
-                     *       0.007899,
-                     *       0.009495,
-                     *       0.01141,
-                     *       0.01372,
-                     *       0.01649,
-                     *       0.01982,
-                     *       0.02382,
-                     *       0.02864,
-                     *       0.03442,
-                     *       0.04138,
-                     *       0.04973,
-                     *       0.05978,
-                     *       0.07186,
-                     *       0.08637,
-                     *       0.1038,
-                     *       0.1248,
-                     *       0.15
-                     *     ]
-                     */
-                    speeds?: number[];
-                    /**
-                     * Time Max
-                     * @description Time after which a uniform motion takes no further pole pitch; one is always taken
-                     * @default 20
-                     */
-                    time_max?: number;
-                    /**
-                     * Pitches Max
-                     * @description Most pole pitches that a force is averaged over; left out: as many as time and stroke allow
-                     */
-                    pitches_max?: number | null;
-                    /**
-                     * @default {
-                     *       "enabled": true,
-                     *       "rates": [
-                     *         20,
-                     *         50,
-                     *         100
-                     *       ],
-                     *       "share": 0.5,
-                     *       "places": 7
-                     *     }
-                     */
-                    presliding?: components["schemas"]["ForceRamps"];
-                    /**
-                     * Variant
-                     * @description Variant whose gains and force map drive the motor; left out: the first
-                     */
-                    variant?: string | null;
-                    /**
-                     * Apply To
-                     * @description Variant whose model the result is for; left out: the second, or the only one
-                     */
-                    apply_to?: string | null;
-                    /**
-                     * Compare
-                     * @description Run the circle under that variant with its old model (A) and the new one (B)
-                     * @default false
-                     */
-                    compare?: boolean;
-                };
-            };
-        };
+        requestBody?: never;
         responses: {
-            /** @description Accepted as a job, at its Location */
-            202: {
+            /** @description Successful Response */
+            200: {
                 headers: {
-                    Location?: string;
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["IdentificationJob"];
+                    "application/json": components["schemas"]["FitDocument"];
                 };
             };
             /** @description Bad Request */
@@ -12416,17 +13171,8 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Request Entity Too Large */
-            413: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Unsupported Media Type */
-            415: {
+            /** @description Not Found */
+            404: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12705,255 +13451,6 @@ export interface operations {
             };
         };
     };
-    monteCarlo: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": {
-                    /**
-                     * Scenario
-                     * @default circle
-                     */
-                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
-                        /** @enum {string} */
-                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
-                        /**
-                         * Name
-                         * @description Short name
-                         * @default custom
-                         */
-                        name?: string;
-                        /**
-                         * Title
-                         * @description One line for people
-                         * @default
-                         */
-                        title?: string;
-                        /**
-                         * Description
-                         * @description What it shows and whose choice its numbers are
-                         * @default
-                         */
-                        description?: string;
-                        /**
-                         * Seed
-                         * @description Seed of every noise source
-                         * @default 2019
-                         */
-                        seed?: number;
-                        /**
-                         * Settling Band
-                         * @description Following error below which a move counts as settled
-                         * @default 0.000002
-                         */
-                        settling_band?: number;
-                        /**
-                         * Divergence Error
-                         * @description Following error beyond which a variant has diverged
-                         * @default 0.02
-                         */
-                        divergence_error?: number;
-                        plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
-                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
-                        variants?: {
-                            [key: string]: Record<string, never>;
-                        };
-                        load?: Record<string, never>;
-                        schedule?: Record<string, never>[];
-                        window?: Record<string, never> | null;
-                    } | unknown | unknown);
-                    /**
-                     * Set
-                     * @description Dotted path to value, SI
-                     */
-                    set?: {
-                        [key: string]: unknown;
-                    };
-                    /**
-                     * Cases
-                     * @description Plants to draw
-                     * @default 300
-                     */
-                    cases?: number;
-                    /**
-                     * Seed
-                     * @description Seed of the draws; left out: the scenario's
-                     */
-                    seed?: number | null;
-                    /**
-                     * Vary
-                     * @description How the plants differ; left out: docs/montecarlo.md
-                     * @default [
-                     *       {
-                     *         "path": "friction.F_s",
-                     *         "kind": "log-normal",
-                     *         "sigma": 0.25
-                     *       },
-                     *       {
-                     *         "path": "friction.F_c",
-                     *         "kind": "log-normal",
-                     *         "sigma": 0.4
-                     *       },
-                     *       {
-                     *         "path": "friction.v_s",
-                     *         "kind": "log-normal",
-                     *         "sigma": 0.4
-                     *       },
-                     *       {
-                     *         "path": "friction.sigma_0",
-                     *         "kind": "log-normal",
-                     *         "sigma": 0.2
-                     *       },
-                     *       {
-                     *         "path": "friction.sigma_1",
-                     *         "kind": "log-normal",
-                     *         "sigma": 0.4
-                     *       },
-                     *       {
-                     *         "path": "friction.sigma_2",
-                     *         "kind": "log-normal",
-                     *         "sigma": 0.3
-                     *       },
-                     *       {
-                     *         "path": "force_map.F_pk",
-                     *         "kind": "value",
-                     *         "value": 38.4
-                     *       },
-                     *       {
-                     *         "path": "force_map.h_2",
-                     *         "kind": "uniform",
-                     *         "low": -0.05,
-                     *         "high": 0.05
-                     *       },
-                     *       {
-                     *         "path": "force_map.h_3",
-                     *         "kind": "value",
-                     *         "value": 0.039
-                     *       },
-                     *       {
-                     *         "path": "force_map.offset",
-                     *         "kind": "normal",
-                     *         "sigma": 0.00005
-                     *       },
-                     *       {
-                     *         "path": "amplifiers.offset",
-                     *         "kind": "normal",
-                     *         "sigma": 0.1
-                     *       },
-                     *       {
-                     *         "path": "amplifiers.gain",
-                     *         "kind": "normal",
-                     *         "sigma": 0.03
-                     *       },
-                     *       {
-                     *         "path": "amplifiers.bandwidth",
-                     *         "kind": "log-uniform",
-                     *         "low": 300,
-                     *         "high": 2000
-                     *       },
-                     *       {
-                     *         "path": "encoder.sde_amplitude",
-                     *         "kind": "value",
-                     *         "value": 4e-8
-                     *       }
-                     *     ]
-                     */
-                    vary?: components["schemas"]["Variation"][];
-                    /** @default {} */
-                    spec?: components["schemas"]["Spec"];
-                };
-            };
-        };
-        responses: {
-            /** @description Accepted as a job, at its Location */
-            202: {
-                headers: {
-                    Location?: string;
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["MonteCarloJob"];
-                };
-            };
-            /** @description Bad Request */
-            400: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Unauthorized */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Forbidden */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Request Entity Too Large */
-            413: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Unsupported Media Type */
-            415: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Unprocessable Entity */
-            422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Too Many Requests */
-            429: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Service Unavailable */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
     getPaper: {
         parameters: {
             query?: never;
@@ -12992,533 +13489,6 @@ export interface operations {
             };
             /** @description Forbidden */
             403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Too Many Requests */
-            429: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Service Unavailable */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    reproduce: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["ReproduceRequest"];
-            };
-        };
-        responses: {
-            /** @description Accepted as a job, at its Location */
-            202: {
-                headers: {
-                    Location?: string;
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["ReproduceJob"];
-                };
-            };
-            /** @description Bad Request */
-            400: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Unauthorized */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Forbidden */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Request Entity Too Large */
-            413: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Unsupported Media Type */
-            415: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Unprocessable Entity */
-            422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Too Many Requests */
-            429: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Service Unavailable */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    tune: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": {
-                    /**
-                     * Scenario
-                     * @default circle
-                     */
-                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
-                        /** @enum {string} */
-                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
-                        /**
-                         * Name
-                         * @description Short name
-                         * @default custom
-                         */
-                        name?: string;
-                        /**
-                         * Title
-                         * @description One line for people
-                         * @default
-                         */
-                        title?: string;
-                        /**
-                         * Description
-                         * @description What it shows and whose choice its numbers are
-                         * @default
-                         */
-                        description?: string;
-                        /**
-                         * Seed
-                         * @description Seed of every noise source
-                         * @default 2019
-                         */
-                        seed?: number;
-                        /**
-                         * Settling Band
-                         * @description Following error below which a move counts as settled
-                         * @default 0.000002
-                         */
-                        settling_band?: number;
-                        /**
-                         * Divergence Error
-                         * @description Following error beyond which a variant has diverged
-                         * @default 0.02
-                         */
-                        divergence_error?: number;
-                        plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
-                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
-                        variants?: {
-                            [key: string]: Record<string, never>;
-                        };
-                        load?: Record<string, never>;
-                        schedule?: Record<string, never>[];
-                        window?: Record<string, never> | null;
-                    } | unknown | unknown);
-                    /**
-                     * Set
-                     * @description Dotted path to value, SI
-                     */
-                    set?: {
-                        [key: string]: unknown;
-                    };
-                    /**
-                     * Variant
-                     * @description Whose gains; left out: the second variant, or the only one
-                     */
-                    variant?: string | null;
-                    /**
-                     * Axis
-                     * @description Axes
-                     * @default both
-                     * @enum {string}
-                     */
-                    axis?: "x" | "y" | "both";
-                    /**
-                     * Objective
-                     * @description Weights; the cost is the sum of weight times metric, in um (peak, rms), um s^2 (itae), 10 ms (settling) and N (effort)
-                     * @default {
-                     *       "rms": 1
-                     *     }
-                     */
-                    objective?: {
-                        [key: string]: number;
-                    };
-                    /**
-                     * @default {
-                     *       "k_p": [
-                     *         10000,
-                     *         30000000
-                     *       ],
-                     *       "k_d": [
-                     *         100,
-                     *         100000
-                     *       ]
-                     *     }
-                     */
-                    bounds?: components["schemas"]["Bounds"];
-                    /** @description Metrics window, at whose end a run ends; left out: the second lap of a motion that repeats, otherwise the scenario's own */
-                    window?: components["schemas"]["WindowConfig"] | null;
-                    /**
-                     * @default {
-                     *       "gain_margin": 2,
-                     *       "phase_margin": 0.5236,
-                     *       "saturated": 0
-                     *     }
-                     */
-                    constraints?: components["schemas"]["Constraints"];
-                    /**
-                     * Also
-                     * @description Further numbers of the controller to search, by path, each with low and high; both axes share them and are then tuned together
-                     */
-                    also?: {
-                        [key: string]: [
-                            number,
-                            number
-                        ];
-                    };
-                    /**
-                     * Starts
-                     * @description Starts of the simplex: the present gains, the others drawn within the bounds
-                     * @default 4
-                     */
-                    starts?: number;
-                    /**
-                     * Evaluations
-                     * @description Evaluations of a start at most
-                     * @default 200
-                     */
-                    evaluations?: number;
-                    /**
-                     * Plants
-                     * @description Shipped motors on which the gains must do as well: the worst one counts
-                     * @default []
-                     */
-                    plants?: string[];
-                };
-            };
-        };
-        responses: {
-            /** @description Accepted as a job, at its Location */
-            202: {
-                headers: {
-                    Location?: string;
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["TuningJob"];
-                };
-            };
-            /** @description Bad Request */
-            400: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Unauthorized */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Forbidden */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Request Entity Too Large */
-            413: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Unsupported Media Type */
-            415: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Unprocessable Entity */
-            422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Too Many Requests */
-            429: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Service Unavailable */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    landscape: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": {
-                    /**
-                     * Scenario
-                     * @default circle
-                     */
-                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
-                        /** @enum {string} */
-                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
-                        /**
-                         * Name
-                         * @description Short name
-                         * @default custom
-                         */
-                        name?: string;
-                        /**
-                         * Title
-                         * @description One line for people
-                         * @default
-                         */
-                        title?: string;
-                        /**
-                         * Description
-                         * @description What it shows and whose choice its numbers are
-                         * @default
-                         */
-                        description?: string;
-                        /**
-                         * Seed
-                         * @description Seed of every noise source
-                         * @default 2019
-                         */
-                        seed?: number;
-                        /**
-                         * Settling Band
-                         * @description Following error below which a move counts as settled
-                         * @default 0.000002
-                         */
-                        settling_band?: number;
-                        /**
-                         * Divergence Error
-                         * @description Following error beyond which a variant has diverged
-                         * @default 0.02
-                         */
-                        divergence_error?: number;
-                        plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
-                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
-                        variants?: {
-                            [key: string]: Record<string, never>;
-                        };
-                        load?: Record<string, never>;
-                        schedule?: Record<string, never>[];
-                        window?: Record<string, never> | null;
-                    } | unknown | unknown);
-                    /**
-                     * Set
-                     * @description Dotted path to value, SI
-                     */
-                    set?: {
-                        [key: string]: unknown;
-                    };
-                    /**
-                     * Variant
-                     * @description Whose gains; left out: the second variant, or the only one
-                     */
-                    variant?: string | null;
-                    /**
-                     * Axis
-                     * @description Axes
-                     * @default both
-                     * @enum {string}
-                     */
-                    axis?: "x" | "y" | "both";
-                    /**
-                     * Objective
-                     * @description Weights; the cost is the sum of weight times metric, in um (peak, rms), um s^2 (itae), 10 ms (settling) and N (effort)
-                     * @default {
-                     *       "rms": 1
-                     *     }
-                     */
-                    objective?: {
-                        [key: string]: number;
-                    };
-                    /**
-                     * @default {
-                     *       "k_p": [
-                     *         10000,
-                     *         30000000
-                     *       ],
-                     *       "k_d": [
-                     *         100,
-                     *         100000
-                     *       ]
-                     *     }
-                     */
-                    bounds?: components["schemas"]["Bounds"];
-                    /** @description Metrics window, at whose end a run ends; left out: the second lap of a motion that repeats, otherwise the scenario's own */
-                    window?: components["schemas"]["WindowConfig"] | null;
-                    /**
-                     * Points
-                     * @description Gains along each side of the map
-                     * @default 64
-                     */
-                    points?: number;
-                };
-            };
-        };
-        responses: {
-            /** @description Accepted as a job, at its Location */
-            202: {
-                headers: {
-                    Location?: string;
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["LandscapeJob"];
-                };
-            };
-            /** @description Bad Request */
-            400: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Unauthorized */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Forbidden */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Request Entity Too Large */
-            413: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Unsupported Media Type */
-            415: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Unprocessable Entity */
-            422: {
                 headers: {
                     [name: string]: unknown;
                 };

@@ -38,7 +38,7 @@ type Choice = Partial<Record<Axis, string>>;
 class Tuner {
   readonly search = new JobStore(app.api, 'tune', (request) => this.change(formOf(request)));
   readonly map = new JobStore(app.api, 'landscape', (request) => this.change(formOf(request)));
-  readonly sweep = new JobStore(app.api, 'sweep');
+  readonly sweep = new JobStore(app.api, 'frequency-sweep');
   readonly loops = new LoopStore(app.api);
   readonly whatif = new WhatIf(app.api, (fields, detail) => {
     this.notCompared = fields.map(complaint).join(' ') || detail;
