@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from motionlab.config.load import load_scenario
-from motionlab.loop.frequency_sweep import sweep
+from motionlab.loop.frequency_sweep import frequency_sweep
 from motionlab.loop.linearise import SLIDING, linearise
 from tests.best_controller import (
     GAIN_MARGIN,
@@ -79,7 +79,7 @@ def test_a_sweep_of_the_simulation_has_these_margins(
     """But for the encoder, which has no place in a linear loop; the notch has its limit at 5 N."""
     scenario = load_scenario(SCENARIO, {f"plant.{axis}.encoder.resolution": 0.0})
     v = 2.0 * getattr(scenario.plant, axis).friction.v_s
-    measured = sweep(scenario, VARIANT, axis, places, v=v, force=force)
+    measured = frequency_sweep(scenario, VARIANT, axis, places, v=v, force=force)
     ratio = measured.open / linearise(scenario, VARIANT, axis, v=v).open(measured.frequency)
     assert np.abs(ratio) == pytest.approx(1.0, abs=0.03)
     assert np.angle(ratio) == pytest.approx(0.0, abs=0.06)

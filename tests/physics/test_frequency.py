@@ -13,7 +13,7 @@ from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, Infeasible
 from motionlab.kernel.build import lane
 from motionlab.kernel.force_maps import force_gain
-from motionlab.loop.frequency_sweep import sweep
+from motionlab.loop.frequency_sweep import frequency_sweep
 from motionlab.loop.linearise import linearise
 from motionlab.loop.margins import Margins, margins
 from motionlab.loop.steady_state_error import crossover, parabola_error, sine_error
@@ -94,7 +94,7 @@ def test_a_sweep_of_the_simulation_finds_the_linearised_loop(
         "variants.B.controller.y.k_d": 2000.0,  # the published gains hardly bear a delay on y
     }
     scenario = load_scenario("circle", changes)
-    measured = sweep(scenario, "B", axis, [5.0, 12.0, 30.0, 70.0, 160.0], v=v)
+    measured = frequency_sweep(scenario, "B", axis, [5.0, 12.0, 30.0, 70.0, 160.0], v=v)
     expected = linearise(scenario, "B", axis, v=v).open(measured.frequency)
     ratio = measured.open / expected
     assert np.abs(ratio) == pytest.approx(1.0, abs=0.03)
@@ -109,7 +109,7 @@ def test_a_motor_other_than_its_model_has_the_gain_that_a_sweep_finds(
     """Peaks, harmonics and current offsets all count; over whole pitches they average out."""
     table = {f"plant.{axis}.force_map": {"kind": "table", "name": "new-design"}}
     scenario = load_scenario("circle", table if plant == "table" else {"plant": plant})
-    measured = sweep(scenario, "A", axis, [5.0, 12.0, 30.0, 70.0], v=0.02)
+    measured = frequency_sweep(scenario, "A", axis, [5.0, 12.0, 30.0, 70.0], v=0.02)
     expected = linearise(scenario, "A", axis, v=0.02).open(measured.frequency)
     ratio = measured.open / expected
     assert np.abs(ratio) == pytest.approx(1.0, abs=0.02)
@@ -142,7 +142,7 @@ def test_the_published_law_has_no_linearisation() -> None:
 
 def test_a_sweep_that_would_leave_the_stroke_is_refused() -> None:
     with pytest.raises(Infeasible, match="position on x"):
-        sweep(load_scenario("circle"), "A", "x", [5.0], v=0.1)
+        frequency_sweep(load_scenario("circle"), "A", "x", [5.0], v=0.1)
 
 
 def test_margins_of_an_integrator_with_a_period_of_delay() -> None:

@@ -10,7 +10,7 @@ import pytest
 from motionlab.config.load import load_scenario
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.control.notch import PASS, sampled_notch
-from motionlab.loop.frequency_sweep import sweep
+from motionlab.loop.frequency_sweep import frequency_sweep
 from motionlab.loop.linearise import linearise
 from tests.runs import SHORT, play, same_bits
 
@@ -55,7 +55,9 @@ def test_a_sweep_of_the_simulation_finds_the_linearised_loop(
     changes["variants.B.controller.y.k_d"] = 2000.0
     changes["variants.B.controller.disturbance_observer.bandwidth"] = 30.0
     scenario = load_scenario("circle", changes)
-    measured = sweep(scenario, "B", axis, [5.0, 30.0, 120.0, FREQUENCY, 220.0], v=v, force=1.0)
+    measured = frequency_sweep(
+        scenario, "B", axis, [5.0, 30.0, 120.0, FREQUENCY, 220.0], v=v, force=1.0
+    )
     # 5 N would take 50 N of u at the notch, more than its limit.
     ratio = measured.open / linearise(scenario, "B", axis, v=v).open(measured.frequency)
     assert np.abs(ratio) == pytest.approx(1.0, abs=0.03)

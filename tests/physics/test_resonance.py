@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from motionlab.config.load import load_scenario
 from motionlab.kernel.layout import State
 from motionlab.kernel.tick import H
-from motionlab.loop.frequency_sweep import sweep
+from motionlab.loop.frequency_sweep import frequency_sweep
 from motionlab.loop.linearise import linearise, stability_limits
 from motionlab.loop.margins import margins
 from motionlab.plant.resonance import Resonance, natural, ring, sampled
@@ -132,7 +132,7 @@ def test_margins_of_the_linearised_loop_are_those_of_a_sweep(
     found = margins(loop.open)
     assert found.crossover is not None and loop.stable
     places = [found.crossover, 0.9 * FREQUENCY, FREQUENCY, 1.1 * FREQUENCY]
-    measured = sweep(scenario, "B", axis, places, v=v)
+    measured = frequency_sweep(scenario, "B", axis, places, v=v)
     ratio = measured.open / loop.open(measured.frequency)
     assert np.abs(ratio) == pytest.approx(1.0, abs=0.03)
     assert np.angle(ratio) == pytest.approx(0.0, abs=0.06)

@@ -272,7 +272,7 @@ def test_a_scene_that_nobody_watches_ends(
 
 
 async def _sweep_once(server: Server) -> None:
-    await server.app.state.scenes.sweep_once()
+    await server.app.state.scenes.evict_idle()
 
 
 def test_scenes_are_bounded_in_number(make_server: MakeServer) -> None:

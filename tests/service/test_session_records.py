@@ -189,7 +189,7 @@ def test_sessions_expire_that_nobody_asks_for_or_watches(make_server: MakeServer
 def test_the_sweep_ends_idle_sessions(
     make_server: MakeServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("motionlab.service.live.sessions._SWEEP_SECONDS", 0.01)
+    monkeypatch.setattr("motionlab.service.live.sessions._EVICTION_PERIOD", 0.01)
     server = make_server(Settings())
     with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
         live = Live.create(client)

@@ -98,6 +98,21 @@ def field_errors(error: ValidationError, model: type[BaseModel]) -> list[FieldEr
     ]
 
 
+def unit_of(path: str, model: BaseModel) -> str:
+    """Return the unit of a field by its dotted path; empty for tables, names and switches."""
+    at: Any = model
+    info: FieldInfo | None = None
+    for step in path.split("."):
+        if isinstance(at, BaseModel):
+            info = type(at).model_fields.get(step)
+            at = getattr(at, step, None)
+        elif isinstance(at, Mapping):
+            at = at.get(step)
+        else:
+            at = at[int(step)]
+    return _unit(info)
+
+
 def _field_error(item: dict[str, Any], model: type[BaseModel]) -> FieldError:
     path, info, siblings = _walk(item["loc"], model)
     kind = item["type"]

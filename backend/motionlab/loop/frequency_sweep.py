@@ -43,7 +43,7 @@ _EASE = 0.2
 
 
 @dataclass(frozen=True)
-class Sweep:
+class FrequencyResponse:
     """A measured frequency response.
 
     Attributes
@@ -66,7 +66,7 @@ class Sweep:
         return self.plant * self.controller
 
 
-def sweep(  # noqa: PLR0913 - what a sweep is made of
+def frequency_sweep(  # noqa: PLR0913 - what a sweep is made of
     scenario: Scenario,
     variant: str,
     axis: str,
@@ -75,7 +75,7 @@ def sweep(  # noqa: PLR0913 - what a sweep is made of
     v: float = 0.02,
     force: float = 5.0,
     progress: Callable[[float], None] | None = None,
-) -> Sweep:
+) -> FrequencyResponse:
     """Measure the loop of one axis of one variant.
 
     Parameters
@@ -122,7 +122,7 @@ def sweep(  # noqa: PLR0913 - what a sweep is made of
         if progress is not None:
             progress((done + 1) / len(frequency))
     columns = list(zip(*points, strict=True))
-    return Sweep(np.array(columns[0]), np.array(columns[1]), np.array(columns[2]))
+    return FrequencyResponse(np.array(columns[0]), np.array(columns[1]), np.array(columns[2]))
 
 
 def _duration(frequency: float, pitch: float) -> float:

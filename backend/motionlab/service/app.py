@@ -88,8 +88,9 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         app.state.sessions = Sessions(most=settings.sessions_max, memory=app.state.memory)
         app.state.broadcast = Broadcast()
         app.state.scenes = Scenes(most=settings.scenes_max)
-        sweepers = [
-            asyncio.create_task(kept.sweep()) for kept in (app.state.sessions, app.state.scenes)
+        evictors = [
+            asyncio.create_task(kept.keep_evicting())
+            for kept in (app.state.sessions, app.state.scenes)
         ]
         app.state.workers = Workers(
             count=settings.workers, waiting_max=settings.waiting_max, memory=app.state.memory
@@ -114,8 +115,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
 
         warming = asyncio.create_task(warm())
         yield
-        for sweeper in sweepers:
-            sweeper.cancel()
+        for evictor in evictors:
+            evictor.cancel()
         await app.state.scenes.close()
         warming.cancel()  # what a thread does is still waited for
         with suppress(asyncio.CancelledError):

@@ -13,6 +13,7 @@ from motionlab.studies.platform.study import Platform
 from motionlab.studies.sharing.study import Sharing
 from motionlab.studies.sizing.study import Sizing
 from motionlab.studies.study import Study
+from motionlab.studies.sweep.study import SweepStudy
 from motionlab.studies.tune.study import Landscape, Tune
 
 STUDIES: tuple[Study[Any, Any], ...] = (
@@ -21,6 +22,7 @@ STUDIES: tuple[Study[Any, Any], ...] = (
     Tune(),
     Landscape(),
     MonteCarlo(),
+    SweepStudy(),
     FrequencySweep(),
     ComputeMap(),
     Sharing(),

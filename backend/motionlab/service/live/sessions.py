@@ -18,7 +18,7 @@ IDLE_SECONDS = 1800.0
 """Time after which a session ends that nobody has asked for or watched."""
 SPARE_SECONDS = 60.0
 """The same, when its place is wanted."""
-_SWEEP_SECONDS = 30.0
+_EVICTION_PERIOD = 30.0
 _THREADS = 2
 """Threads for the slow work of sessions; more would only compete for the interpreter's lock."""
 
@@ -106,10 +106,10 @@ class Sessions:
             self._memory.give_back(session.size)
         session.close()
 
-    async def sweep(self) -> None:
+    async def keep_evicting(self) -> None:
         """End idle sessions now and then; runs for ever."""
         while True:
-            await asyncio.sleep(_SWEEP_SECONDS)
+            await asyncio.sleep(_EVICTION_PERIOD)
             self.expire(time.monotonic())
 
     def expire(self, now: float) -> None:

@@ -21,7 +21,7 @@ from motionlab.service.view3d.process import Scene
 
 COMMAND = (sys.executable, "-m", "motionlab.scene3d")
 UNWATCHED_SECONDS = 30.0
-_SWEEP_SECONDS = 2.0
+_EVICTION_PERIOD = 2.0
 _LOG = logging.getLogger(__name__)
 
 
@@ -76,13 +76,13 @@ class Scenes:
         self._ending.add(ending)
         ending.add_done_callback(self._ending.discard)
 
-    async def sweep(self) -> None:
+    async def keep_evicting(self) -> None:
         """Go on to end scenes that are over or hang; runs for ever."""
         while True:
-            await asyncio.sleep(_SWEEP_SECONDS)
-            await self.sweep_once()
+            await asyncio.sleep(_EVICTION_PERIOD)
+            await self.evict_idle()
 
-    async def sweep_once(self) -> None:
+    async def evict_idle(self) -> None:
         """End scenes that nobody watches, that hang, or whose session is gone."""
         ready = [scene for scene in self.all() if not scene.starting]
         for scene in ready:

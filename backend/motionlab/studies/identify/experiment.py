@@ -96,21 +96,21 @@ class _Run:
 
     def __init__(self, experiment: Experiment, progress: Progress | None) -> None:
         self.request, self.rig = experiment.request, experiment.rig
-        self.source, self.sweeps = experiment.source, experiment.sweeps
+        self.source, self.planned = experiment.source, experiment.motions
         self.total = experiment.ticks / _SLIDING_SHARE
         self.done = 0
         self.spent = 0
         self.points: dict[str, list[Point]] = {}
         self.motions: dict[str, list[int]] = {}
         self.found: dict[str, AxisIdentification] = {}
-        self.known = {axis: known_document(self.rig, axis) for axis in self.sweeps}
-        self.loops = {axis: CurrentLoops(self.rig.controller.delay) for axis in self.sweeps}
+        self.known = {axis: known_document(self.rig, axis) for axis in self.planned}
+        self.loops = {axis: CurrentLoops(self.rig.controller.delay) for axis in self.planned}
         self.progress = progress
 
     def document(self) -> IdentificationDocument:
         scenario = self.rig.scenario
         changes: dict[str, float] = {}
-        for axis in self.sweeps:
+        for axis in self.planned:
             self.found[axis], found = self._axis(axis)
             changes |= found
         comparison = self._compare(changes) if self.request.compare and changes else None
@@ -134,7 +134,7 @@ class _Run:
         if len(points) < 2 * FEWEST_SPEEDS:
             raise ExperimentFailed(
                 f"identification: on {axis} the motor followed {len(points)} of "
-                f"{2 * len(self.sweeps[axis])} motions, {2 * FEWEST_SPEEDS} are needed: "
+                f"{2 * len(self.planned[axis])} motions, {2 * FEWEST_SPEEDS} are needed: "
                 + "; ".join(warnings[:2])
             )
         sliding = fit_sliding(
@@ -175,14 +175,14 @@ class _Run:
         """Carry out the uniform motions of an axis; return what is wrong with them."""
         doubts: list[Doubt] = []
         self.points[axis], self.motions[axis] = [], []
-        sweeps = self.sweeps[axis]
-        for index, sweep in enumerate(sweeps):
-            self._stand(axis, "sliding", index, len(sweeps))
-            prepared = prepare(sweep.scenario)
+        planned = self.planned[axis]
+        for index, motion in enumerate(planned):
+            self._stand(axis, "sliding", index, len(planned))
+            prepared = prepare(motion.scenario)
             self.spent += prepared.reference.ticks
             samples = record(prepared, self._advance)
             points, wrong = measure(
-                self.rig, sweep, prepared.reference, samples, axis, self.loops[axis]
+                self.rig, motion, prepared.reference, samples, axis, self.loops[axis]
             )
             self.points[axis] += points
             self.motions[axis] += [index] * len(points)

@@ -13,7 +13,7 @@ from motionlab.studies.identify.document import PlanDocument, PlannedMotion
 from motionlab.studies.identify.evaluate import known_document
 from motionlab.studies.identify.presliding import ramp_ticks
 from motionlab.studies.identify.request import IdentifyRequest
-from motionlab.studies.identify.sliding import Sweep, plan_sweeps
+from motionlab.studies.identify.sliding import UniformMotion, plan_motions
 from motionlab.studies.identify.test_bench import Rig
 
 Source = str | Path | dict[str, Any]
@@ -31,19 +31,19 @@ class Experiment:
         The scenario as given.
     rig : Rig
         Motor and loop.
-    sweeps : dict of str to list of Sweep
+    motions : dict of str to list of UniformMotion
         Uniform motions of each axis.
     """
 
     request: IdentifyRequest
     source: Source
     rig: Rig
-    sweeps: dict[str, list[Sweep]]
+    motions: dict[str, list[UniformMotion]]
 
     @property
     def ticks(self) -> int:
         """About how many ticks the uniform motions take."""
-        return sum(sweep.ticks for sweeps in self.sweeps.values() for sweep in sweeps)
+        return sum(motion.ticks for motions in self.motions.values() for motion in motions)
 
     @property
     def seconds(self) -> float:
@@ -72,8 +72,8 @@ def plan(request: IdentifyRequest, source: Source | None = None) -> Experiment:
     rig = Rig.of(request, scenario)
     if request.compare:
         _refuse_nothing_to_compare(rig)
-    sweeps = {
-        axis: plan_sweeps(
+    motions = {
+        axis: plan_motions(
             rig,
             axis,
             request.speeds,
@@ -82,7 +82,7 @@ def plan(request: IdentifyRequest, source: Source | None = None) -> Experiment:
         )
         for axis in request.axes
     }
-    return Experiment(request, source, rig, sweeps)
+    return Experiment(request, source, rig, motions)
 
 
 def plan_document(experiment: Experiment, simulated_time_max: float) -> PlanDocument:
@@ -107,22 +107,22 @@ def plan_document(experiment: Experiment, simulated_time_max: float) -> PlanDocu
     ticks, ramps = experiment.ticks, 0
     if asked.enabled:
         each = 2 * asked.places
-        ramps = each * len(asked.rates) * len(experiment.sweeps)
-        for axis in experiment.sweeps:
+        ramps = each * len(asked.rates) * len(experiment.motions)
+        for axis in experiment.motions:
             force_max = asked.share * rig.identified_model(axis).friction.F_s
             ticks += each * sum(ramp_ticks(force_max, rate) for rate in asked.rates)
     return PlanDocument(
         simulated_time=ticks * CONTROL_PERIOD,
         simulated_time_max=simulated_time_max,
-        known={axis: known_document(rig, axis) for axis in experiment.sweeps},
+        known={axis: known_document(rig, axis) for axis in experiment.motions},
         axes={
             axis: [
                 PlannedMotion(
-                    speed=sweep.speed, pitches=sweep.pitches, time=sweep.ticks * CONTROL_PERIOD
+                    speed=motion.speed, pitches=motion.pitches, time=motion.ticks * CONTROL_PERIOD
                 )
-                for sweep in sweeps
+                for motion in motions
             ]
-            for axis, sweeps in experiment.sweeps.items()
+            for axis, motions in experiment.motions.items()
         },
         ramps=ramps,
     )

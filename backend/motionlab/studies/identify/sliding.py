@@ -53,7 +53,7 @@ _ROUNDED_DOWN = 0.999
 
 
 @dataclass(frozen=True)
-class Sweep:
+class UniformMotion:
     """One speed, run there and back.
 
     Attributes
@@ -77,14 +77,14 @@ class Sweep:
     ticks: int
 
 
-def plan_sweeps(
+def plan_motions(
     rig: Rig,
     axis: str,
     speeds: tuple[float, ...],
     *,
     time_max: float,
     pitches_max: int | None = None,
-) -> list[Sweep]:
+) -> list[UniformMotion]:
     """Return a motion for each speed, with as many whole pole pitches as fit.
 
     Parameters
@@ -111,7 +111,7 @@ def plan_sweeps(
     settling = _SETTLED * _slowest(rig, axis)
     uncompensated = rig.uncompensated()
     v_max = getattr(rig.scenario.plant, axis).velocity_max
-    sweeps, refused = [], []
+    motions, refused = [], []
     for index, speed in enumerate(speeds):
         ends = speed**2 / acceleration + speed * settling + _LOSS_OF_MEMORY
         room = stroke - ends
@@ -149,10 +149,10 @@ def plan_sweeps(
             }
         )
         seconds = 3.0 * _DWELL + 2.0 * (2.0 * half / speed + speed / acceleration)
-        sweeps.append(Sweep(speed, pitches, pitches * tau, scenario, to_ticks(seconds)))
+        motions.append(UniformMotion(speed, pitches, pitches * tau, scenario, to_ticks(seconds)))
     if refused:
         raise ConfigError(*refused)
-    return sweeps
+    return motions
 
 
 class Doubt(NamedTuple):
@@ -164,7 +164,7 @@ class Doubt(NamedTuple):
 
 def measure(  # noqa: PLR0913, PLR0917 - a motion, its record, and what earlier ones told
     rig: Rig,
-    sweep: Sweep,
+    motion: UniformMotion,
     reference: Reference,
     record: VariantRecord,
     axis: str,
@@ -183,15 +183,15 @@ def measure(  # noqa: PLR0913, PLR0917 - a motion, its record, and what earlier 
     saturated = record.channel("force_saturated", axis) + record.channel("current_saturated", axis)
     points: list[Point] = []
     doubts: list[Doubt] = []
-    count = round(sweep.way / (sweep.speed * CONTROL_PERIOD))
+    count = round(motion.way / (motion.speed * CONTROL_PERIOD))
     for way in (1.0, -1.0):
         stop = _end_of_cruise(velocity * way) - _AROUND
         start = stop - count
         window = slice(start - _AROUND, stop + _AROUND - 1)
         moved = position[stop] - position[start]
         speed = float(moved / (count * CONTROL_PERIOD))
-        wanted = way * sweep.speed
-        miss = abs(speed - wanted) / sweep.speed
+        wanted = way * motion.speed
+        miss = abs(speed - wanted) / motion.speed
         if miss > _OFF_SPEED:
             text = f"at {wanted:.4g} m/s the axis moved at {speed:.4g} m/s on average: it does not "
             left_out = miss > _STUCK
@@ -210,7 +210,7 @@ def measure(  # noqa: PLR0913, PLR0917 - a motion, its record, and what earlier 
                     velocity=speed,
                     force=_mean_friction(mass, thrust, position, start, stop),
                     deviation=float(command[window].std()),
-                    pitches=sweep.pitches,
+                    pitches=motion.pitches,
                 )
             )
     return points, doubts

@@ -13,14 +13,14 @@ from motionlab.config.load import load_scenario
 from motionlab.config.plant import OURS
 from motionlab.config.quantity import quantity
 from motionlab.config.scenario import Scenario
-from motionlab.loop.frequency_sweep import sweep
+from motionlab.loop.frequency_sweep import frequency_sweep
 from motionlab.loop.linearise import linearise
 from motionlab.loop.margins import NYQUIST, sampled
 from motionlab.studies.study import Source
 from motionlab.studies.tune.request import AxisRequest, read_request
 
 Complex = NDArray[np.complex128]
-Progress = Callable[[float, "SweepDocument | None"], None]
+Progress = Callable[[float, "FrequencySweepDocument | None"], None]
 
 SWEPT = tuple(float(f"{f:.3g}") for f in np.geomspace(4.0, 400.0, 16))
 """Frequencies of a sweep, Hz."""
@@ -38,7 +38,7 @@ def _si(description: str, unit: str) -> Any:
     return Field(description=description, json_schema_extra={"unit": unit})
 
 
-class SweepRequest(AxisRequest):
+class FrequencySweepRequest(AxisRequest):
     """Which loop is swept, and where."""
 
     frequencies: Annotated[
@@ -83,7 +83,7 @@ class ResponseDocument(_Document):
     sensitivity: LoopCurve = Field(description="S = 1/(1 + L)")
 
 
-class SweepDocument(ResponseDocument):
+class FrequencySweepDocument(ResponseDocument):
     """The loop of one axis as a sweep of the simulation finds it; so far, while it goes on."""
 
     linearised: ResponseDocument = Field(description="The same loop, linearised at that velocity")
@@ -112,13 +112,13 @@ def response(request: AxisRequest, scenario: Scenario, *, v: float) -> ResponseD
 
 
 def swept(
-    request: SweepRequest, scenario: Scenario, progress: Progress | None = None
-) -> SweepDocument:
+    request: FrequencySweepRequest, scenario: Scenario, progress: Progress | None = None
+) -> FrequencySweepDocument:
     """Return the loop of one axis as a sweep of the simulation finds it.
 
     Parameters
     ----------
-    request : SweepRequest
+    request : FrequencySweepRequest
         Which variant and axis, and which frequencies.
     scenario : Scenario
         As loaded from it.
@@ -136,14 +136,16 @@ def swept(
     frequency: list[float] = []
     L: list[complex] = []
     for done, f in enumerate(wanted):
-        found = sweep(scenario, variant, request.axis, [f], v=request.velocity)
+        found = frequency_sweep(scenario, variant, request.axis, [f], v=request.velocity)
         frequency += found.frequency.tolist()
         L += found.open.tolist()
         if progress is not None:
             so_far = _table(request, variant, request.velocity, np.array(frequency), np.array(L))
-            progress((done + 1) / len(wanted), SweepDocument(**so_far, linearised=linearised))
+            progress(
+                (done + 1) / len(wanted), FrequencySweepDocument(**so_far, linearised=linearised)
+            )
     made = _table(request, variant, request.velocity, np.array(frequency), np.array(L))
-    return SweepDocument(**made, linearised=linearised)
+    return FrequencySweepDocument(**made, linearised=linearised)
 
 
 def _table(

@@ -9,10 +9,10 @@ from motionlab.studies.study import Models, Progress, Source, Study
 
 if TYPE_CHECKING:
     from motionlab.config.scenario import Scenario
-    from motionlab.studies.loop.response import SweepDocument, SweepRequest
+    from motionlab.studies.loop.response import FrequencySweepDocument, FrequencySweepRequest
 
 
-class FrequencySweep(Study["tuple[SweepRequest, Scenario]", "SweepDocument"]):
+class FrequencySweep(Study["tuple[FrequencySweepRequest, Scenario]", "FrequencySweepDocument"]):
     """Measure the loop of one axis by a frequency sweep of the simulation, as a job.
 
     A slow motion goes on meanwhile. The job's report carries the points as they arrive.
@@ -27,22 +27,24 @@ class FrequencySweep(Study["tuple[SweepRequest, Scenario]", "SweepDocument"]):
 
     def models(self) -> Models:
         """Return the types of request, document and partial result."""
-        from motionlab.studies.loop.response import SweepDocument, SweepRequest
+        from motionlab.studies.loop.response import FrequencySweepDocument, FrequencySweepRequest
 
-        return Models(SweepRequest, SweepDocument, SweepDocument)
+        return Models(FrequencySweepRequest, FrequencySweepDocument, FrequencySweepDocument)
 
     def plan(
         self, request: Mapping[str, Any], source: Source | None = None
-    ) -> tuple[SweepRequest, Scenario]:
+    ) -> tuple[FrequencySweepRequest, Scenario]:
         """Return the request and its scenario, which has a linearisation; see `Study.plan`."""
         from motionlab.loop.linearise import linearise
-        from motionlab.studies.loop.response import SweepRequest, loaded
+        from motionlab.studies.loop.response import FrequencySweepRequest, loaded
 
-        wanted, scenario = loaded(SweepRequest, request, source)
+        wanted, scenario = loaded(FrequencySweepRequest, request, source)
         linearise(scenario, wanted.chosen(scenario), wanted.axis, v=wanted.velocity)
         return wanted, scenario
 
-    def run(self, plan: tuple[SweepRequest, Scenario], progress: Progress) -> SweepDocument:
+    def run(
+        self, plan: tuple[FrequencySweepRequest, Scenario], progress: Progress
+    ) -> FrequencySweepDocument:
         """Measure the loop, frequency by frequency."""
         from motionlab.studies.loop.response import swept
 

@@ -780,6 +780,28 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/sweep": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Run a scenario over a grid of values
+         * @description Run a scenario over a grid or a list of values of any of its fields.
+         *
+         *     The job ends with every metric of every variant and axis in each case, and the best cases.
+         */
+        post: operations["sweep"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/loop/sweep": {
         parameters: {
             query?: never;
@@ -1591,6 +1613,29 @@ export interface components {
             max: number[];
         };
         /**
+         * Best
+         * @description Case with the smallest value of a metric.
+         */
+        Best: {
+            /** Variant */
+            variant: string;
+            /** Axis */
+            axis: string;
+            /** Metric */
+            metric: string;
+            /** Case */
+            case: number;
+            /** Value */
+            value: number;
+            /**
+             * Set
+             * @description Changes that make the case
+             */
+            set: {
+                [key: string]: unknown;
+            };
+        };
+        /**
          * Bounds
          * @description Between which gains is searched, low and high of each; the search is in their logarithms.
          */
@@ -2135,6 +2180,44 @@ export interface components {
             dimensions: components["schemas"]["Dimensions"] | null;
             /** @description From dimensions to limits; null without dimensions */
             rating: components["schemas"]["Rating"] | null;
+        };
+        /**
+         * Dimension
+         * @description One swept field: its values one by one, or a range of numbers.
+         */
+        Dimension: {
+            /**
+             * Path
+             * @description Dotted path of a field of the scenario, such as variants.B.controller.x.k_p
+             */
+            path: string;
+            /**
+             * Values
+             * @description Values, or names of shipped parts
+             */
+            values?: (boolean | number | string)[] | null;
+            /**
+             * Start
+             * @description First value of a range
+             */
+            start?: number | null;
+            /**
+             * Stop
+             * @description Last value of a range
+             */
+            stop?: number | null;
+            /**
+             * Count
+             * @description Values in a range, ends included
+             */
+            count?: number | null;
+            /**
+             * Scale
+             * @description Spacing of a range
+             * @default linear
+             * @enum {string}
+             */
+            scale: "linear" | "log";
         };
         /**
          * Dimensions
@@ -2964,6 +3047,34 @@ export interface components {
             y: number;
         };
         /**
+         * FrequencySweepDocument
+         * @description The loop of one axis as a sweep of the simulation finds it; so far, while it goes on.
+         */
+        FrequencySweepDocument: {
+            /** Variant */
+            variant: string;
+            /** Axis */
+            axis: string;
+            /**
+             * Velocity
+             * @description Sliding velocity
+             */
+            velocity: number;
+            /**
+             * Frequency
+             * @description Frequencies
+             */
+            frequency: number[];
+            /** @description L = C P */
+            open: components["schemas"]["LoopCurve"];
+            /** @description T = L/(1 + L) */
+            closed: components["schemas"]["LoopCurve"];
+            /** @description S = 1/(1 + L) */
+            sensitivity: components["schemas"]["LoopCurve"];
+            /** @description The same loop, linearised at that velocity */
+            linearised: components["schemas"]["ResponseDocument"];
+        };
+        /**
          * FrequencySweepJob
          * @description A job of the kind frequency-sweep.
          */
@@ -3023,9 +3134,9 @@ export interface components {
              */
             kind: "frequency-sweep";
             /** @description Results so far, of a job that is running */
-            partial?: components["schemas"]["SweepDocument"] | null;
+            partial?: components["schemas"]["FrequencySweepDocument"] | null;
             /** @description Results of a job that is done */
-            result?: components["schemas"]["SweepDocument"] | null;
+            result?: components["schemas"]["FrequencySweepDocument"] | null;
         };
         /**
          * FrictionConfig
@@ -3452,7 +3563,7 @@ export interface components {
              * @description Its study, or simulate
              * @enum {string}
              */
-            kind: "simulate" | "identify" | "tune" | "landscape" | "monte-carlo" | "frequency-sweep" | "map" | "reproduce";
+            kind: "simulate" | "identify" | "tune" | "landscape" | "monte-carlo" | "sweep" | "frequency-sweep" | "map" | "reproduce";
         };
         /**
          * JudgedRow
@@ -6842,31 +6953,154 @@ export interface components {
         };
         /**
          * SweepDocument
-         * @description The loop of one axis as a sweep of the simulation finds it; so far, while it goes on.
+         * @description Metrics of a scenario over a grid or a list of values of its fields.
          */
         SweepDocument: {
-            /** Variant */
-            variant: string;
-            /** Axis */
-            axis: string;
+            /** Scenario */
+            scenario: string;
+            /** Plant */
+            plant: string;
+            /** Seed */
+            seed: number;
+            /** Version */
+            version: string;
             /**
-             * Velocity
-             * @description Sliding velocity
+             * Model
+             * @description Hash of the model's sources
              */
-            velocity: number;
+            model: string;
+            /** Fields */
+            fields: components["schemas"]["SweptField"][];
             /**
-             * Frequency
-             * @description Frequencies
+             * Shape
+             * @description Values along each dimension; cases are in row-major order, a list has one
              */
-            frequency: number[];
-            /** @description L = C P */
-            open: components["schemas"]["LoopCurve"];
-            /** @description T = L/(1 + L) */
-            closed: components["schemas"]["LoopCurve"];
-            /** @description S = 1/(1 + L) */
-            sensitivity: components["schemas"]["LoopCurve"];
-            /** @description The same loop, linearised at that velocity */
-            linearised: components["schemas"]["ResponseDocument"];
+            shape: number[];
+            /** Cases */
+            cases: number;
+            /**
+             * Infeasible
+             * @description Cases whose motor cannot follow the motion
+             */
+            infeasible: number[];
+            /** Variants */
+            variants: {
+                [key: string]: components["schemas"]["SweptVariant"];
+            };
+            /** Best */
+            best: components["schemas"]["Best"][];
+        };
+        /**
+         * SweepJob
+         * @description A job of the kind sweep.
+         */
+        SweepJob: {
+            /**
+             * Id
+             * @description Identifier, part of its URL
+             */
+            id: string;
+            /**
+             * State
+             * @description queued, running, done, failed, cancelled, or interrupted by the server's end
+             * @enum {string}
+             */
+            state: "queued" | "running" | "done" | "failed" | "cancelled" | "interrupted";
+            /**
+             * Progress
+             * @description Share of the work that is done, 0 to 1
+             */
+            progress: number;
+            /**
+             * Created
+             * Format: date-time
+             * @description When it was asked for
+             */
+            created: string;
+            /**
+             * Elapsed
+             * @description Time that it has run, s
+             */
+            elapsed: number;
+            /**
+             * Remaining
+             * @description Estimate of the time that it still needs, s
+             */
+            remaining: number | null;
+            /**
+             * Request
+             * @description Body of the request that asked for it
+             */
+            request: {
+                [key: string]: unknown;
+            };
+            /**
+             * Error
+             * @description Why a job failed or was interrupted
+             */
+            error: string | null;
+            /**
+             * Unrecorded
+             * @description Why there is no record of it beyond the server's end
+             */
+            unrecorded?: string | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "sweep";
+            /**
+             * Partial
+             * @description Results so far, of a job that is running
+             */
+            partial?: null;
+            /** @description Results of a job that is done */
+            result?: components["schemas"]["SweepDocument"] | null;
+        };
+        /**
+         * SweptAxis
+         * @description One axis of one variant over all cases.
+         */
+        SweptAxis: {
+            /**
+             * Metrics
+             * @description Metrics of a run by name, SI, one value a case; null where the case has none
+             */
+            metrics: {
+                [key: string]: (number | null)[];
+            };
+        };
+        /**
+         * SweptField
+         * @description One swept field.
+         */
+        SweptField: {
+            /** Path */
+            path: string;
+            /**
+             * Unit
+             * @description SI; empty for names and switches
+             */
+            unit: string;
+            /** Values */
+            values: unknown[];
+        };
+        /**
+         * SweptVariant
+         * @description One variant over all cases.
+         */
+        SweptVariant: {
+            /** Label */
+            label: string;
+            /**
+             * Diverged
+             * @description Cases in which it diverged
+             */
+            diverged: number[];
+            /** Axes */
+            axes: {
+                [key: string]: components["schemas"]["SweptAxis"];
+            };
         };
         /**
          * TableMapConfig
@@ -8324,7 +8558,7 @@ export interface operations {
         parameters: {
             query?: {
                 /** @description Only jobs of this kind */
-                kind?: ("simulate" | "identify" | "tune" | "landscape" | "monte-carlo" | "frequency-sweep" | "map" | "reproduce") | null;
+                kind?: ("simulate" | "identify" | "tune" | "landscape" | "monte-carlo" | "sweep" | "frequency-sweep" | "map" | "reproduce") | null;
             };
             header?: never;
             path?: never;
@@ -8415,7 +8649,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["MonteCarloJob"] | components["schemas"]["FrequencySweepJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"];
+                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["MonteCarloJob"] | components["schemas"]["SweepJob"] | components["schemas"]["FrequencySweepJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"];
                 };
             };
             /** @description Bad Request */
@@ -8501,7 +8735,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["MonteCarloJob"] | components["schemas"]["FrequencySweepJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"];
+                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["MonteCarloJob"] | components["schemas"]["SweepJob"] | components["schemas"]["FrequencySweepJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"];
                 };
             };
             /** @description Bad Request */
@@ -11776,6 +12010,175 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["MonteCarloJob"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    sweep: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": {
+                    /**
+                     * Scenario
+                     * @default circle
+                     */
+                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                        /** @enum {string} */
+                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                        /**
+                         * Name
+                         * @description Short name
+                         * @default custom
+                         */
+                        name?: string;
+                        /**
+                         * Title
+                         * @description One line for people
+                         * @default
+                         */
+                        title?: string;
+                        /**
+                         * Description
+                         * @description What it shows and whose choice its numbers are
+                         * @default
+                         */
+                        description?: string;
+                        /**
+                         * Seed
+                         * @description Seed of every noise source
+                         * @default 2019
+                         */
+                        seed?: number;
+                        /**
+                         * Settling Band
+                         * @description Following error below which a move counts as settled
+                         * @default 0.000002
+                         */
+                        settling_band?: number;
+                        /**
+                         * Divergence Error
+                         * @description Following error beyond which a variant has diverged
+                         * @default 0.02
+                         */
+                        divergence_error?: number;
+                        plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
+                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        variants?: {
+                            [key: string]: Record<string, never>;
+                        };
+                        load?: Record<string, never>;
+                        schedule?: Record<string, never>[];
+                        window?: Record<string, never> | null;
+                    } | unknown | unknown);
+                    /**
+                     * Set
+                     * @description Dotted path to value, SI
+                     */
+                    set?: {
+                        [key: string]: unknown;
+                    };
+                    /**
+                     * Grid
+                     * @description Swept fields; of a grid the last one changes fastest
+                     */
+                    grid: components["schemas"]["Dimension"][];
+                    /**
+                     * Combine
+                     * @description grid: every combination of values; list: first with first, second with second
+                     * @default grid
+                     * @enum {string}
+                     */
+                    combine?: "grid" | "list";
+                };
+            };
+        };
+        responses: {
+            /** @description Accepted as a job, at its Location */
+            202: {
+                headers: {
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SweepJob"];
                 };
             };
             /** @description Bad Request */

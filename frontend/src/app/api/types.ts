@@ -70,7 +70,7 @@ export type TuneHistory = Schemas['TuneHistory'];
 export type AxisLandscape = Schemas['AxisLandscape'];
 /** The loop of one axis over frequency. */
 export type LoopResponse = Schemas['ResponseDocument'];
-export type LoopSweep = Schemas['SweepDocument'];
+export type LoopSweep = Schemas['FrequencySweepDocument'];
 /** Eqs (39) to (42) of one axis, beside the simulation. */
 export type LoopAccuracy = Schemas['AccuracyDocument'];
 

@@ -1,0 +1,64 @@
+"""The document of a sweep, as REST answers and ``--json`` prints it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field
+
+
+class _Document(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+
+
+class SweptField(_Document):
+    """One swept field."""
+
+    path: str
+    unit: str = Field(description="SI; empty for names and switches")
+    values: list[Any]
+
+
+class SweptAxis(_Document):
+    """One axis of one variant over all cases."""
+
+    metrics: dict[str, list[float | None]] = Field(
+        description="Metrics of a run by name, SI, one value a case; null where the case has none"
+    )
+
+
+class SweptVariant(_Document):
+    """One variant over all cases."""
+
+    label: str
+    diverged: list[int] = Field(description="Cases in which it diverged")
+    axes: dict[str, SweptAxis]
+
+
+class Best(_Document):
+    """Case with the smallest value of a metric."""
+
+    variant: str
+    axis: str
+    metric: str
+    case: int
+    value: float
+    set: dict[str, Any] = Field(description="Changes that make the case")
+
+
+class SweepDocument(_Document):
+    """Metrics of a scenario over a grid or a list of values of its fields."""
+
+    scenario: str
+    plant: str
+    seed: int
+    version: str
+    model: str = Field(description="Hash of the model's sources")
+    fields: list[SweptField]
+    shape: list[int] = Field(
+        description="Values along each dimension; cases are in row-major order, a list has one"
+    )
+    cases: int
+    infeasible: list[int] = Field(description="Cases whose motor cannot follow the motion")
+    variants: dict[str, SweptVariant]
+    best: list[Best]

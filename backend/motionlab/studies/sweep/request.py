@@ -1,0 +1,119 @@
+"""The request of a sweep: which fields take which values."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from itertools import product
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from motionlab.config.quantity import OURS, Config, quantity
+from motionlab.config.validation_errors import checked
+
+CASES_MAX = 10_000
+_Text = Annotated[str, Field(max_length=200)]
+Value = bool | int | float | _Text
+"""A value of a field; text also names a shipped part, as in ``plant``."""
+
+
+class Dimension(Config):
+    """One swept field: its values one by one, or a range of numbers."""
+
+    path: str = Field(
+        min_length=1,
+        max_length=200,
+        description="Dotted path of a field of the scenario, such as variants.B.controller.x.k_p",
+    )
+    values: Annotated[tuple[Value, ...], Field(strict=False, min_length=1)] | None = Field(
+        default=None, max_length=CASES_MAX, description="Values, or names of shipped parts"
+    )
+    start: float | None = Field(default=None, description="First value of a range")
+    stop: float | None = Field(default=None, description="Last value of a range")
+    count: int | None = quantity(
+        "Values in a range, ends included",
+        unit="1",
+        source=OURS,
+        default=None,
+        ge=2,
+        le=CASES_MAX,
+    )
+    scale: Literal["linear", "log"] = Field(default="linear", description="Spacing of a range")
+
+    @model_validator(mode="after")
+    def _is_values_or_range(self) -> Self:
+        ends = (self.start, self.stop, self.count)
+        if self.values is not None:
+            if any(end is not None for end in ends):
+                raise ValueError("takes values, or start, stop and count, not both")
+        elif self.start is None or self.stop is None or self.count is None:
+            raise ValueError("needs values, or start, stop and count")
+        elif self.scale == "log" and (self.start <= 0.0 or self.stop <= 0.0):
+            raise ValueError("a logarithmic range needs start and stop above 0")
+        return self
+
+    def points(self) -> list[Any]:
+        """Return the values, in order."""
+        if self.values is not None:
+            return list(self.values)
+        assert self.start is not None and self.stop is not None and self.count is not None
+        if self.scale == "linear":
+            return np.linspace(self.start, self.stop, self.count).tolist()
+        inner = np.geomspace(self.start, self.stop, self.count).tolist()[1:-1]
+        return [self.start, *inner, self.stop]
+
+
+class SweepRequest(Config):
+    """A scenario and the fields that are swept."""
+
+    scenario: str | dict[str, Any] = Field(
+        default="circle", description="Name of a shipped scenario, or its tables"
+    )
+    set: dict[str, Any] = Field(
+        default_factory=dict, max_length=4096, description="Dotted path to value, SI"
+    )
+    grid: Annotated[tuple[Dimension, ...], Field(strict=False, min_length=1, max_length=6)] = Field(
+        description="Swept fields; of a grid the last one changes fastest"
+    )
+    combine: Literal["grid", "list"] = Field(
+        default="grid",
+        description="grid: every combination of values; list: first with first, second with second",
+    )
+
+    @model_validator(mode="after")
+    def _is_a_grid(self) -> Self:
+        paths = [dimension.path for dimension in self.grid]
+        twice = next((path for path in paths if paths.count(path) > 1), None)
+        if twice is not None:
+            raise ValueError(f"{twice} is swept twice")
+        sizes = [_size(dimension) for dimension in self.grid]
+        if self.combine == "list" and len(set(sizes)) > 1:
+            raise ValueError(f"a list needs as many values of each field, not {sizes}")
+        cases = math.prod(self.shape)
+        if cases > CASES_MAX:
+            raise ValueError(f"{cases} cases are more than {CASES_MAX}")
+        return self
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of values along each dimension of the result; one dimension for a list."""
+        sizes = tuple(_size(dimension) for dimension in self.grid)
+        return sizes[:1] if self.combine == "list" else sizes
+
+    def cases(self) -> list[dict[str, Any]]:
+        """Return the changes of each case, dotted path to value."""
+        paths = [dimension.path for dimension in self.grid]
+        points = [dimension.points() for dimension in self.grid]
+        rows = zip(*points, strict=True) if self.combine == "list" else product(*points)
+        return [dict(zip(paths, row, strict=True)) for row in rows]
+
+
+def read_request(request: Mapping[str, Any]) -> SweepRequest:
+    """Return a request, checked; raise ConfigError naming every field that is wrong."""
+    return checked(SweepRequest, request, "sweep")
+
+
+def _size(dimension: Dimension) -> int:
+    return len(dimension.values) if dimension.values is not None else dimension.count or 0

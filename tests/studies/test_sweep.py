@@ -1,0 +1,148 @@
+"""Sweeps: each case as its run alone gives it, by command, by call, and what is refused."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+from typing import Any
+
+import httpx
+import numpy as np
+import pytest
+
+from motionlab.cli import main
+from motionlab.config.load import load_scenario
+from motionlab.errors import ConfigError
+from motionlab.service.settings import Settings
+from motionlab.simulation.prepare import prepare
+from motionlab.simulation.result import document
+from motionlab.simulation.run import run as run_alone
+from motionlab.studies.sweep import run as module
+from motionlab.studies.sweep.document import SweepDocument
+from motionlab.studies.sweep.request import read_request
+from motionlab.studies.sweep.run import plan, run
+from tests.service.live import API, until
+from tests.service.servers import PATIENCE, Server
+
+SHORT = {"trajectory.laps": 2}
+GAIN = "variants.B.controller.x.k_p"
+PEAK = "max_abs_following_error"
+
+
+def sweep(*grid: dict[str, Any], **rest: Any) -> SweepDocument:
+    return run(plan(read_request({"set": SHORT, "grid": list(grid)} | rest)))
+
+
+def metrics_alone(changes: dict[str, Any]) -> dict[str, Any]:
+    prepared = prepare(load_scenario("circle", SHORT | changes))
+    return document(prepared, run_alone(prepared))["variants"]
+
+
+def test_each_case_has_the_metrics_of_its_run_alone() -> None:
+    gains = {"path": GAIN, "values": [200300, 300e3]}
+    trajectories = {"path": "trajectory.frequency", "start": 0.5, "stop": 1.0, "count": 2}
+    found = sweep(gains, {"path": "plant", "values": ["nominal", "matched"]}, trajectories)
+    assert found.shape == [2, 2, 2]
+    assert [field.unit for field in found.fields] == ["N/m", "", "Hz"]
+    cases = plan(read_request({"grid": [gains, trajectories]})).cases
+    assert cases[1] == {GAIN: 200300, "trajectory.frequency": 1.0}  # the last field is fastest
+    for case in (1, 6):
+        at = np.unravel_index(case, found.shape)
+        changes = {f.path: f.values[i] for f, i in zip(found.fields, at, strict=True)}
+        for name, variant in metrics_alone(changes).items():
+            for axis, metrics in variant["axes"].items():
+                for metric, values in found.variants[name].axes[axis].metrics.items():
+                    value = metrics.get(metric)
+                    assert values[case] == (value and float(f"{value:.7g}")), (case, name, metric)
+
+
+def test_cases_in_parcels_are_those_of_one_batch(monkeypatch: pytest.MonkeyPatch) -> None:
+    grid = {"path": GAIN, "start": 1e5, "stop": 1e6, "count": 5, "scale": "log"}
+    whole = sweep(grid)
+    monkeypatch.setattr(module, "_TOGETHER", 2)
+    assert sweep(grid) == whole
+    peaks = whole.variants["B"].axes["x"].metrics[PEAK]
+    assert whole.fields[0].values[::4] == [1e5, 1e6]
+    best = next(b for b in whole.best if (b.variant, b.axis, b.metric) == ("B", "x", PEAK))
+    assert best.case == int(np.argmin(np.array(peaks)))
+    assert peaks[4] is not None and peaks[0] is not None and peaks[4] < 0.2 * peaks[0]
+
+
+def test_a_list_takes_values_together() -> None:
+    found = sweep(
+        {"path": "seed", "values": [1, 2, 3]},
+        {"path": "plant.x.mass", "values": [5.0, 6.0, 7.0]},
+        combine="list",
+    )
+    assert (found.shape, found.cases) == ([3], 3)
+    alone = metrics_alone({"seed": 3, "plant.x.mass": 7.0})["B"]["axes"]["x"][PEAK]
+    assert found.variants["B"].axes["x"].metrics[PEAK][2] == float(f"{alone:.7g}")
+
+
+def test_cases_that_diverge_or_cannot_be_followed_are_named() -> None:
+    found = sweep({"path": "divergence_error", "values": [1e-3, 1e-5]})
+    assert (found.variants["A"].diverged, found.variants["B"].diverged) == ([1], [])
+    assert found.variants["A"].axes["x"].metrics[PEAK][1] is None
+    found = sweep({"path": "trajectory.frequency", "values": [0.5, 50.0]})
+    assert found.infeasible == [1]
+    assert found.variants["A"].axes["y"].metrics[PEAK][1] is None
+
+
+@pytest.mark.parametrize(
+    ("grid", "said"),
+    [
+        ([], "grid"),
+        ([{"path": GAIN}], "needs values, or start, stop and count"),
+        ([{"path": GAIN, "values": [1.0], "count": 3}], "not both"),
+        ([{"path": GAIN, "start": 0.0, "stop": 1.0, "count": 3, "scale": "log"}], "above 0"),
+        ([{"path": GAIN, "values": [1.0]}] * 2, "is swept twice"),
+        ([{"path": f"plant.{a}.mass", "start": 1, "stop": 2, "count": 101} for a in "xy"], "10201"),
+        ([{"path": "plant.x.mas", "values": [1.0]}], "did you mean 'mass'"),
+        ([{"path": GAIN, "values": [-5.0]}], "0: variants.B.controller.x.k_p"),
+        ([{"path": "variants", "values": ["A"]}], "grid.0"),
+        ([{"path": GAIN, "values": [float("nan")]}], "grid.0"),
+    ],
+)
+def test_what_is_no_sweep_is_refused(grid: list[Any], said: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        plan(read_request({"grid": grid}))
+    assert said in str(caught.value)
+
+
+def test_a_list_of_unequal_lengths_is_refused() -> None:
+    lists = [{"path": "seed", "values": [1, 2]}, {"path": "plant.x.mass", "values": [5.0]}]
+    with pytest.raises(ConfigError, match=r"as many values of each field, not \[2, 1\]"):
+        read_request({"grid": lists, "combine": "list"})
+
+
+def test_the_command_prints_and_writes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    table = tmp_path / "gains.csv"
+    command = ["sweep", "circle", "--set", "trajectory.laps=2", "--grid", f"{GAIN}=2e5:4e5:3"]
+    assert main([*command, "--out", str(table)]) == 0
+    assert "k_p, N/m" in capsys.readouterr().out
+    rows = list(csv.DictReader(table.read_text().splitlines()))
+    assert [row[GAIN] for row in rows] == ["200000.0", "300000.0", "400000.0"]
+    assert main([*command, "--json"]) == 0
+    found = SweepDocument(**json.loads(capsys.readouterr().out))
+    assert float(rows[1][f"B.x.{PEAK}"]) == found.variants["B"].axes["x"].metrics[PEAK][1]
+    assert main(["sweep", "--grid", f"{GAIN}=1:2"]) == 2
+    assert "PATH=FROM:TO:COUNT" in capsys.readouterr().err
+
+
+def test_a_job_gives_what_the_command_prints() -> None:
+    server = Server(Settings())
+    body = {"set": SHORT, "grid": [{"path": GAIN, "start": 2e5, "stop": 4e5, "count": 3}]}
+    with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
+        accepted = client.post(f"{API}/sweep", json=body)
+        assert accepted.status_code == 202
+        job = accepted.headers["location"]
+        until(lambda: client.get(job).json()["state"] == "done")
+        report = client.get(job).json()
+        assert report["kind"] == "sweep"
+        assert SweepDocument(**report["result"]) == run(plan(read_request(body)))
+        many = {"path": "plant.x.mass", "start": 5, "stop": 6, "count": 10_000}
+        refused = client.post(f"{API}/sweep", json={"grid": [many]})
+        assert refused.status_code == 422
+        assert refused.json()["errors"][0]["range"] == "<= 100000"
+    server.stop()
