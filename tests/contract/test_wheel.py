@@ -65,7 +65,7 @@ def test_the_wheel_holds_every_file_that_is_copied(source: Path, installed: Path
     copied = files(source / "backend" / "motionlab")
     copied |= {Path("configs") / path for path in files(source / "configs")}
     assert copied == package
-    assert {Path("page/index.html.gz"), Path("paper/known_failures.toml")} <= package
+    assert {Path("page/index.html.gz"), Path("studies/paper/known_failures.toml")} <= package
 
 
 def test_nothing_that_the_wheel_serves_fails(installed: Path, tmp_path: Path) -> None:

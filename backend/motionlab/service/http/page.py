@@ -26,7 +26,7 @@ _NOT_BUILT = "The page is not built: `make run` in a checkout builds and serves 
 
 def page_root() -> Path | None:
     """Return the folder of the built page, in the package or the checkout, if it is there."""
-    package = Path(__file__).resolve().parent.parent
+    package = Path(__file__).resolve().parents[2]
     for folder in (package / "page", package.parent.parent / "frontend" / "dist"):
         if (folder / "index.html").is_file():
             return folder
