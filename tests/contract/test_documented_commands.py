@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
+import io
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -15,6 +18,7 @@ from pathlib import Path
 import httpx
 import pytest
 
+from motionlab.cli import main
 from tests.alike import same_text
 from tests.service.openapi import Contract
 from tests.service.servers import Server
@@ -33,6 +37,7 @@ INLINE = re.compile(r"(?:make|\.venv/bin/\S+|motionlab|docker|systemctl) \S.*")
 NUMBER = re.compile(r"(?<![\w-])\d+(?:\.\d+)?")
 PRINTS = re.compile(r"\nprints.*\n\n((?:    .*\n|\n)+)")
 MENTIONED = {"motionlab serve", "motionlab run", "motionlab run --json"}
+PLAIN = re.compile(r"motionlab [^|<>$&;\n]*")
 PLACEHOLDER = re.compile(r"\b(?:SCENARIO|ADDRESS|FOLDER|IMAGE)\b")
 
 ELSEWHERE = {
@@ -47,6 +52,7 @@ ELSEWHERE = {
     r"\.venv/bin/python -m tests\.contract\.container .*": "minutes, as root, with debootstrap",
     r"motionlab map( --json .*| --preset reference .*| --set g=0\.27.*)?": "minutes: test_map.py "
     "has smaller ones",
+    r"motionlab reproduce": "minutes, whose rows tests/contract/test_reproduce.py reads",
     r"motionlab map .*--out configs/.*": "minutes; test_table_map.py solves a position again",
     r"\.venv/bin/python -m tests\.bench.*": "minutes; timing is never asserted",
     r"\.venv/bin/python -m tests\.e2e\.pictures": "writes docs/; test_docs.py sees that they exist",
@@ -169,6 +175,18 @@ def bash(
     )
 
 
+def in_this_process(text: str, folder: Path, _: Server) -> subprocess.CompletedProcess[str]:
+    """Run a command that needs no shell, without the second that an interpreter takes to start."""
+    arguments = shlex.split(text)[1:]
+    with (
+        contextlib.chdir(folder),
+        contextlib.redirect_stdout(io.StringIO()) as printed,
+        contextlib.redirect_stderr(io.StringIO()) as said,
+    ):
+        code = main(arguments)
+    return subprocess.CompletedProcess(text, code, printed.getvalue(), said.getvalue())
+
+
 def scenario_of(page: str) -> str:
     """Return the scenario that a page shows as TOML."""
     text = next(path for path in PAGES if path.name == page).read_text()
@@ -182,7 +200,8 @@ def test_it_runs_as_written(command: Command, tmp_path: Path, server: Server) ->
             need(program)
     for name in re.findall(r"(?<= )[\w-]+\.toml", command.text):
         (tmp_path / name).write_text(scenario_of(command.page))
-    done = bash(command.text, tmp_path, server)
+    run = in_this_process if PLAIN.fullmatch(command.text) else bash
+    done = run(command.text, tmp_path, server)
     expected = next(
         (
             code

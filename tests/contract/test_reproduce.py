@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import json
 import re
 import shlex
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +15,7 @@ import httpx
 import pytest
 
 from motionlab.cli import main
-from motionlab.studies.paper import experiments, known_failures
+from motionlab.studies.paper import experiments, known_failures, reproduce
 from motionlab.studies.paper.document import ReproduceDocument
 from motionlab.studies.paper.printed_number import look_up
 from motionlab.studies.paper.registry import GROUPS, paper
@@ -21,14 +23,6 @@ from tests.service.live import API, until
 from tests.service.servers import PATIENCE, Server
 
 Reproduced = tuple[int, dict[str, Any]]
-
-
-@pytest.fixture(scope="module", autouse=True)
-def few_plants() -> Iterator[None]:
-    """Draw few plants for each Monte Carlo study: tests/contract/test_montecarlo.py has more."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(experiments, "CASES", 8)
-        yield
 
 
 @pytest.fixture(scope="module")
@@ -40,9 +34,23 @@ def server() -> Iterator[Server]:
 
 @pytest.fixture(scope="module")
 def whole() -> ReproduceDocument:
-    from motionlab.studies.paper.reproduce import reproduce
+    """Return what `motionlab reproduce` finds, which prints it and exits with 0."""
+    found: list[ReproduceDocument] = []
+    compute = reproduce.reproduce
 
-    return reproduce()
+    def kept(only: Sequence[str], progress: reproduce.Progress) -> ReproduceDocument:
+        found.append(compute(only, progress))
+        return found[0]
+
+    with (
+        pytest.MonkeyPatch.context() as patch,
+        contextlib.redirect_stdout(io.StringIO()) as printed,
+    ):
+        patch.setattr(reproduce, "reproduce", kept)
+        assert main(["reproduce"]) == 0
+    (document,) = found
+    assert [row.id for row in document.rows if row.id not in printed.getvalue()] == []
+    return document
 
 
 def command(capsys: pytest.CaptureFixture[str], *arguments: str) -> Reproduced:
