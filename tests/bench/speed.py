@@ -11,7 +11,7 @@ import numpy as np
 from motionlab.config.load import load_scenario
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.kernel.build import initial_state, lane_parameters
-from motionlab.kernel.layout import SAMPLE_ROWS, State
+from motionlab.kernel.layout import SAMPLE_ROWS, state_row
 from motionlab.kernel.tick import run_ticks
 from motionlab.lanes import WIDTH
 from motionlab.simulation.inputs import PAGE, page_inputs
@@ -127,7 +127,7 @@ def _agreement(what: str, c: ScalarC, prepared: Prepared, tolerance: float) -> R
     samples = np.empty((len(inputs), SAMPLE_ROWS, WIDTH), dtype=np.float32)
     run_ticks(parameters, state, inputs, samples)
 
-    moved = np.abs(states.T - state[:, :_LANES])[State._fields.index("p")].max()
+    moved = np.abs(states.T - state[:, :_LANES])[state_row("plant.p")].max()
     errors = np.abs(samples[:, Sample._fields.index("following_error"), :_LANES])
     single = np.finfo(np.float32).eps  # the kernel's errors are recorded in single precision
     differ = np.abs(largest - errors.max(axis=0)) - single * largest

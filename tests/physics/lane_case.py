@@ -21,7 +21,7 @@ from motionlab.kernel.layout import (
     Inputs,
     Limits,
     Parameters,
-    State,
+    state_row,
 )
 from motionlab.kernel.tick import H, run_ticks
 from motionlab.lanes import WIDTH
@@ -146,8 +146,8 @@ def rows(lanes: Sequence[Parameters]) -> Array:
 def at_rest(place: Iterable[float]) -> Array:
     """Return the state of movers at rest at `place`, x and y; shape (STATE_ROWS, WIDTH)."""
     state = np.zeros((STATE_ROWS, WIDTH))
-    state[State._fields.index("p")] = np.tile(tuple(place), WIDTH // 2)
-    state[State._fields.index("failed")] = -1.0
+    state[state_row("plant.p")] = np.tile(tuple(place), WIDTH // 2)
+    state[state_row("failed")] = -1.0
     return state
 
 
@@ -204,7 +204,7 @@ def run(lanes: Array, state: Array, driven: Array) -> NDArray[np.float32]:
 
 def positions(lanes: Array, state: Array, driven: Array) -> Array:
     """Advance `state`; return positions after each tick in double precision, (ticks, WIDTH)."""
-    row = State._fields.index("p")
+    row = state_row("plant.p")
     result = np.empty((len(driven), WIDTH))
     for k in range(len(driven)):
         run(lanes, state, driven[k : k + 1])

@@ -11,7 +11,7 @@ from motionlab.config.load import load_scenario
 from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.kernel.build import initial_state, lane_parameters
-from motionlab.kernel.layout import SAMPLE_ROWS, Inputs, State
+from motionlab.kernel.layout import SAMPLE_ROWS, Inputs, state_row
 from motionlab.kernel.tick import run_ticks
 from motionlab.simulation.inputs import PAGE, page_inputs
 from motionlab.simulation.prepare import prepare
@@ -215,7 +215,7 @@ def test_poison_stays_in_its_lane(where: str, poison: float) -> None:
             (parameters if where == "parameters" else state)[:2, lane] = poison
         samples = np.empty((len(rows), SAMPLE_ROWS, 8), dtype=np.float32)
         run_ticks(parameters, state, rows, samples)
-        return samples, state[State._fields.index("failed")]
+        return samples, state[state_row("failed")]
 
     clean, failed = go(None)
     assert (failed == -1.0).all()

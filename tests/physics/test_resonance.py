@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from motionlab.config.load import load_scenario
-from motionlab.kernel.layout import State
+from motionlab.kernel.layout import state_row
 from motionlab.kernel.tick import H
 from motionlab.loop.frequency_sweep import frequency_sweep
 from motionlab.loop.linearise import linearise, stability_limits
@@ -42,7 +42,7 @@ def test_free_decay_has_the_frequency_and_the_damping_of_the_closed_form() -> No
     lanes = rows([changed(lane(axis), IDEAL | mode | loose) for axis in (X, Y)] * 4)
     state = at_rest((0.0, 0.0))
     y_0 = 1e-5
-    state[State._fields.index("y")] = y_0
+    state[state_row("plant.y")] = y_0
     seen = channel(run(lanes, state, inputs(np.zeros((400, 3, 2)))), "position_measured")
     t = np.arange(400) * CONTROL_PERIOD
     damped = OMEGA * math.sqrt(1.0 - DAMPING**2)

@@ -14,7 +14,7 @@ import pytest
 from motionlab.config.load import load_scenario
 from motionlab.control.compensation import OBSERVER, PUBLISHED, REVERSED
 from motionlab.errors import ConfigError
-from motionlab.kernel.layout import INPUT_ROWS, State
+from motionlab.kernel.layout import INPUT_ROWS, state_row
 from motionlab.loop.linearise import linearise
 from tests.physics.lane_case import IDEAL, Array, at_rest, channel, lane, rows, run
 from tests.physics.nominal import CONTROL_PERIOD, POLE_PITCH, Axis, X, Y
@@ -31,7 +31,7 @@ def bristle_error(axis: Axis, law: float, changes: dict[str, float] | None = Non
     """Return abs(e_z), m, of a mover at rest whose estimate starts 1e-15 m off: it stays linear."""
     lanes = rows([lane(axis, law, IDEAL | (changes or {}))] * 8)
     state = at_rest((0.0, 0.0))
-    state[State._fields.index("z_hat")] = 1e-15
+    state[state_row("memory.z_hat")] = 1e-15
     samples = run(lanes, state, np.zeros((140, INPUT_ROWS, 2)))
     e_z = channel(samples, "bristle") - channel(samples, "bristle_estimate")
     return np.abs(e_z[:, 0])

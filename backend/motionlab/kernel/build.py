@@ -38,7 +38,7 @@ from motionlab.control.notch import sampled_notch
 from motionlab.control.position import PositionController
 from motionlab.force_sharing.pole_pitch import share_over
 from motionlab.kernel.force_maps import map_lanes, sharing_lanes
-from motionlab.kernel.layout import PARAMETER_ROWS, STATE_ROWS, Limits, Parameters, State
+from motionlab.kernel.layout import PARAMETER_ROWS, STATE_ROWS, Limits, Parameters, state_row
 from motionlab.lanes import WIDTH
 from motionlab.lanes.bank import TABLES
 from motionlab.plant.current import Amplifiers
@@ -103,8 +103,8 @@ def initial_state(
 ) -> NDArray[np.float64]:
     """Return the state of movers at rest at `start`, m; shape (blocks, STATE_ROWS, `width`)."""
     state = np.zeros((blocks, STATE_ROWS, width))
-    state[:, State._fields.index("p")] = np.tile(start, width // LANES_PER_VARIANT)
-    state[:, State._fields.index("failed")] = -1.0
+    state[:, state_row("plant.p")] = np.tile(start, width // LANES_PER_VARIANT)
+    state[:, state_row("failed")] = -1.0
     return state
 
 

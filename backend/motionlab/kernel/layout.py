@@ -11,11 +11,11 @@ from motionlab.control.compensation import Compensation
 from motionlab.control.notch import Notch
 from motionlab.control.position import PositionController
 from motionlab.force_sharing.functions import LEAST_NORM, Sharing
-from motionlab.lanes import Lanes, compiled, unpack
+from motionlab.lanes import Lanes, compiled, pack, unpack
 from motionlab.plant.current import Amplifiers
 from motionlab.plant.encoder import Encoder
 from motionlab.plant.friction import LuGre
-from motionlab.plant.magnetics import ForceMap
+from motionlab.plant.magnetics import ForceMap, Phases
 from motionlab.plant.mechanics import Mechanics
 from motionlab.plant.resonance import Resonance
 from motionlab.plant.table_map import TableMap
@@ -35,10 +35,10 @@ class Inputs(NamedTuple):
     current_c: Lanes
 
 
-class State(NamedTuple):
-    """Everything a lane remembers from one tick to the next."""
+class PlantState(NamedTuple):
+    """State of the machine."""
 
-    p: Lanes  # plant: position, m
+    p: Lanes  # position, m
     v: Lanes  # velocity, m/s
     z: Lanes  # bristle state, m
     y: Lanes  # deflection that the encoder sees, m
@@ -46,7 +46,12 @@ class State(NamedTuple):
     i_a: Lanes  # phase currents, A
     i_b: Lanes
     i_c: Lanes
-    p_last: Lanes  # controller: last measured position, m
+
+
+class Memory(NamedTuple):
+    """State of the controller, its commands apart."""
+
+    p_last: Lanes  # last measured position, m
     v_last: Lanes  # and velocity, m/s
     e_last: Lanes  # last following error, m
     z_hat: Lanes  # bristle estimate, m
@@ -54,19 +59,32 @@ class State(NamedTuple):
     d: Lanes  # disturbance estimate, N
     n_1: Lanes  # the notch's memory, N
     n_2: Lanes
-    f_acting: Lanes  # in effect over the last period: realised force, N
-    f_hat_acting: Lanes  # the friction estimate it was made with, N
-    f_added_acting: Lanes  # the part of the estimate that was added, N
-    K_acting: Lanes  # m/s
-    f_pending: Lanes  # the same, computed but not yet in effect (loop delay)
-    f_hat_pending: Lanes
-    f_added_pending: Lanes
-    K_pending: Lanes
-    c_a_pending: Lanes  # current commands not yet in effect, A
-    c_b_pending: Lanes
-    c_c_pending: Lanes
+
+
+class Command(NamedTuple):
+    """Force of one period, and what it was made with; either acting or pending (loop delay)."""
+
+    force: Lanes  # realised within the limits, N
+    estimate: Lanes  # friction estimate, N
+    added: Lanes  # the part of the estimate that was added, N
+    K: Lanes  # m/s
+
+
+class State(NamedTuple):
+    """Everything a lane remembers from one tick to the next."""
+
+    plant: PlantState
+    memory: Memory
+    acting: Command
+    pending: Command  # computed but not yet in effect
+    pending_current: Phases  # current commands not yet in effect, A
     age: Lanes  # ticks since the start
     failed: Lanes  # tick at which the lane diverged; -1 while it has not
+
+
+class _Clock(NamedTuple):
+    age: Lanes
+    failed: Lanes
 
 
 class Limits(NamedTuple):
@@ -118,7 +136,19 @@ _SIZES = [len(group._fields) for group in _GROUPS]
 (_R0, _R1, _R2, _R3, _R4, _R5, _R6, _R7, _R8, _R9, _R10, _R11, _R12, _R13, _R14, PARAMETER_ROWS) = (
     sum(_SIZES[:i]) for i in range(len(_SIZES) + 1)
 )
-STATE_ROWS = len(State._fields)
+_STATE_NAMES = [
+    *(f"plant.{name}" for name in PlantState._fields),
+    *(f"memory.{name}" for name in Memory._fields),
+    *(f"acting.{name}" for name in Command._fields),
+    *(f"pending.{name}" for name in Command._fields),
+    *(f"pending_current.{name}" for name in Phases._fields),
+    *_Clock._fields,
+]
+STATE_ROWS = len(_STATE_NAMES)
+_S1, _S2, _S3, _S4, _S5 = (
+    _STATE_NAMES.index(name)
+    for name in ("memory.p_last", "acting.force", "pending.force", "pending_current.a", "age")
+)
 INPUT_ROWS = len(Inputs._fields)
 SAMPLE_ROWS = len(Sample._fields)
 
@@ -128,6 +158,37 @@ def parameter_row(path: str) -> int:
     group, _, field = path.partition(".")
     index = _NAMES.index(group)
     return sum(_SIZES[:index]) + _GROUPS[index]._fields.index(field)
+
+
+def state_row(path: str) -> int:
+    """Return the row of a field of the state, such as ``plant.p``, in an array of states."""
+    return _STATE_NAMES.index(path)
+
+
+@compiled
+def read_state(state: NDArray[np.float64], width: Lanes) -> State:
+    """Return `State` from an array, (STATE_ROWS, lanes), as wide as other lanes."""
+    clock = unpack(_Clock, state, _S5, width)
+    return State(
+        unpack(PlantState, state, 0, width),
+        unpack(Memory, state, _S1, width),
+        unpack(Command, state, _S2, width),
+        unpack(Command, state, _S3, width),
+        unpack(Phases, state, _S4, width),
+        clock.age,
+        clock.failed,
+    )
+
+
+@compiled
+def write_state(s: State, state: NDArray[np.float64]) -> None:
+    """Write `State` into an array, (STATE_ROWS, lanes)."""
+    pack(s.plant, state[:_S1])
+    pack(s.memory, state[_S1:_S2])
+    pack(s.acting, state[_S2:_S3])
+    pack(s.pending, state[_S3:_S4])
+    pack(s.pending_current, state[_S4:_S5])
+    pack(_Clock(s.age, s.failed), state[_S5:])
 
 
 FORCE_LIMIT_ROW = parameter_row("controller.force_limit")

@@ -7,15 +7,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.kernel.accumulator import MEASURED_ROWS, Measured, add_ticks
-from motionlab.kernel.layout import Inputs, State, groups, reads_tables
+from motionlab.kernel.layout import (
+    Inputs,
+    PlantState,
+    groups,
+    read_state,
+    reads_tables,
+    state_row,
+    write_state,
+)
 from motionlab.kernel.tick import tick
 from motionlab.lanes import (
     WIDE,
     WIDTH,
+    Lanes,
     axes_at,
     compiled,
     flush_subnormals,
-    pack,
     record,
     restore_mode,
     select,
@@ -29,7 +37,7 @@ Array = NDArray[np.float64]
 CHUNK = 256
 """Ticks whose samples are kept at once: they stay in the processor's cache."""
 
-_FAILED = State._fields.index("failed")
+_FAILED = state_row("failed")
 _ERROR = Measured._fields.index("following_error")
 
 
@@ -53,7 +61,7 @@ def _measured(sample: Sample) -> Measured:
 
 @compiled
 def _score(  # noqa: PLR0913, PLR0917 - the kernel's arguments, and where samples go
-    s: State,
+    width: Lanes,
     parameters: Array,
     state: Array,
     inputs: Array,
@@ -63,9 +71,9 @@ def _score(  # noqa: PLR0913, PLR0917 - the kernel's arguments, and where sample
     errors: NDArray[np.float32],
     tables: Array | None,
 ) -> None:
-    """Advance as many lanes as the state `s` has; see `score_ticks`."""
-    width = s.p
+    """Advance as many lanes as `width` has; see `score_ticks`."""
     par = groups(parameters, width)
+    s = read_state(state, width)
     samples = np.empty((CHUNK, MEASURED_ROWS, state.shape[1]), dtype=np.float32)
     ticks = inputs.shape[0]
     mode = flush_subnormals()
@@ -81,11 +89,11 @@ def _score(  # noqa: PLR0913, PLR0917 - the kernel's arguments, and where sample
             add_ticks(samples[start - begin : stop - begin], part, start - before, tally, width)
         if errors.shape[0] > 0:
             errors[begin:end] = samples[: end - begin, _ERROR]
-        pack(s, state)
+        write_state(s, state)
         if np.all(state[_FAILED] >= 0.0):
             break
     restore_mode(mode)
-    pack(s, state)
+    write_state(s, state)
 
 
 # One function for each width: numba keeps no compiled function that closes over another.
@@ -102,8 +110,17 @@ def _score_narrow(  # noqa: PLR0913, PLR0917 - as _score
     errors: NDArray[np.float32],
     tables: Array | None,
 ) -> None:
-    s = unpack(State, state, 0, WIDTH)
-    _score(s, parameters, state, inputs, target, before, tally, errors, tables)
+    _score(
+        unpack(PlantState, state, 0, WIDTH).p,
+        parameters,
+        state,
+        inputs,
+        target,
+        before,
+        tally,
+        errors,
+        tables,
+    )
 
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
@@ -117,8 +134,17 @@ def _score_wide(  # noqa: PLR0913, PLR0917 - as _score
     errors: NDArray[np.float32],
     tables: Array | None,
 ) -> None:
-    s = unpack(State, state, 0, WIDE)
-    _score(s, parameters, state, inputs, target, before, tally, errors, tables)
+    _score(
+        unpack(PlantState, state, 0, WIDE).p,
+        parameters,
+        state,
+        inputs,
+        target,
+        before,
+        tally,
+        errors,
+        tables,
+    )
 
 
 def score_ticks(  # noqa: PLR0913, PLR0917 - the kernel's arguments, and where samples go

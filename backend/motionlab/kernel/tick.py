@@ -1,6 +1,12 @@
-"""The compiled kernel: what happens in one control period, for eight lanes side by side."""
+"""The compiled kernel: one control period, for eight lanes side by side.
+
+A period has two halves: `control`, which knows no machine, and `move`, the machine under the
+command that is in effect.
+"""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -20,17 +26,23 @@ from motionlab.control.position import (
 )
 from motionlab.force_sharing.functions import share_by_law
 from motionlab.kernel.layout import (
+    Command,
     Inputs,
+    Memory,
     Parameters,
+    PlantState,
     State,
     groups,
+    read_state,
     reads_tables,
+    write_state,
 )
 from motionlab.lanes import (
+    Lanes,
+    Mask,
     axes_at,
     compiled,
     flush_subnormals,
-    pack,
     record,
     restore_mode,
     select,
@@ -51,40 +63,56 @@ T_S = CONTROL_PERIOD
 H = PLANT_STEP
 
 
-@compiled
-def tick(
-    par: Parameters, s: State, at: Inputs, tables: NDArray[np.float64] | None
-) -> tuple[State, Sample]:
-    """Return the state one control period later, and the sample taken at the period's start.
+class Signals(NamedTuple):
+    """What the controller computes on the way to its command."""
 
-    Without `tables` every lane has analytic maps and shares its force by the closed form.
+    error: Lanes  # following error, m
+    v: Lanes  # velocity by differences of the encoder, m/s
+    u: Lanes  # PD force, N
+    d: Lanes  # disturbance estimate, N
+    f_command: Lanes  # force command within its limit, N
+    limited: Mask  # some phase is at its current limit
+
+
+@compiled
+def control(
+    par: Parameters,
+    s: State,
+    at: Inputs,
+    p_meas: Lanes,
+    tables: NDArray[np.float64] | None,
+) -> tuple[Memory, Command, Phases, Signals]:
+    """Return the controller's half of a period: its next memory, force and current commands.
+
+    It reads the reference and the encoder, never the machine: of `s` the memory, the command in
+    effect and the age, of `par` the controller's groups.
     """
     controller, law, model = par.controller, par.compensation, par.model_friction
+    memory, acting = s.memory, s.acting
     first = s.age == 0.0
-
-    # measure
-    p_meas = measure(par.encoder, s.p + s.y, at.encoder_noise)
-    motion = estimate_motion(at.p_ref, p_meas, s.p_last, s.v_last, s.e_last, first, T_S)
+    motion = estimate_motion(
+        at.p_ref, p_meas, memory.p_last, memory.v_last, memory.e_last, first, T_S
+    )
 
     # compensate
     u = pd_force(controller, motion)
     inertia = controller.M * motion.a
     residual = residual_force(
-        law, model, s.residual, inertia, s.f_acting - s.f_hat_acting, s.K_acting
+        law, model, memory.residual, inertia, acting.force - acting.estimate, acting.K
     )
     residual = select(first, 0.0, residual)
     v_hat = select(law.from_reference > 0.0, at.v_ref, motion.v)
     K = adaptation(law, model, motion, v_hat, u, controller.k_d, inertia, residual)
-    estimate = estimate_friction(law, model, s.z_hat, v_hat, K, residual, T_S)
+    estimate = estimate_friction(law, model, memory.z_hat, v_hat, K, residual, T_S)
     added = select(law.enabled > 0.0, estimate.force, 0.0)
 
     # control
-    d = disturbance_estimate(controller, s.d, s.f_acting - s.f_added_acting, motion.a)
+    d = disturbance_estimate(controller, memory.d, acting.force - acting.added, motion.a)
     d = select(first, 0.0, d)
     wanted = u + added
     wanted = wanted + select(controller.feedforward > 0.0, controller.M * at.a_ref, 0.0)
-    asked = select(controller.observer > 0.0, d, 0.0)
-    wanted, n_1, n_2 = notched(par.notch, wanted + asked, u + asked, s.n_1, s.n_2)
+    opposed = select(controller.observer > 0.0, d, 0.0)
+    wanted, n_1, n_2 = notched(par.notch, wanted + opposed, u + opposed, memory.n_1, memory.n_2)
     f_command = clip(wanted, -controller.force_limit, controller.force_limit)
 
     # share
@@ -97,57 +125,30 @@ def tick(
         p_meas,
         f_command,
     )
-    ideal = controller.ideal_force > 0.0
-    realised = select(ideal, f_command, share.force)
-    late = controller.delay > 0.0
-    f_acting = select(late, s.f_pending, realised)
-    f_hat_acting = select(late, s.f_hat_pending, estimate.force)
-    f_added_acting = select(late, s.f_added_pending, added)
-    K_acting = select(late, s.K_pending, K)
-    command = Phases(
-        select(late, s.c_a_pending, share.current.a),
-        select(late, s.c_b_pending, share.current.b),
-        select(late, s.c_c_pending, share.current.c),
+    realised = select(controller.ideal_force > 0.0, f_command, share.force)
+    return (
+        Memory(p_meas, motion.v, motion.error, estimate.z, residual, d, n_1, n_2),
+        Command(realised, estimate.force, added, K),
+        share.current,
+        Signals(motion.error, motion.v, u, d, f_command, share.limited),
     )
 
-    # record
-    current = Phases(s.i_a, s.i_b, s.i_c)
-    force = select(ideal, f_acting, thrust_of(par.force_map, par.table, tables, s.p, current))
-    attraction = normal_force_of(par.force_map, par.table, tables, s.p, current)
-    f_friction = friction_force(par.friction, s.v, s.z)
-    stop = end_stop_force(par.mechanics, s.p, s.v)
-    sample = Sample(
-        position=s.p,
-        position_measured=p_meas,
-        following_error=motion.error,
-        velocity=s.v,
-        velocity_measured=motion.v,
-        acceleration=(force + stop - at.load - f_friction) / par.mechanics.M,
-        pd_force=u,
-        friction=f_friction,
-        friction_estimate=estimate.force,
-        bristle=s.z,
-        bristle_estimate=estimate.z,
-        K=K,
-        disturbance_estimate=d,
-        force_command=f_command,
-        force_realised=f_acting,
-        thrust=force,
-        normal_force=select(ideal, 0.0, attraction),
-        current_a=s.i_a,
-        current_b=s.i_b,
-        current_c=s.i_c,
-        current_command_a=share.current.a,
-        current_command_b=share.current.b,
-        current_command_c=share.current.c,
-        force_saturated=select(abs(f_command) >= controller.force_limit, 1.0, 0.0),
-        current_saturated=select(share.limited & ~ideal, 1.0, 0.0),
-    )
 
-    # drive and move
+@compiled
+def move(  # noqa: PLR0913, PLR0917 - state, command and what acts on the machine
+    par: Parameters,
+    s: PlantState,
+    f_acting: Lanes,
+    command: Phases,
+    at: Inputs,
+    tables: NDArray[np.float64] | None,
+) -> PlantState:
+    """Return the machine's half of a period: its state after currents followed their commands."""
+    ideal = par.controller.ideal_force > 0.0
     disturbance = Phases(at.current_a, at.current_b, at.current_c)
     target = settled_current(par.amplifiers, command, disturbance)
     p, v, z, y, y_rate = s.p, s.v, s.z, s.y, s.y_rate
+    current = Phases(s.i_a, s.i_b, s.i_c)
     for _ in range(SUBSTEPS):
         middle = half_step(par.amplifiers, current, target)
         p_mid = p + (0.5 * H) * v
@@ -156,36 +157,77 @@ def tick(
         p, v, z = advance(par.mechanics, par.friction, p, v, z, net, H)
         y, y_rate = ring(par.resonance, y, y_rate, force)
         current = half_step(par.amplifiers, middle, target)
+    return PlantState(p, v, z, y, y_rate, current.a, current.b, current.c)
 
-    healthy = (abs(motion.error) <= par.limits.error) & (abs(f_command) < np.inf)
+
+@compiled
+def tick(
+    par: Parameters, s: State, at: Inputs, tables: NDArray[np.float64] | None
+) -> tuple[State, Sample]:
+    """Return the state one control period later, and the sample taken at the period's start.
+
+    Without `tables` every lane has analytic maps and shares its force by the closed form.
+    """
+    machine = s.plant
+    p_meas = measure(par.encoder, machine.p + machine.y, at.encoder_noise)
+    memory, made, current_made, signals = control(par, s, at, p_meas, tables)
+    late = par.controller.delay > 0.0
+    acting = Command(
+        select(late, s.pending.force, made.force),
+        select(late, s.pending.estimate, made.estimate),
+        select(late, s.pending.added, made.added),
+        select(late, s.pending.K, made.K),
+    )
+    current_command = Phases(
+        select(late, s.pending_current.a, current_made.a),
+        select(late, s.pending_current.b, current_made.b),
+        select(late, s.pending_current.c, current_made.c),
+    )
+
+    # record
+    ideal = par.controller.ideal_force > 0.0
+    current = Phases(machine.i_a, machine.i_b, machine.i_c)
+    thrust = thrust_of(par.force_map, par.table, tables, machine.p, current)
+    force = select(ideal, acting.force, thrust)
+    attraction = normal_force_of(par.force_map, par.table, tables, machine.p, current)
+    f_friction = friction_force(par.friction, machine.v, machine.z)
+    stop = end_stop_force(par.mechanics, machine.p, machine.v)
+    limit = par.controller.force_limit
+    sample = Sample(
+        position=machine.p,
+        position_measured=p_meas,
+        following_error=signals.error,
+        velocity=machine.v,
+        velocity_measured=signals.v,
+        acceleration=(force + stop - at.load - f_friction) / par.mechanics.M,
+        pd_force=signals.u,
+        friction=f_friction,
+        friction_estimate=made.estimate,
+        bristle=machine.z,
+        bristle_estimate=memory.z_hat,
+        K=made.K,
+        disturbance_estimate=signals.d,
+        force_command=signals.f_command,
+        force_realised=acting.force,
+        thrust=force,
+        normal_force=select(ideal, 0.0, attraction),
+        current_a=current.a,
+        current_b=current.b,
+        current_c=current.c,
+        current_command_a=current_made.a,
+        current_command_b=current_made.b,
+        current_command_c=current_made.c,
+        force_saturated=select(abs(signals.f_command) >= limit, 1.0, 0.0),
+        current_saturated=select(signals.limited & ~ideal, 1.0, 0.0),
+    )
+
+    healthy = (abs(signals.error) <= par.limits.error) & (abs(signals.f_command) < np.inf)
     state = State(
-        p=p,
-        v=v,
-        z=z,
-        y=y,
-        y_rate=y_rate,
-        i_a=current.a,
-        i_b=current.b,
-        i_c=current.c,
-        p_last=p_meas,
-        v_last=motion.v,
-        e_last=motion.error,
-        z_hat=estimate.z,
-        residual=residual,
-        d=d,
-        n_1=n_1,
-        n_2=n_2,
-        f_acting=f_acting,
-        f_hat_acting=f_hat_acting,
-        f_added_acting=f_added_acting,
-        K_acting=K_acting,
-        f_pending=realised,
-        f_hat_pending=estimate.force,
-        f_added_pending=added,
-        K_pending=K,
-        c_a_pending=share.current.a,
-        c_b_pending=share.current.b,
-        c_c_pending=share.current.c,
+        plant=move(par, machine, acting.force, current_command, at, tables),
+        memory=memory,
+        acting=acting,
+        pending=made,
+        pending_current=current_made,
         age=s.age + 1.0,
         failed=select((s.failed < 0.0) & ~healthy, s.age, s.failed),
     )
@@ -239,11 +281,12 @@ def _run_ticks(
     samples: NDArray[np.float32],
     tables: NDArray[np.float64] | None,
 ) -> None:
-    s = unpack(State, state, 0)
-    par = groups(parameters, s.p)
+    width = unpack(PlantState, state, 0).p
+    par = groups(parameters, width)
+    s = read_state(state, width)
     mode = flush_subnormals()
     for k in range(inputs.shape[0]):
         s, sample = tick(par, s, axes_at(Inputs, inputs, k), tables)
         record(sample, samples, k)
     restore_mode(mode)
-    pack(s, state)
+    write_state(s, state)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from motionlab.config.planar import AXES
 from motionlab.kernel.accumulator import new_tally, tally_metrics
 from motionlab.kernel.build import LANES_PER_VARIANT, initial_state
-from motionlab.kernel.layout import State
+from motionlab.kernel.layout import state_row
 from motionlab.kernel.score import score_ticks
 from motionlab.lanes import WIDE, WIDTH
 from motionlab.results.metrics import DEFINITIONS, hold_metrics
@@ -34,7 +34,7 @@ Watch = Callable[[int, NDArray[np.float32]], None]
 """Takes the first of some movers and their following errors, (movers, axes, ticks), m; called in
 the caller's thread, and not in the movers' order."""
 
-_FAILED = State._fields.index("failed")
+_FAILED = state_row("failed")
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from motionlab.kernel.build import (
     lane_parameters,
 )
 from motionlab.kernel.force_maps import check_maps
-from motionlab.kernel.layout import FORCE_LIMIT_ROW, SAMPLE_ROWS, State, reads_tables
+from motionlab.kernel.layout import FORCE_LIMIT_ROW, SAMPLE_ROWS, reads_tables, state_row
 from motionlab.kernel.tick import run_ticks
 from motionlab.lanes import WIDTH
 from motionlab.simulation.inputs import PAGE, load_force, page_inputs
@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 ReadyEpoch = tuple[int, Scenario, Array]
 """First tick, parameters that hold from there, and the numbers of their lanes."""
 
-_FAILED = State._fields.index("failed")
+_FAILED = state_row("failed")
 BRAKING = 0.5
 """Share of the largest acceleration with which a stop brakes."""
 
