@@ -2,6 +2,8 @@ import { describe, expect, it } from 'vitest';
 import type { Scenario } from '../../app/api/types';
 import {
   bodyOf,
+  compensated,
+  compensates,
   complaint,
   complaints,
   DEFAULT,
@@ -142,4 +144,16 @@ it.each(['log', 'linear'] as const)('shows what was asked for, with %s speeds', 
   expect({ ...DEFAULT, ...formOf(asked) }).toEqual(form);
   const bare = JSON.parse(JSON.stringify(bodyOf(DEFAULT, scenario, {}))) as Record<string, unknown>;
   expect({ ...form, ...formOf(bare) }).toEqual(DEFAULT);
+});
+
+it('switches the compensation on that is compared, where there is one', () => {
+  const law = (name: string) => ({ controller: { compensation: { law: name, enabled: false } } });
+  const variants = { A: law('off'), B: law('observer') };
+  const both = { ...scenario, variants } as unknown as Scenario;
+  expect(compensates(both, {}, 'B')).toBe(true);
+  expect(compensates(both, { 'variants.B.controller.compensation.law': 'off' }, 'B')).toBe(false);
+  expect(compensated(both, { seed: 3 }, 'A')).toEqual({ seed: 3 });
+  expect(compensated(both, {}, 'B')).toEqual({
+    'variants.B.controller.compensation.enabled': true,
+  });
 });

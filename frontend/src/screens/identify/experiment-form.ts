@@ -1,5 +1,6 @@
 /** What the controls of an identification say, and what is asked of the server for it. */
 
+import { at } from '../../app/api/scenario-paths';
 import type { Axis, Changes, ProblemField, Scenario } from '../../app/api/types';
 import { clean, digits, parseNumber, prettyUnit, quantity } from '../../ui/units';
 
@@ -206,4 +207,16 @@ function allowed(range: string | undefined, factor: number, unit: string): strin
     .replaceAll('>=', '≥')
     .replaceAll('<=', '≤');
   return ` Allowed: ${text}${/\d/.test(text) ? ` ${unit}` : ''}`.trimEnd() + '.';
+}
+
+/** Whether a variant has a law that makes use of the model. */
+export function compensates(scenario: Scenario, set: Changes, variant: string): boolean {
+  const path = `variants.${variant}.controller.compensation.law`;
+  return (set[path] ?? at(scenario, path)) !== 'off';
+}
+
+/** Returns changes that also switch the compensation on, as a schedule may do later. */
+export function compensated(scenario: Scenario, set: Changes, variant: string): Changes {
+  if (!compensates(scenario, set, variant)) return set;
+  return { ...set, [`variants.${variant}.controller.compensation.enabled`]: true };
 }

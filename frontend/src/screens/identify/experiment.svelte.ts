@@ -10,15 +10,18 @@ import type {
   IdentificationPlan,
   Scenario,
 } from '../../app/api/types';
+import { AppliedChanges } from '../../app/apply/applied-changes.svelte';
+import { Comparison, forVariants } from '../../app/apply/comparison.svelte';
 import { errorText } from '../../app/error-text';
 import { differing, sourceOf, wholeOf } from '../../app/jobs/job-request';
 import { JobStore } from '../../app/jobs/job-store.svelte';
 import { LatestWins } from '../../app/latest-wins';
 import { load, save } from '../../app/storage';
 import { app, type Mode } from '../../app/store.svelte';
-import { WhatIf } from '../../app/whatif/whatif.svelte';
 import {
   bodyOf,
+  compensated,
+  compensates,
   complaints,
   DEFAULT,
   formOf,
@@ -28,7 +31,6 @@ import {
 } from './experiment-form';
 import type { Friction, Points, View } from './friction-curves';
 import { parametersOf } from './parameter-rows';
-import { comparison, compensates, forVariants, present } from './use';
 
 /** What the request of a job holds as far as the page needs it. */
 interface Asked {
@@ -38,9 +40,12 @@ interface Asked {
 
 class Experiment {
   readonly job = new JobStore(app.api, 'identify', (request) => this.change(formOf(request)));
-  readonly whatif = new WhatIf(app.api, (fields, detail) => {
-    this.notCompared = fields.map(({ loc, message }) => `${loc}: ${message}`).join('; ') || detail;
-  });
+  readonly comparison = new Comparison(app.api, (fields) =>
+    fields.map(({ loc, message }) => `${loc}: ${message}`).join('; '),
+  );
+  /** Models that were given to the Lab, and whose. */
+  readonly given = new AppliedChanges();
+  givenTo = $state.raw<readonly string[]>([]);
   form = $state.raw<Form>(load('identify', DEFAULT));
   /** The shipped scenario that the form names. */
   private chosen = $state.raw<Scenario | null>(null);
@@ -53,16 +58,6 @@ class Experiment {
   showTrue = $state(load('identify-true', true));
   /** An earlier result beside the one that is looked at. */
   beside = $state.raw<{ id: string; result: Identification } | null>(null);
-  /** The result that the comparison is of. */
-  comparedOf = $state.raw<Identification | null>(null);
-  notCompared = $state('');
-  /** What the Lab's model was before it took what was identified. */
-  before = $state.raw<{
-    values: Changes;
-    taken: Changes;
-    variants: readonly string[];
-    mode: Mode;
-  } | null>(null);
   private readonly plans = new LatestWins<Body>((body) => this.askPlan(body));
 
   readonly scenario = $derived(
@@ -186,44 +181,28 @@ class Experiment {
     return compensates(asked.scenario, asked.set, this.result.apply_to);
   });
 
+  /** Runs the motion of the experiment with the old model (A) and the identified one (B). */
   async compare(): Promise<void> {
     const { result } = this;
     const asked = this.asked();
     if (!result || !asked) return;
     await app.try(async () => {
+      const { apply_to: variant, set: chosen } = result;
       const scenario =
         typeof asked.scenario === 'string'
           ? await app.api.scenario(asked.scenario)
           : asked.scenario;
-      this.comparedOf = result;
-      this.notCompared = '';
-      const { apply_to, set } = result;
-      this.whatif.ask({ ...comparison(scenario, asked.set, apply_to, set), columns: [] });
+      const labels = ['old model', 'identified'] as const;
+      const set = compensated(scenario, asked.set, variant);
+      this.comparison.run(result, { scenario, set, variant, chosen, labels });
     });
   }
 
   /** Gives what was identified to variants of the Lab. */
   apply(variants: readonly string[], mode: Mode): void {
-    if (!this.result || !app.scenario) return;
-    app.setMode(mode);
-    const taken = forVariants(this.result.set, this.result.apply_to, variants);
-    this.before = { values: present(app.scenario, taken), taken, variants, mode };
-    app.set(taken);
-  }
-
-  /** Whether the Lab still has what was given to it. */
-  readonly applied = $derived.by(() => {
-    const { before } = this;
-    const { scenario, mode } = app;
-    if (!before || !scenario || mode !== before.mode) return false;
-    return equal(present(scenario, before.taken), before.taken);
-  });
-
-  undo(): void {
-    if (!this.before) return;
-    app.setMode(this.before.mode);
-    app.set(this.before.values);
-    this.before = null;
+    if (!this.result) return;
+    this.given.apply(forVariants(this.result.set, this.result.apply_to, variants), mode);
+    this.givenTo = variants;
   }
 
   private asked(): Asked | null {

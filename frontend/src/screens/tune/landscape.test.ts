@@ -1,6 +1,4 @@
 import { expect, it } from 'vitest';
-import type { Scenario } from '../../app/api/types';
-import { comparison } from './compare';
 import { costAt, edgeLine, pathLine } from './landscape';
 import type { LoopFigures } from './loop-store.svelte';
 import { limitWarnings } from './stability-warnings';
@@ -41,19 +39,6 @@ it('draws the way of a start only of the axis that is shown', () => {
   const start = { gains: { 'x.k_p': [1, 2], 'x.k_d': [3, 4] }, cost: [1, 1] };
   expect(pathLine(start, 'x')).toHaveLength(1);
   expect(pathLine(start, 'y')).toEqual([]);
-});
-
-it('compares one controller with itself, the chosen gains in B', () => {
-  const own = { label: 'LuGre', controller: {} };
-  const scenario = { schedule: [1], variants: { A: {}, B: own } } as unknown as Scenario;
-  const set = { plant: 'matched', 'variants.B.controller.x.k_p': 1, 'variants.A.label': 'a' };
-  const asked = comparison(scenario, set, 'B', { 'variants.B.controller.x.k_p': 2 });
-  expect(asked.scenario.schedule).toEqual([]);
-  expect(asked.set).toEqual({
-    plant: 'matched',
-    'variants.A.controller.x.k_p': 1,
-    'variants.B.controller.x.k_p': 2,
-  });
 });
 
 it('names the edge of gains that are unstable', () => {

@@ -9,16 +9,15 @@ import type {
   ReportOf,
   Scenario,
   TuneHistory,
-  Value,
 } from '../../app/api/types';
+import { AppliedChanges } from '../../app/apply/applied-changes.svelte';
+import { Comparison } from '../../app/apply/comparison.svelte';
 import { errorText } from '../../app/error-text';
 import { differing, sourceOf, wholeOf, type Source } from '../../app/jobs/job-request';
 import { JobStore } from '../../app/jobs/job-store.svelte';
 import { load, save } from '../../app/storage';
-import { app, type Mode } from '../../app/store.svelte';
-import { WhatIf } from '../../app/whatif/whatif.svelte';
+import { app } from '../../app/store.svelte';
 import { linesOf, pickedLine, type Line, type Picked } from './candidates';
-import { comparison } from './compare';
 import { loopOf, MAP, otherWords, type Swept } from './job-origin';
 import { costAt } from './landscape';
 import { LoopStore } from './loop-store.svelte';
@@ -40,21 +39,17 @@ class Tuner {
   readonly map = new JobStore(app.api, 'landscape', (request) => this.change(formOf(request)));
   readonly sweep = new JobStore(app.api, 'frequency-sweep');
   readonly loops = new LoopStore(app.api);
-  readonly whatif = new WhatIf(app.api, (fields, detail) => {
-    this.notCompared = fields.map(complaint).join(' ') || detail;
-  });
+  readonly comparison = new Comparison(app.api, (fields) => fields.map(complaint).join(' '));
+  /** Gains that were given to the Lab. */
+  readonly given = new AppliedChanges();
   form = $state.raw<Form>(load('tune', DEFAULT));
   /** The shipped scenario that the form names. */
   private named = $state.raw<Scenario | null>(null);
   refused = $state.raw<readonly string[]>([]);
-  notCompared = $state('');
   private looked = $state<Axis>(load('tune-axis', 'x' as string) === 'y' ? 'y' : 'x');
   /** Which line of each axis is chosen, by its id. */
   private choice = $state.raw<Choice>({});
   picked = $state.raw<Partial<Record<Axis, Picked>>>({});
-  /** What was compared last, and what the Lab was before it took it. */
-  compared = $state.raw<Changes | null>(null);
-  before = $state.raw<{ values: Changes; taken: Changes; mode: Mode } | null>(null);
 
   /** What is tuned: a scenario, and what-if changes of the Lab to it. */
   readonly source = $derived.by((): Source | null => {
@@ -221,39 +216,12 @@ class Tuner {
   compare(): void {
     const { source, variant, chosen } = this;
     if (!source) return;
-    this.notCompared = '';
-    this.compared = chosen;
-    this.whatif.ask({ ...comparison(source.scenario, source.set, variant, chosen), columns: [] });
+    const labels = ['present gains', 'chosen gains'] as const;
+    this.comparison.run(chosen, { ...source, variant, chosen, labels });
   }
 
   /** Whether the Lab has the variant that was tuned. */
   readonly applicable = $derived(app.variants.includes(this.variant));
-
-  /** Gives the chosen gains to the Lab. */
-  apply(mode: Mode): void {
-    if (!app.scenario) return;
-    const taken = this.chosen;
-    const values = Object.fromEntries(
-      Object.keys(taken).map((path) => [path, at(app.scenario, path) as Value]),
-    );
-    app.setMode(mode);
-    this.before = { values, taken, mode };
-    app.set(taken);
-  }
-
-  /** Whether the Lab still has what was given to it. */
-  readonly applied = $derived.by(() => {
-    const { before } = this;
-    if (!before || app.mode !== before.mode) return false;
-    return Object.entries(before.taken).every(([path, value]) => at(app.scenario, path) === value);
-  });
-
-  undo(): void {
-    if (!this.before) return;
-    app.setMode(this.before.mode);
-    app.set(this.before.values);
-    this.before = null;
-  }
 
   private linesFor(axis: Axis): Line[] {
     const picked = this.picked[axis];

@@ -1,6 +1,6 @@
 import { describe, expect, it } from 'vitest';
-import type { Scenario } from '../../app/api/types';
-import { comparison, compensates, forVariants, present } from './use';
+import type { Scenario } from '../api/types';
+import { forVariants, present, twice } from './comparison.svelte';
 
 const controller = (law: string) => ({
   compensation: { law, enabled: false },
@@ -28,8 +28,15 @@ describe('the comparison', () => {
     plant: 'matched',
     'variants.A.controller.x.k_p': 1,
     'variants.B.controller.x.k_p': 2,
+    'variants.B.controller.y.k_p': 3,
   };
-  const made = comparison(scenario, set, 'B', found);
+  const made = twice({
+    scenario,
+    set,
+    variant: 'B',
+    chosen: { ...found, 'variants.B.controller.y.k_p': 4 },
+    labels: ['old', 'new'],
+  });
 
   it('runs the same controller twice, without the schedule', () => {
     expect(Object.keys(made.scenario.variants)).toEqual(['A', 'B']);
@@ -38,23 +45,15 @@ describe('the comparison', () => {
     expect(made.scenario.schedule).toEqual([]);
   });
 
-  it('changes only the model of B, and what came with the experiment in both', () => {
+  it('changes only B, and what came with the experiment in both', () => {
     expect(made.set).toEqual({
       plant: 'matched',
       'variants.A.controller.x.k_p': 2,
+      'variants.A.controller.y.k_p': 3,
       'variants.B.controller.x.k_p': 2,
-      'variants.A.controller.compensation.enabled': true,
-      'variants.B.controller.compensation.enabled': true,
+      'variants.B.controller.y.k_p': 4,
       'variants.B.controller.model.x.friction.F_s': 3.1,
     });
-  });
-
-  it('cannot differ without a compensation', () => {
-    expect(compensates(scenario, {}, 'A')).toBe(false);
-    expect(compensates(scenario, {}, 'B')).toBe(true);
-    const law = 'variants.B.controller.compensation.law';
-    expect(compensates(scenario, { [law]: 'off' }, 'B')).toBe(false);
-    expect(comparison(scenario, {}, 'A', {}).set).toEqual({});
   });
 });
 

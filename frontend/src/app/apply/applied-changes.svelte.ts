@@ -1,0 +1,37 @@
+/** Changes that a study gives to the Lab, and takes back. */
+
+import { equal } from '../api/scenario-paths';
+import type { Changes } from '../api/types';
+import { app, type Mode } from '../store.svelte';
+import { present } from './comparison.svelte';
+
+export class AppliedChanges {
+  /** What was given last, and what the Lab had before. */
+  private last = $state.raw<{ given: Changes; before: Changes; mode: Mode } | null>(null);
+
+  /** Whether the Lab still has what was given to it. */
+  readonly applied = $derived.by(() => {
+    const { last } = this;
+    if (!last || !app.scenario || app.mode !== last.mode) return false;
+    return equal(present(app.scenario, last.given), last.given);
+  });
+
+  /** How it was given, to go into a sentence. */
+  readonly how = $derived(
+    this.last?.mode === 'live' ? 'in the running session' : 'as a what-if change',
+  );
+
+  apply(changes: Changes, mode: Mode): void {
+    if (!app.scenario) return;
+    this.last = { given: changes, before: present(app.scenario, changes), mode };
+    app.setMode(mode);
+    app.set(changes);
+  }
+
+  undo(): void {
+    if (!this.last) return;
+    app.setMode(this.last.mode);
+    app.set(this.last.before);
+    this.last = null;
+  }
+}
