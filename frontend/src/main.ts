@@ -1,9 +1,9 @@
 import { mount } from 'svelte';
-import './theme.css';
 import './app.css';
+import App from './App.svelte';
 import './controls.css';
 import './tables.css';
-import App from './App.svelte';
+import './theme.css';
 
 const target = document.getElementById('app');
 if (!target) throw new Error('index.html has no #app');

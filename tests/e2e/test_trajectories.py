@@ -30,10 +30,10 @@ def pixels(page: Page, x: float, y: float) -> tuple[float, float]:
     box = page.get_by_role("application").bounding_box()
     assert box is not None
     width, height = box["width"], box["height"]
-    scale = min((width - 56) / (2.1 * STROKE[0]), (height - 34) / (2.1 * STROKE[1]))
+    scale = min((width - 72) / (2.1 * STROKE[0]), (height - 26) / (2.1 * STROKE[1]))
     return (
-        box["x"] + (width + 24) / 2 + x * scale,
-        box["y"] + (height - 10) / 2 - y * scale,
+        box["x"] + (width + 44) / 2 + x * scale,
+        box["y"] + (height - 14) / 2 - y * scale,
     )
 
 

@@ -1,21 +1,6 @@
-/** Colours of curves, read from the tokens of app.css so that canvases follow the theme. */
+/** Colours of curves, read from the tokens of theme.css so that canvases follow the theme. */
 
-export type Ink =
-  | 'a'
-  | 'b'
-  | 'difference'
-  | 'reference'
-  | 'phase-a'
-  | 'phase-b'
-  | 'phase-c'
-  | 'grid'
-  | 'axis'
-  | 'text'
-  | 'panel'
-  | 'strong'
-  | 'focus';
-
-const INKS: readonly Ink[] = [
+const INKS = [
   'a',
   'b',
   'difference',
@@ -27,9 +12,13 @@ const INKS: readonly Ink[] = [
   'axis',
   'text',
   'panel',
+  'well',
   'strong',
   'focus',
-];
+  'bad',
+] as const;
+
+export type Ink = (typeof INKS)[number];
 
 export type Palette = Record<Ink, string>;
 

@@ -2,9 +2,11 @@
 
 import { scaleFor, type Scale } from '../ui/units';
 import { pointsOf, writeCurve, type Bins } from './bins';
+import { Canvas, crisp, type Box } from './canvas';
+import { ChartPointer, type ChartEvents, type TimeAxis } from './chart-pointer';
 import type { Ink, Palette } from './palette';
 import { drawQuantileBand, bandExtremes, type QuantileBand } from './quantile-band';
-import { calmRange, multiples, roundStep, timeAt, type Range } from './range';
+import { calmRange, multiples, roundStep, type Range } from './range';
 import type { Source } from './source';
 import { timeSplits, valueSplits, valueTexts } from './ticks';
 
@@ -16,8 +18,6 @@ const RIGHT = 18;
 const MARKS_ACROSS = 8;
 /** A curve that goes up and down this many times its width is dense. */
 const DENSE = 6;
-/** A pointer that moves less than this between down and up has clicked, CSS pixels. */
-const CLICK = 4;
 
 export interface Trace {
   column: string;
@@ -44,12 +44,6 @@ export interface Moment {
   label: string;
 }
 
-/** Where a pointer is, and where its drag began, as shares of the time axis. */
-export interface Pointer {
-  at: number;
-  since: number | null;
-}
-
 export interface ChartState {
   range: Range;
   /** Whether the value axis follows the data. */
@@ -64,22 +58,17 @@ export interface ChartState {
   quantileBands: readonly QuantileBand[];
 }
 
-export interface ChartEvents {
-  zoom(range: Range): void;
-  reset(): void;
-  /** A click: a cursor is to be set. */
-  set(time: number): void;
-  drag(cursor: number, time: number): void;
-  point(pointer: Pointer | null): void;
-}
-
 interface Line {
   trace: Trace;
   values: Float32Array;
 }
 
-export class Chart {
+export class ScopeChart implements TimeAxis {
+  range: Range = { from: 0, to: 1 };
+  cursors: readonly number[] = [];
+  private readonly canvas: Canvas;
   private readonly c: CanvasRenderingContext2D;
+  private readonly pointer: ChartPointer;
   private readonly lines: Line[];
   private bins: Bins = { first: 0, size: 1, count: 0, paired: false };
   private minimum = new Float32Array(0);
@@ -88,49 +77,30 @@ export class Chart {
   private quantileBands: readonly QuantileBand[] = [];
   private drawn = '';
   private empty = true;
-  private width = 1;
-  private height = 1;
-  private range: Range = { from: 0, to: 1 };
-  private cursors: readonly number[] = [];
-  /** Where a button went down, CSS pixels. */
-  private pressed: number | null = null;
-  /** The cursor that is dragged, or -1. */
-  private dragged = -1;
-  private readonly font: string;
-  private readonly stop = new AbortController();
 
   constructor(
-    private readonly canvas: HTMLCanvasElement,
+    element: HTMLCanvasElement,
     private readonly scope: Traces,
     private readonly palette: Palette,
-    private readonly events: ChartEvents,
+    events: ChartEvents,
     /** Whether the labels of moments stand in this scope, and the time axis under it. */
     private readonly first: boolean,
     private readonly last: boolean,
   ) {
-    this.c = canvas.getContext('2d') as CanvasRenderingContext2D;
-    this.font = getComputedStyle(canvas).fontFamily;
+    this.canvas = new Canvas(element, palette);
+    this.c = this.canvas.c;
     this.lines = scope.traces.map((trace) => ({ trace, values: new Float32Array(0) }));
-    const { signal } = this.stop;
-    canvas.addEventListener('pointerdown', (event) => this.down(event), { signal });
-    canvas.addEventListener('pointermove', (event) => this.move(event), { signal });
-    canvas.addEventListener('pointerup', (event) => this.up(event), { signal });
-    canvas.addEventListener('pointerleave', () => this.leave(), { signal });
-    canvas.addEventListener('pointercancel', () => this.leave(), { signal });
-    canvas.addEventListener('dblclick', () => events.reset(), { signal });
+    this.pointer = new ChartPointer(element, this, events);
     this.resize();
   }
 
   destroy(): void {
-    this.stop.abort();
-    this.events.point(null);
+    this.pointer.destroy();
   }
 
   resize(): void {
-    this.width = Math.max(1, this.canvas.clientWidth);
-    this.height = Math.max(1, this.canvas.clientHeight);
-    this.canvas.width = Math.round(this.width * devicePixelRatio);
-    this.canvas.height = Math.round(this.height * devicePixelRatio);
+    const { element } = this.canvas;
+    this.canvas.resize(element.clientWidth, element.clientHeight);
     this.drawn = '';
   }
 
@@ -148,15 +118,17 @@ export class Chart {
     this.empty = !(low <= high);
     if (follow || !this.values)
       this.values = calmRange(follow ? this.values : null, low, high, this.scope.still);
-    const { c } = this;
-    c.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0);
-    c.clearRect(0, 0, this.width, this.height);
-    this.axes(this.values);
+    const { values } = this;
+    this.canvas.clear();
+    this.axes(values);
     this.moments(state);
-    this.bands(this.values);
-    this.curves(source, this.values);
-    this.markers(source, this.values);
-    this.pointer(source, this.values, state);
+    this.canvas.clipped(this.box, () => {
+      this.bands(values);
+      this.c.lineJoin = 'bevel';
+      for (const line of this.lines) this.curve(source, line, values);
+    });
+    this.markers(source, values);
+    this.readings(source, values, state);
   }
 
   /** The unit of the value axis, which readings share. */
@@ -165,12 +137,20 @@ export class Chart {
     return scaleFor(Math.max(-from, to), this.scope.unit);
   }
 
+  get ends(): readonly [number, number] {
+    return [GUTTER, GUTTER + this.across];
+  }
+
+  private get box(): Box {
+    return { left: GUTTER, right: GUTTER + this.across, top: EDGE, bottom: this.bottom };
+  }
+
   private get across(): number {
-    return Math.max(1, this.width - GUTTER - RIGHT);
+    return Math.max(1, this.canvas.width - GUTTER - RIGHT);
   }
 
   private get bottom(): number {
-    return this.height - (this.last ? AXIS : EDGE);
+    return this.canvas.height - (this.last ? AXIS : EDGE);
   }
 
   private px(time: number): number {
@@ -210,24 +190,17 @@ export class Chart {
   }
 
   private bands(values: Range): void {
-    if (this.quantileBands.length === 0) return;
     const { c } = this;
-    c.save();
-    c.beginPath();
-    c.rect(GUTTER, EDGE, this.across, this.bottom - EDGE);
-    c.clip();
     const x = (time: number) => this.px(time);
     const y = (value: number) => this.py(value, values);
-    for (const ribbon of this.quantileBands)
-      drawQuantileBand(c, ribbon, this.palette[ribbon.ink], x, y);
-    c.restore();
+    for (const band of this.quantileBands) drawQuantileBand(c, band, this.palette[band.ink], x, y);
   }
 
   private axes(values: Range): void {
     const { c, palette, bottom } = this;
     c.strokeStyle = palette.grid;
     c.fillStyle = palette.axis;
-    c.font = `11px ${this.font}`;
+    this.canvas.font();
     c.lineWidth = 1;
     c.setLineDash([]);
     c.beginPath();
@@ -235,7 +208,7 @@ export class Chart {
     c.textBaseline = 'top';
     const times = timeSplits(this.range, this.across);
     times.forEach((time, i) => {
-      const x = Math.round(this.px(time)) + 0.5;
+      const x = crisp(this.px(time));
       c.moveTo(x, EDGE);
       c.lineTo(x, bottom);
       if (this.last) c.fillText(`${time}${i === times.length - 1 ? ' s' : ''}`, x, bottom + 5);
@@ -245,9 +218,9 @@ export class Chart {
     const splits = this.empty ? [] : valueSplits(values, bottom - EDGE);
     const texts = valueTexts(splits, this.scope.unit);
     splits.forEach((split, i) => {
-      const y = Math.round(this.py(split, values)) + 0.5;
+      const y = crisp(this.py(split, values));
       c.moveTo(GUTTER, y);
-      c.lineTo(this.width - RIGHT, y);
+      c.lineTo(this.canvas.width - RIGHT, y);
       c.fillText(texts[i] as string, GUTTER - 6, y);
     });
     c.stroke();
@@ -258,12 +231,12 @@ export class Chart {
     const shown = moments.filter(({ time }) => time >= range.from && time <= range.to);
     for (const { time } of shown) this.upright(time, 'axis', [2, 3]);
     const { c } = this;
-    c.font = `10px ${this.font}`;
+    this.canvas.font(10);
     c.textBaseline = 'bottom';
     cursors.forEach((time, i) => {
       if (time < range.from || time > range.to) return;
       this.upright(time, 'strong', i === 0 ? [] : [6, 3]);
-      c.textAlign = this.px(time) > this.width / 2 ? 'right' : 'left';
+      c.textAlign = this.px(time) > this.canvas.width / 2 ? 'right' : 'left';
       const aside = c.textAlign === 'left' ? 3 : -3;
       if (this.last) c.fillText(String(i + 1), this.px(time) + aside, this.bottom);
     });
@@ -280,26 +253,10 @@ export class Chart {
   }
 
   private upright(time: number, ink: Ink, dash: number[]): void {
-    const { c } = this;
-    const x = Math.round(this.px(time)) + 0.5;
-    c.strokeStyle = this.palette[ink];
-    c.lineWidth = 1;
-    c.setLineDash(dash);
-    c.beginPath();
-    c.moveTo(x, EDGE);
-    c.lineTo(x, this.bottom);
-    c.stroke();
-  }
-
-  private curves(source: Source, values: Range): void {
-    const { c } = this;
-    c.save();
-    c.beginPath();
-    c.rect(GUTTER, EDGE, this.across, this.bottom - EDGE);
-    c.clip();
-    c.lineJoin = 'bevel';
-    for (const line of this.lines) this.curve(source, line, values);
-    c.restore();
+    const x = crisp(this.px(time));
+    this.c.lineWidth = 1;
+    this.c.setLineDash(dash);
+    this.canvas.line([x, EDGE], [x, this.bottom], this.palette[ink]);
   }
 
   /** Without dashes where a curve is so dense that they could not be seen: a third of the time. */
@@ -355,15 +312,11 @@ export class Chart {
   private dot(source: Source, { column, ink }: Trace, time: number, values: Range, radius: number) {
     const value = source.at(column, time);
     if (!Number.isFinite(value)) return;
-    const { c } = this;
-    c.fillStyle = this.palette[ink];
-    c.beginPath();
-    c.arc(this.px(time), this.py(value, values), radius, 0, 2 * Math.PI);
-    c.fill();
+    this.canvas.dot(this.px(time), this.py(value, values), radius, this.palette[ink]);
   }
 
   /** The line under the pointer, the values there, and what a drag marks. */
-  private pointer(source: Source, values: Range, { hover, cursors, selection }: ChartState): void {
+  private readings(source: Source, values: Range, { hover, cursors, selection }: ChartState): void {
     for (const { trace } of this.lines) {
       for (const time of cursors) this.dot(source, trace, time, values, 2.5);
     }
@@ -377,47 +330,5 @@ export class Chart {
     c.fillStyle = this.palette.focus;
     c.fillRect(from, EDGE, to - from, this.bottom - EDGE);
     c.globalAlpha = 1;
-  }
-
-  private share(x: number): number {
-    return Math.min(1, Math.max(0, (x - GUTTER) / this.across));
-  }
-
-  private down(event: PointerEvent): void {
-    if (event.button !== 0 || event.offsetX < GUTTER) return;
-    this.canvas.setPointerCapture(event.pointerId);
-    this.dragged = this.cursorAt(event.offsetX);
-    if (this.dragged < 0) this.pressed = event.offsetX;
-  }
-
-  private move({ offsetX: x }: PointerEvent): void {
-    const { pressed, dragged: cursor } = this;
-    if (cursor >= 0) this.events.drag(cursor, timeAt(this.range, this.share(x)));
-    else this.canvas.style.cursor = this.cursorAt(x) < 0 ? '' : 'ew-resize';
-    if (pressed === null && (x < GUTTER || x > GUTTER + this.across)) return this.leave();
-    const dragged = pressed !== null && Math.abs(x - pressed) >= CLICK;
-    this.events.point({ at: this.share(x), since: dragged ? this.share(pressed) : null });
-  }
-
-  private up({ offsetX: x }: PointerEvent): void {
-    const { pressed } = this;
-    this.dragged = -1;
-    if (pressed === null) return;
-    this.pressed = null;
-    const [from, to] = [this.share(Math.min(x, pressed)), this.share(Math.max(x, pressed))];
-    this.events.point({ at: this.share(x), since: null });
-    if (Math.abs(x - pressed) < CLICK) this.events.set(timeAt(this.range, to));
-    else this.events.zoom({ from: timeAt(this.range, from), to: timeAt(this.range, to) });
-  }
-
-  /** The cursor that a pointer can take hold of, or -1. */
-  private cursorAt(x: number): number {
-    return this.cursors.findIndex((time) => Math.abs(this.px(time) - x) <= CLICK);
-  }
-
-  private leave(): void {
-    this.pressed = null;
-    this.dragged = -1;
-    this.events.point(null);
   }
 }

@@ -1,13 +1,12 @@
 /** The stroke from above at equal scales: grid, path, points, and what is infeasible on it. */
 
-import { multiples, roundStep } from '../../plot/range';
-import { minus } from '../../ui/units';
+import { Canvas, hatching } from '../../plot/canvas';
+import type { Palette } from '../../plot/palette';
+import { Plane } from '../../plot/plane';
 import { outside, type DrawnPath, type Point } from './drawn-path';
 import { stretches, type Checked } from './feasibility';
 import { outline } from './geometry';
-import { hatching, type Inks } from './ink';
 
-const MARGIN = { left: 40, right: 16, top: 12, bottom: 22 };
 /** Numbered places of the worst violations. */
 const NUMBERED = 8;
 /** Places nearer than this share the first number, CSS pixels. */
@@ -29,60 +28,42 @@ export interface Scene {
 }
 
 export class PathView {
-  private width = 1;
-  private height = 1;
   private stroke: Point = [0.085, 0.145];
   private zoom = 1;
-  private centre: Point = [0, 0];
+  private readonly canvas: Canvas;
+  private readonly plane: Plane;
   private readonly hatch: CanvasPattern | null;
-  private readonly family: string;
   /** Pictures of a point by its size. */
   private readonly dots = new Map<number, HTMLCanvasElement>();
 
-  constructor(
-    private readonly c: CanvasRenderingContext2D,
-    private readonly inks: Inks,
-  ) {
-    this.hatch = hatching(c, inks.bad);
-    this.family = getComputedStyle(c.canvas).fontFamily;
+  constructor(element: HTMLCanvasElement, palette: Palette) {
+    this.canvas = new Canvas(element, palette);
+    this.plane = new Plane(this.canvas);
+    this.hatch = hatching(this.canvas.c, palette.bad);
   }
 
   /** CSS pixels per metre. */
   get scale(): number {
-    const { left, right, top, bottom } = MARGIN;
-    const fit = Math.min(
-      (this.width - left - right) / (2.1 * this.stroke[0]),
-      (this.height - top - bottom) / (2.1 * this.stroke[1]),
-    );
-    return Math.max(1, fit) * this.zoom;
+    const whole = this.plane.fitting(2.1 * this.stroke[0], 2.1 * this.stroke[1]);
+    return Math.max(1, whole) * this.zoom;
   }
 
   resize(width: number, height: number): void {
-    [this.width, this.height] = [Math.max(1, width), Math.max(1, height)];
-    this.c.canvas.width = Math.round(this.width * devicePixelRatio);
-    this.c.canvas.height = Math.round(this.height * devicePixelRatio);
+    this.canvas.resize(width, height);
     this.dots.clear();
+    this.plane.scale = this.scale;
   }
 
   /** Keeps zoom and centre when the view is made anew, for another theme. */
   like(other: PathView | null): this {
-    if (other) [this.zoom, this.centre] = [other.zoom, other.centre];
+    if (other) [this.zoom, this.plane.centre] = [other.zoom, other.plane.centre];
     return this;
   }
 
-  /** Returns where a place is, CSS pixels. */
-  at([x, y]: Point): Point {
-    const { left, right, top, bottom } = MARGIN;
-    return [
-      (this.width + left - right) / 2 + (x - this.centre[0]) * this.scale,
-      (this.height + top - bottom) / 2 - (y - this.centre[1]) * this.scale,
-    ];
-  }
-
   /** Returns which place is at some pixels. */
-  place([px, py]: Point): Point {
-    const [ox, oy] = this.at([0, 0]);
-    return [(px - ox) / this.scale, (oy - py) / this.scale];
+  place(pixels: Point): Point {
+    this.plane.scale = this.scale;
+    return this.plane.place(pixels);
   }
 
   /** Zooms about a place under the pointer, which stays there. */
@@ -94,119 +75,69 @@ export class PathView {
   }
 
   pan([dx, dy]: Point): void {
-    this.centre = [this.centre[0] + dx, this.centre[1] + dy];
+    const [x, y] = this.plane.centre;
+    this.plane.centre = [x + dx, y + dy];
   }
 
   /** Shows the whole stroke, or all of some points. */
   fit(points: readonly Point[] = []): void {
-    [this.zoom, this.centre] = [1, [0, 0]];
+    [this.zoom, this.plane.centre] = [1, [0, 0]];
     if (points.length < 2) return;
     const [xs, ys] = [points.map(([x]) => x), points.map(([, y]) => y)];
     const [west, east] = [Math.min(...xs), Math.max(...xs)];
     const [south, north] = [Math.min(...ys), Math.max(...ys)];
-    this.centre = [(west + east) / 2, (south + north) / 2];
-    const wanted = Math.min(
-      (this.width - MARGIN.left - MARGIN.right) / Math.max(1e-6, 1.3 * (east - west)),
-      (this.height - MARGIN.top - MARGIN.bottom) / Math.max(1e-6, 1.3 * (north - south)),
-    );
+    this.plane.centre = [(west + east) / 2, (south + north) / 2];
+    const wanted = this.plane.fitting(1.3 * (east - west), 1.3 * (north - south));
     this.zoom = Math.min(ZOOM.most, Math.max(ZOOM.least, wanted / this.scale));
   }
 
   draw(scene: Scene): void {
-    const { c } = this;
+    const { canvas, plane } = this;
+    const { c, palette } = canvas;
     this.stroke = scene.stroke;
-    c.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0);
-    c.clearRect(0, 0, this.width, this.height);
-    this.field();
-    c.save();
-    c.beginPath();
-    c.rect(MARGIN.left, 0, this.width - MARGIN.left, this.height - MARGIN.bottom);
-    c.clip();
-    if (scene.found) this.infeasible(scene.found, scene.fresh);
-    if (scene.path) this.path(scene.path);
-    else if (scene.found) this.trail(scene.found, 0, scene.found.time.count);
-    if (scene.path) this.points(scene.path, scene);
-    if (scene.found) this.marks(scene.found, scene);
-    c.restore();
-  }
-
-  /** The stroke, lighter than what lies beyond, with a round grid and its numbers. */
-  private field(): void {
-    const { c, inks } = this;
+    plane.scale = this.scale;
+    canvas.clear();
+    // The stroke, lighter than what lies beyond.
+    const { left, right, top, bottom } = plane.box;
     const [west, north] = this.at([-this.stroke[0], this.stroke[1]]);
     const [east, south] = this.at([this.stroke[0], -this.stroke[1]]);
-    c.fillStyle = inks.well;
-    c.fillRect(MARGIN.left, 0, this.width - MARGIN.left, this.height - MARGIN.bottom);
-    c.save();
-    c.beginPath();
-    c.rect(MARGIN.left, 0, this.width - MARGIN.left, this.height - MARGIN.bottom);
-    c.clip();
-    c.fillStyle = inks.panel;
-    c.fillRect(west, north, east - west, south - north);
-    c.restore();
-    this.grid();
-    c.save();
-    c.beginPath();
-    c.rect(MARGIN.left, 0, this.width - MARGIN.left, this.height - MARGIN.bottom);
-    c.clip();
-    c.strokeStyle = inks.strong;
-    c.lineWidth = 1.5;
-    c.strokeRect(west, north, east - west, south - north);
-    c.restore();
+    c.fillStyle = palette.well;
+    c.fillRect(left, top, right - left, bottom - top);
+    c.fillStyle = palette.panel;
+    canvas.clipped(plane.box, () => c.fillRect(west, north, east - west, south - north));
+    plane.grid();
+    canvas.clipped(plane.box, () => {
+      c.strokeStyle = palette.strong;
+      c.lineWidth = 1.5;
+      c.strokeRect(west, north, east - west, south - north);
+      const { found, path } = scene;
+      if (found) this.infeasible(found, scene.fresh);
+      if (path) this.path(path);
+      else if (found) this.trail(found, 0, found.time.count);
+      if (path) this.points(path, scene);
+      if (found) this.marks(found, scene);
+    });
   }
 
-  private grid(): void {
-    const { c, inks } = this;
-    const [west, north] = this.place([MARGIN.left, 0]);
-    const [east, south] = this.place([this.width, this.height - MARGIN.bottom]);
-    const step = roundStep(44 / this.scale);
-    const places = Math.max(0, Math.ceil(-Math.log10(step * 1e3) - 1e-9));
-    const text = (value: number) => minus((value * 1e3).toFixed(places));
-    c.strokeStyle = inks.grid;
-    c.fillStyle = inks.axis;
-    c.lineWidth = 1;
-    c.font = `11px ${this.family}`;
-    c.textBaseline = 'middle';
-    c.textAlign = 'right';
-    c.beginPath();
-    for (const y of multiples({ from: south, to: north }, step)) {
-      const at = Math.round(this.at([0, y])[1]) + 0.5;
-      c.moveTo(MARGIN.left, at);
-      c.lineTo(this.width, at);
-      if (at > 8) c.fillText(text(y), MARGIN.left - 5, at);
-    }
-    c.textAlign = 'center';
-    const columns = multiples({ from: west, to: east }, step);
-    columns.forEach((x, i) => {
-      const at = Math.round(this.at([x, 0])[0]) + 0.5;
-      c.moveTo(at, 0);
-      c.lineTo(at, this.height - MARGIN.bottom);
-      if (at < MARGIN.left + 12 || at > this.width - 22) return;
-      const last = i >= columns.length - 2 && at > this.width - 22 - step * this.scale;
-      c.fillText(last ? `${text(x)} mm` : text(x), at, this.height - 9);
-    });
-    c.stroke();
+  private at([x, y]: Point): Point {
+    return [this.plane.px(x), this.plane.py(y)];
   }
 
   private path(path: DrawnPath): void {
-    const { c, inks } = this;
+    const { c, palette } = this.canvas;
     const { curve } = outline(path, SEGMENT / this.scale);
-    c.strokeStyle = inks.text;
+    c.strokeStyle = palette.text;
     c.lineWidth = 1.5;
     c.lineJoin = 'round';
     c.setLineDash([]);
     c.beginPath();
-    curve.forEach((point, i) => {
-      const [px, py] = this.at(point);
-      if (i === 0) c.moveTo(px, py);
-      else c.lineTo(px, py);
-    });
+    this.canvas.trace(curve.length, (i) => this.at(curve[i] as Point));
     c.stroke();
   }
 
   /** The path as the server sampled it, from one bin to another. */
   private trail(found: Checked, from: number, to: number): void {
-    const { c, inks } = this;
+    const { c, palette: inks } = this.canvas;
     const [x, y] = places(found);
     if (!x || !y) return;
     c.strokeStyle = inks.text;
@@ -217,15 +148,12 @@ export class PathView {
   }
 
   private trace(x: Float32Array, y: Float32Array, from: number, to: number): void {
-    for (let i = from; i < Math.min(to, x.length); i++) {
-      const [px, py] = this.at([x[i] as number, y[i] as number]);
-      if (i === from) this.c.moveTo(px, py);
-      else this.c.lineTo(px, py);
-    }
+    const at = (i: number) => this.at([x[i] as number, y[i] as number]);
+    this.canvas.trace(Math.min(to, x.length), at, from);
   }
 
   private infeasible(found: Checked, fresh: boolean): void {
-    const { c, inks } = this;
+    const { c, palette: inks } = this.canvas;
     const [x, y] = places(found);
     if (!x || !y || found.feasible) return;
     c.save();
@@ -242,7 +170,7 @@ export class PathView {
   }
 
   private points(path: DrawnPath, { selected, stroke }: Scene): void {
-    const { c, inks } = this;
+    const { c, palette: inks } = this.canvas;
     const beyond = new Set(outside(path.points, stroke));
     const side = path.points.length > MANY ? 2.5 : 4;
     const dot = this.dot(side);
@@ -285,8 +213,8 @@ export class PathView {
     c.translate(made.width / 2, made.height / 2);
     c.scale(devicePixelRatio, devicePixelRatio);
     c.lineWidth = 1.75;
-    c.fillStyle = this.inks.panel;
-    c.strokeStyle = this.inks.text;
+    c.fillStyle = this.canvas.palette.panel;
+    c.strokeStyle = this.canvas.palette.text;
     c.arc(0, 0, side, 0, 2 * Math.PI);
     c.fill();
     c.stroke();
@@ -296,14 +224,11 @@ export class PathView {
 
   /** Numbers at the worst places, as in the list, and where the cursor of the plots is. */
   private marks(found: Checked, { cursor, fresh }: Scene): void {
-    const { c, inks } = this;
+    const { c, palette: inks } = this.canvas;
     const [x, y] = places(found);
     if (cursor !== null && x && y && cursor < x.length) {
       const [px, py] = this.at([x[cursor] as number, y[cursor] as number]);
-      c.beginPath();
-      c.arc(px, py, 5, 0, 2 * Math.PI);
-      c.fillStyle = inks.focus;
-      c.fill();
+      this.canvas.dot(px, py, 5, inks.focus);
     }
     if (!fresh) return;
     const taken: Point[] = [];
@@ -312,18 +237,11 @@ export class PathView {
       if (taken.some(([x, y]) => Math.hypot(x - px, y - py) < APART)) return;
       taken.push([px, py]);
       const [bx, by] = [px + 14, py - 14];
-      c.strokeStyle = inks.bad;
       c.lineWidth = 1;
-      c.beginPath();
-      c.moveTo(px, py);
-      c.lineTo(bx, by);
-      c.stroke();
-      c.beginPath();
-      c.arc(bx, by, 8, 0, 2 * Math.PI);
-      c.fillStyle = inks.bad;
-      c.fill();
+      this.canvas.line([px, py], [bx, by], inks.bad);
+      this.canvas.dot(bx, by, 8, inks.bad);
       c.fillStyle = inks.panel;
-      c.font = `600 11px ${this.family}`;
+      this.canvas.font(11, 600);
       c.textAlign = 'center';
       c.textBaseline = 'middle';
       c.fillText(String(i + 1), bx, by + 0.5);

@@ -1,17 +1,18 @@
 /** Strips of speed, velocity, acceleration and thrust over time, each against its limits. */
 
+import { Canvas, crisp, hatching } from '../../plot/canvas';
+import type { Palette } from '../../plot/palette';
 import { calmRange, multiples, roundStep, type Range } from '../../plot/range';
 import { minus, scaleFor } from '../../ui/units';
 import { stretches, type Checked, type Curve, type Limited } from './feasibility';
-import { hatching, type Inks } from './ink';
 
 export interface Strip {
   title: string;
   unit: string;
   /** Curves by column; x solid, y dashed. */
-  curves: readonly { column: string; ink: 'x' | 'y' | 'text'; dashed?: boolean }[];
+  curves: readonly { column: string; ink: 'phase-a' | 'phase-b' | 'text'; dashed?: boolean }[];
   /** Columns whose extremes bound the curves of an axis. */
-  bounds?: readonly { column: string; ink: 'x' | 'y' }[];
+  bounds?: readonly { column: string; ink: 'phase-a' | 'phase-b' }[];
   quantities: readonly Limited[];
 }
 
@@ -39,8 +40,8 @@ export const STRIPS: readonly Strip[] = [
     unit: 'N',
     curves: axes('thrust'),
     bounds: [
-      { column: 'x.available_thrust', ink: 'x' },
-      { column: 'y.available_thrust', ink: 'y' },
+      { column: 'x.available_thrust', ink: 'phase-a' },
+      { column: 'y.available_thrust', ink: 'phase-b' },
     ],
     quantities: ['thrust'],
   },
@@ -57,61 +58,53 @@ const DENSE = 4;
 
 function axes(quantity: string): Strip['curves'] {
   return [
-    { column: `x.${quantity}`, ink: 'x' },
-    { column: `y.${quantity}`, ink: 'y', dashed: true },
+    { column: `x.${quantity}`, ink: 'phase-a' },
+    { column: `y.${quantity}`, ink: 'phase-b', dashed: true },
   ];
 }
 
-export class Plots {
-  private width = 1;
-  private height = 1;
+export class ProfileStrips {
   private readonly ranges = new Map<string, Range>();
+  private readonly canvas: Canvas;
+  private readonly c: CanvasRenderingContext2D;
+  private readonly inks: Palette;
   private readonly hatch: CanvasPattern | null;
-  private readonly family: string;
 
-  constructor(
-    private readonly c: CanvasRenderingContext2D,
-    private readonly inks: Inks,
-  ) {
-    this.hatch = hatching(c, inks.bad);
-    this.family = getComputedStyle(c.canvas).fontFamily;
+  constructor(element: HTMLCanvasElement, palette: Palette) {
+    this.canvas = new Canvas(element, palette);
+    this.c = this.canvas.c;
+    this.inks = palette;
+    this.hatch = hatching(this.c, palette.bad);
   }
 
   resize(width: number, height: number): void {
-    [this.width, this.height] = [Math.max(1, width), Math.max(1, height)];
-    this.c.canvas.width = Math.round(this.width * devicePixelRatio);
-    this.c.canvas.height = Math.round(this.height * devicePixelRatio);
+    this.canvas.resize(width, height);
   }
 
   /** Returns the bin under a pointer at `px`, or null beside the strips. */
   binAt(px: number, count: number): number | null {
-    const share = (px - LEFT) / (this.width - LEFT - RIGHT);
+    const share = (px - LEFT) / (this.canvas.width - LEFT - RIGHT);
     return share >= 0 && share <= 1 ? Math.min(count - 1, Math.floor(share * count)) : null;
   }
 
   draw(found: Checked, fresh: boolean, cursor: number | null): void {
     const { c } = this;
-    c.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0);
-    c.clearRect(0, 0, this.width, this.height);
+    this.canvas.clear();
     c.globalAlpha = fresh ? 1 : 0.7;
-    const each = (this.height - BOTTOM) / STRIPS.length;
+    const each = (this.canvas.height - BOTTOM) / STRIPS.length;
     STRIPS.forEach((strip, i) => {
       this.strip(found, strip, i * each + TITLE, (i + 1) * each - 4);
     });
     c.globalAlpha = 1;
     this.time(found);
     if (cursor === null) return;
-    const at = Math.round(this.px(cursor + 0.5, found.time.count)) + 0.5;
-    c.strokeStyle = this.inks.focus;
+    const at = crisp(this.px(cursor + 0.5, found.time.count));
     c.lineWidth = 1;
-    c.beginPath();
-    c.moveTo(at, 0);
-    c.lineTo(at, this.height - BOTTOM);
-    c.stroke();
+    this.canvas.line([at, 0], [at, this.canvas.height - BOTTOM], this.inks.focus);
   }
 
   private px(bin: number, count: number): number {
-    return LEFT + (bin / count) * (this.width - LEFT - RIGHT);
+    return LEFT + (bin / count) * (this.canvas.width - LEFT - RIGHT);
   }
 
   private strip(found: Checked, strip: Strip, top: number, bottom: number): void {
@@ -149,7 +142,7 @@ export class Plots {
     this.bounds(found, strip, far, py);
     for (const { values, ink, dashed } of curves) {
       const { count } = found.time;
-      if (this.travelled(values, count, py) > DENSE * (this.width - LEFT - RIGHT)) {
+      if (this.travelled(values, count, py) > DENSE * (this.canvas.width - LEFT - RIGHT)) {
         c.fillStyle = inks[ink];
         this.bars(values, count, py);
         continue;
@@ -181,15 +174,16 @@ export class Plots {
     py: (value: number) => number,
   ): void {
     const { c, inks } = this;
+    const { count } = found.time;
     for (const { column, ink } of bounds) {
       const values = found.columns.get(column);
       if (!values || most(values.maximum) > far) continue;
       c.strokeStyle = inks[ink];
       c.lineWidth = 0.8;
-      c.setLineDash(ink === 'y' ? [2, 3] : [1, 2]);
+      c.setLineDash(ink === 'phase-b' ? [2, 3] : [1, 2]);
       for (const side of [values.minimum, values.maximum]) {
         c.beginPath();
-        this.run(side, found.time.count, py);
+        this.canvas.trace(count, (i) => [this.px(i + 0.5, count), py(side[i] as number)]);
         c.stroke();
       }
       c.setLineDash([]);
@@ -207,33 +201,28 @@ export class Plots {
     const scale = scaleFor(Math.max(-range.from, range.to), unit);
     const step = roundStep((range.to - range.from) / Math.max(4, (bottom - top) / 18));
     const places = Math.max(0, Math.ceil(-Math.log10(step * scale.factor) - 1e-9));
-    c.font = `11px ${this.family}`;
+    this.canvas.font();
     c.textBaseline = 'middle';
     c.textAlign = 'right';
     c.lineWidth = 1;
     for (const value of multiples(range, step)) {
-      const at = Math.round(py(value)) + 0.5;
+      const at = crisp(py(value));
       this.line(at, value === 0 ? inks.strong : inks.grid);
       c.fillStyle = inks.axis;
       c.fillText(minus((value * scale.factor).toFixed(places)), LEFT - 5, at);
     }
     c.textAlign = 'left';
     c.fillStyle = inks.text;
-    c.font = `600 11px ${this.family}`;
+    this.canvas.font(11, 600);
     c.fillText(title, LEFT, top - 8);
     const wide = c.measureText(title).width;
-    c.font = `11px ${this.family}`;
+    this.canvas.font();
     c.fillStyle = inks.axis;
     c.fillText(scale.unit, LEFT + wide + 6, top - 8);
   }
 
   private line(at: number, colour: string): void {
-    const { c } = this;
-    c.strokeStyle = colour;
-    c.beginPath();
-    c.moveTo(LEFT, at);
-    c.lineTo(this.width - RIGHT, at);
-    c.stroke();
+    this.canvas.line([LEFT, at], [this.canvas.width - RIGHT, at], colour);
   }
 
   private curve({ minimum, maximum }: Curve, count: number, py: (v: number) => number): void {
@@ -285,29 +274,21 @@ export class Plots {
     fill();
   }
 
-  private run(values: Float32Array, count: number, py: (value: number) => number): void {
-    for (let i = 0; i < count; i++) {
-      const at = this.px(i + 0.5, count);
-      if (i === 0) this.c.moveTo(at, py(values[i] as number));
-      else this.c.lineTo(at, py(values[i] as number));
-    }
-  }
-
   private time(found: Checked): void {
     const { c, inks } = this;
     const end = found.time.step * found.time.count;
-    const step = roundStep(end / Math.max(2, (this.width - LEFT) / 56));
+    const step = roundStep(end / Math.max(2, (this.canvas.width - LEFT) / 56));
     const places = Math.max(0, Math.ceil(-Math.log10(step) - 1e-9));
-    c.font = `11px ${this.family}`;
+    this.canvas.font();
     c.fillStyle = inks.axis;
     c.textAlign = 'center';
     c.textBaseline = 'middle';
     const shown = multiples({ from: 0, to: end }, step)
-      .map((time) => ({ time, at: LEFT + (time / end) * (this.width - LEFT - RIGHT) }))
-      .filter(({ at }) => at <= this.width - 24);
+      .map((time) => ({ time, at: LEFT + (time / end) * (this.canvas.width - LEFT - RIGHT) }))
+      .filter(({ at }) => at <= this.canvas.width - 24);
     shown.forEach(({ time, at }, i) => {
       const text = time.toFixed(places);
-      c.fillText(i === shown.length - 1 ? `${text} s` : text, at, this.height - 8);
+      c.fillText(i === shown.length - 1 ? `${text} s` : text, at, this.canvas.height - 8);
     });
   }
 }

@@ -14,28 +14,29 @@ it('magnifies nothing when there is no error', () => {
   expect(magnification(0, Number.NaN)).toBe(1);
 });
 
-/** A context that writes down what is drawn. */
-function recorder(): { context: CanvasRenderingContext2D; calls: [string, ...number[]][] } {
+/** A canvas that writes down what is drawn. */
+function recorder(): { canvas: HTMLCanvasElement; calls: [string, ...number[]][] } {
   const calls: [string, ...number[]][] = [];
-  const context = new Proxy({ canvas: {} } as Record<string, unknown>, {
+  const context = new Proxy({} as Record<string, unknown>, {
     get: (own, name: string) =>
       name in own ? own[name] : (...args: number[]) => void calls.push([name, ...args]),
   });
-  return { context: context as unknown as CanvasRenderingContext2D, calls };
+  return { canvas: { getContext: () => context } as unknown as HTMLCanvasElement, calls };
 }
 
 it('draws no trace over the axes', () => {
   vi.stubGlobal('getComputedStyle', () => ({ fontFamily: 'sans-serif' }));
   vi.stubGlobal('devicePixelRatio', 1);
-  const { context, calls } = recorder();
-  const view = new PlaneView(context, ['A'], {} as Palette);
+  const { canvas, calls } = recorder();
+  const view = new PlaneView(canvas, ['A'], {} as Palette);
+  view.resize(400, 300);
   const columns = new Map(
     ['x.position_reference', 'y.position_reference', 'A.x.following_error', 'A.y.following_error']
       .map((column) => [column, Float32Array.from({ length: 9 }, (_, i) => Math.sin(i))] as const)
       .map(([column, values]) => [column, { minimum: values, maximum: values }]),
   );
   const source = new StillSource(0, 1, 9, columns);
-  view.draw(source, { from: 0, to: 8 }, 8, { width: 400, height: 300 });
+  view.draw(source, { from: 0, to: 8 }, 8);
   const names = calls.map(([name]) => name);
   const from = names.indexOf('clip');
   expect(calls[from - 1]).toEqual(['rect', 58, 0, 328, 280]);
