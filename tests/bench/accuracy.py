@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 from motionlab.kernel.tick import SUBSTEPS
 from tests.bench.table import Row
-from tests.physics import lane_case
-from tests.physics.nominal import CONTROL_PERIOD, Y_TRAPEZOID
-from tests.physics.stiff_cases import CASES, Case, Compared, compare, overload
+from tests.kernel import lane_runs
+from tests.nominal_motor import CONTROL_PERIOD, Y_TRAPEZOID
+from tests.plant.stiff_cases import CASES, Case, Compared, compare, overload
 
 _TARGET = 5e-9  # m
 _SENSITIVE = {"matched, residual-k": 50e-9}
@@ -22,8 +22,8 @@ _OVERLOAD_TICKS = 800  # it has come back
 
 def accuracy() -> Iterator[Row]:
     """Compare positions after every tick: command held over the tick, exact encoder."""
-    circle = lane_case.circle(_CIRCLE_TICKS)
-    trapezoid = lane_case.trapezoid(_TRAPEZOID_TICKS)
+    circle = lane_runs.circle(_CIRCLE_TICKS)
+    trapezoid = lane_runs.trapezoid(_TRAPEZOID_TICKS)
     for law, words in (("off", "PD alone"), ("observer", "observer")):
         for axis in (0, 1):
             yield _row(f"circle {'xy'[axis]}, {words}", compare(Case(law), circle, axis))
@@ -31,7 +31,7 @@ def accuracy() -> Iterator[Row]:
         found = compare(Case(law, y=Y_TRAPEZOID), trapezoid, 1)
         yield _row(f"trapezoid y, {words}", found)
 
-    reversals = lane_case.circle(_REVERSALS_TICKS)
+    reversals = lane_runs.circle(_REVERSALS_TICKS)
     for name, case in CASES.items():
         for axis in (0, 1):
             found = compare(case, reversals, axis)

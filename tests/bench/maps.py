@@ -16,7 +16,7 @@ from motionlab.design.fem.geometry import Geometry
 from motionlab.design.fem.mesh import Resolution
 from motionlab.design.fem.workers import Work, fields
 from tests.bench.table import Row
-from tests.physics.carter import carter
+from tests.design.carter import carter
 
 _DEFAULT, _PREVIEW = 60.0, 0.3  # s
 _REFERENCE = 0.3  # N

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from motionlab.design.plate.document import platform
 from motionlab.design.plate.inputs import read_platform_request
 from tests.bench.table import Row
-from tests.physics.plates_case import TEXTBOOK, coefficient
+from tests.design.textbook_plates import TEXTBOOK, coefficient
 
 _CLOSE = 5e-3  # relative, to a table of three figures
 _WHOLE = 1.0  # s

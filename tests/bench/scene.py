@@ -17,7 +17,7 @@ import numpy as np
 
 from motionlab.scene3d import protocol
 from tests.bench.table import Row
-from tests.service.viewers import Viewer
+from tests.scene3d.viewers import Viewer
 
 _SECONDS = 10.0
 _SHARE = 0.05

@@ -6,12 +6,11 @@ import os
 import re
 import subprocess
 import sys
-from pathlib import Path
 
-from tests.alike import same_text
+from tests.paths import ROOT
+from tests.project.printed_output import same_text
 from tests.service.servers import Server
 
-ROOT = Path(__file__).resolve().parents[2]
 EXAMPLE = ROOT / "examples" / "ab.py"
 
 

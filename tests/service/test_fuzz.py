@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import httpx
@@ -15,13 +14,14 @@ from schemathesis import Case, GenerationMode
 
 from motionlab.service.app import create_app
 from motionlab.service.settings import Settings
+from tests.paths import ROOT
 from tests.service.live import API, Live
 from tests.service.openapi import Contract
 from tests.service.servers import PATIENCE, Server
 
 EXAMPLES = 15
 DOCUMENT = create_app().openapi()
-CONFIG = schemathesis.Config.from_path(Path(__file__).parents[2] / "schemathesis.toml")
+CONFIG = schemathesis.Config.from_path(ROOT / "schemathesis.toml")
 SCHEMA = schemathesis.openapi.from_dict(DOCUMENT, config=CONFIG)
 OPERATIONS = {
     operation["operationId"]: SCHEMA[path][method.upper()]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 import socket
-from pathlib import Path
 from typing import Any
 
 import httpx
@@ -18,12 +17,12 @@ from motionlab.config.load import load_scenario
 from motionlab.config.schema import scenario_schema
 from motionlab.config.shipped import names
 from motionlab.service.live.messages import CLIENT_MESSAGES, SERVER_MESSAGES
+from tests.paths import DOCS
 from tests.service.conftest import MakeLive
 from tests.service.live import API, Live
 from tests.service.openapi import Contract
 from tests.service.servers import PATIENCE, Server
 
-DOCS = Path(__file__).parents[2] / "docs"
 CHANGE = {"set": {"plant.x.mass": 6.0}}
 PATH = {"kind": "path", "points": [[0.0, 0.0], [0.01, 0.02]], "v_max": 0.1, "a_max": 1.0}
 

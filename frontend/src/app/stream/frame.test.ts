@@ -46,7 +46,7 @@ describe('decodeFrame', () => {
   });
 });
 
-it('reads the fixture as tests/unit/test_frames.py does', async () => {
+it('reads the fixture as tests/telemetry/test_frames.py does', async () => {
   const data = await (await fetch(fixture)).arrayBuffer();
   expect(data.byteLength).toBe(24 + 3 * 5 * 4);
   const { sequence, tick, samples, columns } = decodeFrame(data);

@@ -41,7 +41,7 @@ it('computes A less B', () => {
   expect([low[0], high[0]]).toEqual([1.5, 2.5]);
 });
 
-it('reads the fixture as tests/contract/test_generated.py does', async () => {
+it('reads the fixture as tests/project/test_generated.py does', async () => {
   const data = await (await fetch(fixture)).arrayBuffer();
   const { result, how, begin, source } = readAnswer(data);
   expect([how, begin]).toEqual(['whole', 0]);

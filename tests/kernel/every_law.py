@@ -1,0 +1,116 @@
+"""Eight lanes that between them use every law and switch of the kernel, and a rough ride for them.
+
+``python -m tests.kernel.every_law FILE`` writes their samples to FILE; with NUMBA_DISABLE_JIT=1
+they come from the plain-Python kernel.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.control.compensation import (
+    CANUDAS_DE_WIT,
+    OBSERVER,
+    OFF,
+    PUBLISHED,
+    RESIDUAL,
+    REVERSED,
+)
+from motionlab.control.notch import sampled_notch
+from motionlab.kernel.layout import INPUT_ROWS, Inputs, Parameters
+from tests.kernel.every_sharing_law import table_lanes
+from tests.kernel.lane_runs import Array, at_rest, circle, inputs, lane, rows, run
+from tests.nominal_motor import X, Y
+
+TICKS = 400
+
+_IMPERFECT = {
+    "force_map.F_pk": 38.4,
+    "force_map.h_2": 0.03,
+    "force_map.h_3": 0.039,
+    "force_map.offset": 5e-5,
+    "amplifiers.gain_b": 1.02,
+    "amplifiers.offset_a": 0.1,
+    "amplifiers.offset_c": -0.05,
+    "encoder.sde_amplitude": 40e-9,
+    "friction.F_s": 3.0,
+    "resonance.compliance": -1e-7,
+}
+_NOTCH = sampled_notch(frequency=250.0, damping=0.35, gain=0.1)._asdict()
+_EVERYTHING = {
+    "controller.feedforward": 1.0,
+    "controller.observer": 1.0,
+    "compensation.from_reference": 1.0,
+} | {f"notch.{key}": value for key, value in _NOTCH.items()}
+_FOUR = (
+    (RESIDUAL, {"compensation.z_limit": 4e-5} | _EVERYTHING),
+    (CANUDAS_DE_WIT, {"compensation.gain": 300.0, "controller.ideal_force": 1.0}),
+    (OBSERVER, _IMPERFECT | {"mechanics.stop": 0.0148, "mechanics.stop_stiffness": 1e5}),
+    (OFF, {"controller.delay": 1.0, "controller.observer": 1.0, "controller.k_d": 400.0}),
+)
+_PUBLISHED_K = {"compensation.z_limit": 3e-5}
+
+
+def lanes(resolution: float) -> list[Parameters]:
+    """Return eight different lanes with an encoder of `resolution`, m; 0 for an exact one."""
+    exact = {"encoder.resolution": resolution}
+    return [lane(axis, law, changes | exact) for law, changes in _FOUR for axis in (X, Y)]
+
+
+def published_lanes() -> list[Parameters]:
+    """Return eight lanes with K as published, which is chaotic, on the true scale of z."""
+    return [lane(axis, PUBLISHED, _PUBLISHED_K) for axis in (X, Y)] * 4
+
+
+def reversed_lanes() -> list[Parameters]:
+    """Return eight lanes with K reversed: plain, with k_d and a bound, delayed, imperfect."""
+    four = (
+        {},
+        {"compensation.k_d_share": 1e-3, "compensation.z_limit": 3e-5},
+        {"controller.delay": 1.0, "controller.observer": 1.0},
+        _IMPERFECT,
+    )
+    return [lane(axis, REVERSED, changes) for changes in four for axis in (X, Y)]
+
+
+def ride() -> tuple[Array, Array]:
+    """Return initial state and inputs: a cold start into a moving circle, with noise and load."""
+    motion = circle(4300 + TICKS)[4300:]  # x turns round halfway
+    driven = inputs(motion)
+    noise = np.random.Generator(np.random.Philox(7)).standard_normal((TICKS, INPUT_ROWS, 2))
+    for name, rms in {"load": 0.3, "encoder_noise": 5e-9, "current_b": 0.02}.items():
+        row = Inputs._fields.index(name)
+        driven[:, row] += rms * noise[:, row]
+    return at_rest(motion[0, 0]), driven
+
+
+def played(parameters: list[Parameters]) -> dict[str, NDArray[Any]]:
+    """Return the recorded samples of a ride, and the state at its end."""
+    state, driven = ride()
+    with np.errstate(all="ignore"):  # plain Python computes both sides of every selection
+        samples = run(rows(parameters), state, driven)
+    return {"samples": samples, "state": state}
+
+
+def results() -> dict[str, NDArray[Any]]:
+    """Return what the test compares, by name."""
+    named: dict[str, NDArray[Any]] = {}
+    cases = {
+        "exact": lanes(0.0),
+        "counts": lanes(50e-9),
+        "published": published_lanes(),
+        "reversed": reversed_lanes(),
+        "tables": table_lanes(0.0),
+    }
+    for name, case in cases.items():
+        for key, value in played(case).items():
+            named[f"{name}_{key}"] = value
+    return named
+
+
+if __name__ == "__main__":
+    np.savez(sys.argv[1], allow_pickle=False, **results())

@@ -1,0 +1,50 @@
+"""Eight lanes that between them use every law of sharing, on tables and on formulas."""
+
+from __future__ import annotations
+
+from motionlab.config.controller import SharingConfig, SharingLaw
+from motionlab.config.force_map import TableMapConfig
+from motionlab.control.compensation import OBSERVER
+from motionlab.kernel.force_maps import law_number, map_lanes, sharing_lanes
+from motionlab.kernel.layout import Parameters
+from tests.kernel.lane_runs import lane
+from tests.nominal_motor import X, Y
+
+NEW = TableMapConfig(name="new-design", offset=3e-5)
+PREVIOUS = TableMapConfig(name="previous-design", gain=0.97)
+
+
+def with_plant(parameters: Parameters, config: TableMapConfig) -> Parameters:
+    """Return a lane whose plant has a table."""
+    found = map_lanes(config)
+    return parameters._replace(force_map=found.force_map, table=found.table)
+
+
+def with_model(parameters: Parameters, config: TableMapConfig, law: SharingLaw) -> Parameters:
+    """Return a lane whose controller has a table and shares its force by a law."""
+    found = map_lanes(config)
+    return parameters._replace(
+        model_force_map=found.force_map,
+        model_table=found.table,
+        sharing=sharing_lanes(SharingConfig(law=law), config),
+    )
+
+
+def with_law(parameters: Parameters, law: SharingLaw) -> Parameters:
+    """Return a lane that shares its force by a law on the analytic map."""
+    return parameters._replace(sharing=parameters.sharing._replace(law=law_number(law)))
+
+
+def table_lanes(resolution: float) -> list[Parameters]:
+    """Return eight different lanes, none of which is plain; even ones are x, odd ones y."""
+    x, y = (lane(axis, OBSERVER, {"encoder.resolution": resolution}) for axis in (X, Y))
+    return [
+        with_plant(x, NEW),
+        with_model(y, NEW, "least-norm"),
+        with_model(with_plant(x, PREVIOUS), PREVIOUS, "force-per-ampere"),
+        with_model(with_plant(y, NEW), NEW, "sine"),
+        with_law(x, "force-per-ampere"),
+        with_law(y, "sine"),
+        with_law(with_plant(x, NEW), "cubic"),
+        with_model(y, PREVIOUS, "cubic"),
+    ]

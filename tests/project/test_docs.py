@@ -1,0 +1,78 @@
+"""The documents point at what exists, and their pictures can be drawn again."""
+
+import re
+import subprocess
+import sys
+
+import pytest
+
+from motionlab.service.app import create_app
+from tests.e2e.pictures import PICTURES
+from tests.paths import ROOT
+
+PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
+CALL = re.compile(r"`([A-Z]+) (/[^`? ]*)")
+LINK = re.compile(r"\]\(([^)#:]+)(?:#[^)]*)?\)")
+NAMED = re.compile(r"\bdocs/[a-z-]+\.md\b")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_lead_somewhere(page):
+    for target in LINK.findall(page.read_text()):
+        assert (page.parent / target).exists(), target
+
+
+def test_every_page_can_be_reached_from_the_readme():
+    seen, waiting = set(), [ROOT / "README.md"]
+    while waiting:
+        page = waiting.pop()
+        seen.add(page)
+        links = [(page.parent / target).resolve() for target in LINK.findall(page.read_text())]
+        waiting += [link for link in links if link.suffix == ".md" and link not in seen]
+    assert set(PAGES) <= seen
+
+
+def test_pages_that_the_program_names_are_there():
+    sources = [*(ROOT / "backend").rglob("*.py"), *(ROOT / "frontend" / "src").rglob("*.svelte")]
+    named = {page for path in sources for page in NAMED.findall(path.read_text())}
+    assert "docs/known-failures.md" in named
+    assert sorted(page for page in named if not (ROOT / page).is_file()) == []
+
+
+def test_every_call_is_on_the_page_of_rest():
+    page = (ROOT / "docs" / "rest.md").read_text()
+    told = {(method, path) for method, path in CALL.findall(page)}
+    calls = {
+        (method.upper(), path.removeprefix("/api/v1"))
+        for path, methods in create_app().openapi()["paths"].items()
+        for method in methods
+    }
+    assert sorted(calls - told) == []
+
+
+def test_every_picture_is_shown():
+    shown = {
+        (page.parent / target).resolve()
+        for page in PAGES
+        for target in LINK.findall(page.read_text())
+    }
+    assert {*(ROOT / "docs").glob("*.png")} <= shown
+
+
+def test_every_picture_can_be_taken_or_drawn_again():
+    drawn = {file.name for file in (ROOT / "docs").glob("physics-*.png")}  # by docs/plots.py, below
+    assert {file.name for file in (ROOT / "docs").glob("*.png")} - drawn == PICTURES
+
+
+def test_the_plots_are_drawn_and_print_what_the_pages_quote(tmp_path):
+    command = [sys.executable, ROOT / "docs" / "plots.py", tmp_path]
+    printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    assert {file.name for file in tmp_path.iterdir()} == {
+        file.name for file in (ROOT / "docs").glob("physics-*.png")
+    }
+    crossings = re.search(r"(\S+) changes of sign a second", printed)
+    assert crossings is not None
+    assert f"{crossings[1]} times a second" in (ROOT / "docs" / "compensation.md").read_text()
+    reached = re.search(r"40 N commanded: (\S+) to (\S+) N", printed)
+    assert reached is not None
+    assert [f"{float(force):.1f}" for force in reached.groups()] == ["28.1", "34.1"]

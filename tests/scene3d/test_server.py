@@ -1,0 +1,219 @@
+"""A scene's own server: who it speaks to, what it keeps, when it ends."""
+
+from __future__ import annotations
+
+import gc
+import json
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+
+import httpx
+import msgspec
+import numpy as np
+import pytest
+from viser import _viser
+from websockets.exceptions import ConnectionClosed
+
+from motionlab.scene3d import protocol, viewer_websockets
+from motionlab.scene3d.server import SceneServer
+from tests.scene3d.viewers import Viewer
+from tests.service.live import until
+from tests.service.servers import PATIENCE
+from tests.service.test_view3d import refused
+
+ORIGIN = "lab://this-test"
+AXES = (protocol.Axis(0.085, 7.2e-3, 0.0), protocol.Axis(0.145, 7.2e-3, 0.0))
+START = protocol.Start(ORIGIN, AXES, {"A": "one", "B": "other"}, [(0.0, 0.0), (0.01, 0.0)])
+
+
+@pytest.fixture(scope="module")
+def scene() -> Iterator[SceneServer]:
+    scene = SceneServer(START)
+    yield scene
+    scene.server.stop()
+
+
+def address(scene: SceneServer) -> str:
+    return f"ws://127.0.0.1:{scene.port}"
+
+
+def pose(seconds: float) -> protocol.Values:
+    """Return one pose, different at each time."""
+    values = np.sin(seconds + np.arange(protocol.width(2), dtype=np.float32))
+    return (0.01 * values)[None].astype(np.float32)
+
+
+def watching(scene: SceneServer, viewers: int) -> None:
+    until(lambda: len(scene._views) == viewers)
+
+
+@pytest.mark.parametrize("origin", [None, "null", "http://127.0.0.1:8000", "http://evil.example"])
+def test_only_the_lab_is_spoken_to(scene: SceneServer, origin: str | None) -> None:
+    assert refused(lambda: Viewer(address(scene), origin=origin)) == 403
+    headers = {} if origin is None else {"Origin": origin}
+    page = httpx.get(f"http://127.0.0.1:{scene.port}/", headers=headers, timeout=PATIENCE)
+    assert page.status_code == 403
+
+
+def test_it_listens_on_loopback_alone(scene: SceneServer) -> None:
+    with open("/proc/net/tcp") as table:
+        listening = [line.split()[1] for line in table if line.split()[3] == "0A"]
+    own = [place for place in listening if place.endswith(f":{scene.port:04X}")]
+    assert own == [f"0100007F:{scene.port:04X}"]
+
+
+def test_no_share_tunnel_can_be_asked_for(
+    scene: SceneServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened = threading.Event()
+
+    class Tunnel:
+        def __init__(self, *_: object) -> None:
+            opened.set()
+            raise AssertionError("a tunnel was opened")
+
+    monkeypatch.setattr(_viser, "ViserTunnel", Tunnel)
+    with Viewer(address(scene), origin=ORIGIN) as viewer:
+        viewer.look()
+        viewer.send("ShareUrlRequest")
+        assert not opened.wait(0.5)
+        viewer.send("ShareUrlDisconnect")
+        scene.show(pose(0.0))
+        assert viewer.window()
+
+
+def test_what_a_joining_client_goes_through_does_not_grow(scene: SceneServer) -> None:
+    """Viser looks at each number that the shared buffer ever gave out, for each that joins."""
+    shared = scene.server._websock_server.get_message_buffer()
+    with Viewer(address(scene), origin=ORIGIN) as viewer:
+        viewer.look()
+        watching(scene, 1)
+        before = shared.message_counter
+        for tick in range(300):
+            scene.show(pose(0.01 * tick))
+        viewer.positions("/lab/A/y")
+        assert shared.message_counter == before
+    assert before < 200
+
+
+def test_what_waits_for_a_slow_viewer_does_not_grow(scene: SceneServer) -> None:
+    watching(scene, 0)
+    with Viewer(address(scene), origin=ORIGIN, max_queue=1) as viewer:
+        viewer.look()
+        watching(scene, 1)
+        [view] = scene._views.values()
+        waiting = view.client._websock_connection.get_message_buffer()
+        for tick in range(400):
+            scene.show(pose(0.01 * tick))
+        assert waiting.message_counter > 2_000
+        assert len(waiting.message_from_id) < 200
+    watching(scene, 0)
+
+
+def test_a_variant_that_diverged_stays_where_it_was(scene: SceneServer) -> None:
+    with Viewer(address(scene), origin=ORIGIN) as viewer:
+        viewer.look()
+        lost = pose(1.0)
+        lost[0, 4 : 4 + 12] = np.nan
+        scene.show(lost)
+        scene.show(pose(2.0))
+        assert np.isfinite(viewer.positions("/lab/A/y")["/lab/A/y"]).all()
+
+
+def test_a_button_moves_the_camera_of_its_viewer(scene: SceneServer) -> None:
+    with Viewer(address(scene), origin=ORIGIN) as viewer:
+        viewer.look()
+        buttons: dict[str, str] = {}
+        while "Top" not in buttons:
+            for message in viewer.window():
+                if message["type"] == "GuiButtonGroupMessage":
+                    buttons |= dict.fromkeys(message["props"]["options"], message["uuid"])
+        viewer.find("SetCameraPositionMessage")
+        viewer.drain(0.3)
+        viewer.send("GuiUpdateMessage", uuid=buttons["Top"], updates={"value": "Top"})
+
+        def from_above() -> bool:
+            told = [m for m in viewer.window() if m["type"] == "SetCameraPositionMessage"]
+            return any(m["position"][2] > 50.0 * np.hypot(*m["position"][:2]) for m in told)
+
+        until(from_above)  # after where it looked from at first
+    assert set(buttons) == {"Overview", "Top", "Side by side", "A", "B"}
+
+
+def test_the_process_ends_with_its_parents_pipe() -> None:
+    command = (sys.executable, "-m", "motionlab.scene3d")
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        process.stdin.write(START.encode())
+        process.stdin.flush()
+        port = json.loads(process.stdout.readline())["port"]
+        with Viewer(f"ws://127.0.0.1:{port}", origin=ORIGIN) as viewer:
+            viewer.look()
+            process.stdin.write(protocol.poses(pose(0.5)))
+            process.stdin.flush()
+            viewer.positions("/lab/A/y")
+            process.stdin.close()
+            assert process.wait(PATIENCE) == 0
+
+
+def update(uuid: object, updates: object) -> bytes:
+    """Return a change of the panel as a viewer sends it."""
+    return msgspec.msgpack.encode({"type": "GuiUpdateMessage", "uuid": uuid, "updates": updates})
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        "text",
+        b"",
+        b"\xc1",
+        msgspec.msgpack.encode([1]),
+        msgspec.msgpack.encode({"type": "nothing\nof the kind"}),
+        msgspec.msgpack.encode({"type": ["x"]}),
+        msgspec.msgpack.encode({"type": "ViewerCameraMessage"}),
+        msgspec.msgpack.encode({"type": "GuiButtonHoldMessage", "uuid": 1, "frequency": {}}),
+        update({"a": 1}, {"value": 1}),
+        update("of-the-panel", {"nothing": 1}),
+    ],
+    ids=["text", "empty", "code", "list", "kind", "kinds", "camera", "hold", "uuid", "panel"],
+)
+def test_what_is_no_message_ends_its_own_connection_with_one_line(
+    scene: SceneServer, caplog: pytest.LogCaptureFixture, message: str | bytes
+) -> None:
+    if isinstance(message, bytes) and b"of-the-panel" in message:
+        message = update(next(iter(scene.server.gui._gui_input_handle_from_uuid)), {"nothing": 1})
+    with (
+        Viewer(address(scene), ORIGIN).look() as other,
+        Viewer(address(scene), ORIGIN).look() as viewer,
+    ):
+        watching(scene, 2)
+        viewer.socket.send(message)
+        with pytest.raises(ConnectionClosed) as caught:
+            viewer.drain(PATIENCE)
+        assert caught.value.rcvd is not None
+        assert caught.value.rcvd.code == viewer_websockets.NOT_UNDERSTOOD
+        watching(scene, 1)
+        scene.show(pose(1.0))
+        other.drain(0.1)  # it is still told
+    gc.collect()  # a task's failure that nobody has asked for comes to light when it is forgotten
+    (line,) = caplog.records
+    assert "\n" not in line.getMessage()
+    assert line.exc_info is None
+    assert "turned away" in line.getMessage()
+
+
+def test_a_magnification_that_is_not_offered_changes_nothing(scene: SceneServer) -> None:
+    with Viewer(address(scene), ORIGIN).look() as viewer:
+        watching(scene, 1)
+        for uuid in list(scene.server.gui._gui_input_handle_from_uuid):
+            for value in ("1000000", "nan", "-1", "x"):
+                viewer.socket.send(update(uuid, {"value": value}))
+        (view,) = scene._views.values()
+        for uuid in list(scene.server.gui._gui_input_handle_from_uuid):
+            viewer.socket.send(update(uuid, {"value": "100"}))
+        seen = {view.magnification}
+        until(lambda: seen.add(view.magnification) or 100.0 in seen)
+        assert seen == {300.0, 100.0}

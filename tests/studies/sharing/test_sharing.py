@@ -1,0 +1,146 @@
+"""``motionlab sharing``, ``map --fit``, their calls over REST and their page: one document."""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import Any
+
+import httpx
+import numpy as np
+import pytest
+
+from motionlab.cli import main
+from motionlab.config.controller import SharingConfig
+from motionlab.config.load import load_scenario
+from motionlab.studies.sharing.sharing import SharingDocument, SharingRequest
+from tests.paths import DOCS
+from tests.service.openapi import Contract
+from tests.service.servers import PATIENCE, Server
+
+PAGE = (DOCS / "sharing.md").read_text()
+API = "/api/v1"
+
+BAD: dict[str, tuple[list[str], list[str]]] = {
+    "a wrong key": (["forec=2.0"], ["forec", "did you mean 'force'?"]),
+    "an unknown map": (["controller=none-such"], ["controller.name", "none-such", "new-design"]),
+    "another pitch": (["plant=previous-design"], ["plant", "another pole pitch", "0.009"]),
+    "a current out of the map": (
+        ["controller=new-design", "current_limit=12.0"],
+        ["current_limit", "12.0", "<= 10 A"],
+    ),
+    "no law": (["law=best"], ["law", "force-per-ampere"]),
+    "no resistance": (["resistance=0.0"], ["resistance", "> 0", "Ohm"]),
+    "a wrong number of a map": (["controller={F_pk=2.0}"], ["controller", "tau", "is missing"]),
+}
+
+
+def sets(assignments: list[str]) -> list[str]:
+    return [word for text in assignments for word in ("--set", text)]
+
+
+def printed(capsys: pytest.CaptureFixture[str], *arguments: str) -> Any:
+    assert main([*arguments, "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+@pytest.fixture(scope="module")
+def server():
+    server = Server()
+    yield server
+    server.stop()
+
+
+@pytest.fixture(scope="module")
+def client(server: Server):
+    hooks: dict[str, list[Any]] = {"response": [Contract(server.app.openapi()).check]}
+    with httpx.Client(base_url=server.url, event_hooks=hooks, timeout=PATIENCE) as client:
+        yield client
+
+
+def test_the_command_and_the_call_give_one_document(
+    client: httpx.Client, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked = {"controller": "nominal", "plant": "new-design", "law": "sine", "force": -12.0}
+    answer = client.post(f"{API}/design/sharing", json=asked)
+    assert answer.status_code == 200
+    found = printed(capsys, "sharing", *sets([f"{k}={v}" for k, v in asked.items()]))
+    assert answer.json() == found
+    document = SharingDocument.model_validate(found)
+    assert document.plant.kind == "table"
+    assert document.plant.digest is not None
+    assert document.controller.name == "nominal"
+    curves = document.curves
+    assert np.sum(curves.phase_thrust, axis=0) == pytest.approx(np.array(curves.thrust))
+    assert np.mean(curves.thrust) == pytest.approx(document.thrust.mean)
+    assert np.ptp(curves.thrust) == pytest.approx(document.thrust.peak_to_peak)
+    assert np.mean(curves.believed) == pytest.approx(-12.0)
+    assert min(curves.reachable) == document.linear_up_to
+    assert document.loss.squared_current == pytest.approx(np.mean(curves.squared_current))
+    assert document.loss.power is None
+
+
+def test_loss_in_watts(client: httpx.Client) -> None:
+    found = client.post(f"{API}/design/sharing", json={"resistance": 1.5}).json()
+    assert found["loss"]["power"] == pytest.approx(1.5 * found["loss"]["squared_current"])
+    assert found["loss"]["relative"] > 1.0
+
+
+@pytest.mark.parametrize(("assignments", "words"), BAD.values(), ids=BAD)
+def test_what_is_refused(
+    assignments: list[str], words: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["sharing", *sets(assignments)]) == 2
+    text = capsys.readouterr().err
+    for word in words:
+        assert word in text
+
+
+def test_a_refusal_over_rest(client: httpx.Client) -> None:
+    answer = client.post(f"{API}/design/sharing", json={"force": "much", "plant": "none"})
+    assert answer.status_code == 422
+    assert [error["loc"] for error in answer.json()["errors"]] == ["force"]
+    assert client.post(f"{API}/design/sharing", json={"plant": "none"}).status_code == 422
+
+
+def test_a_fit_is_a_map_for_a_controller(
+    client: httpx.Client, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = client.get(f"{API}/maps/new-design/fit").json()
+    assert found == printed(capsys, "map", "--fit", "new-design")
+    assert found["fitted"] == ["F_pk", "I_knee", "h_2", "h_3"]
+    field = "variants.B.controller.model.force_map"
+    scenario = load_scenario("circle", {field: found["force_map"]})
+    assert scenario.variants["B"].controller.model.y.force_map.model_dump() == found["force_map"]
+    assert client.get(f"{API}/maps/none-such/fit").status_code == 404
+    assert main(["map", "--fit", "new-design", "--set", "g=0.4e-3"]) == 2
+    assert "--set" in capsys.readouterr().err
+
+
+def test_people_see_every_law(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["sharing"]) == 0
+    text = capsys.readouterr().out
+    for law in ("least-norm", "force-per-ampere", "sine", "cubic"):
+        assert law in text
+    assert main(["sharing", "--set", "law=sine"]) == 0
+    assert "cubic" not in capsys.readouterr().out
+    assert main(["map", "--fit", "previous-design"]) == 0
+    assert "Fit of the analytic map" in capsys.readouterr().out
+
+
+def test_the_page_names_every_field_and_law() -> None:
+    for field in (*SharingRequest.model_fields, *SharingConfig.model_fields):
+        assert f"`{field}`" in PAGE or f"`sharing.{field}`" in PAGE or f"sharing.{field}`" in PAGE
+    for field in SharingDocument.model_fields:
+        assert f"`{field}`" in PAGE
+
+
+def test_what_the_page_prints_is_what_comes_out(capsys: pytest.CaptureFixture[str]) -> None:
+    rows = re.findall(r"^\| `([a-z-]+)` \| ([\d.]+) N \| ([\d.]+) N \| ([\d.]+) N \|", PAGE, re.M)
+    assert len(rows) == 4
+    for law, *linear in rows:
+        for name, shown in zip(("nominal", "new-design", "previous-design"), linear, strict=True):
+            words = sets([f"controller={name}", f"law={law}", "points=360"])
+            assert printed(capsys, "sharing", *words)["linear_up_to"] == (
+                pytest.approx(float(shown), abs=0.006)
+            )
