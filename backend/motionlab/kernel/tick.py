@@ -63,6 +63,10 @@ T_S = CONTROL_PERIOD
 H = PLANT_STEP
 
 
+class _Measured(NamedTuple):
+    p: Lanes
+
+
 class Signals(NamedTuple):
     """What the controller computes on the way to its command."""
 
@@ -135,6 +139,18 @@ def control(
 
 
 @compiled
+def in_effect(par: Parameters, pending: Command, made: Command) -> Command:
+    """Return the command that acts from now on: the last one where the loop has a delay."""
+    late = par.controller.delay > 0.0
+    return Command(
+        select(late, pending.force, made.force),
+        select(late, pending.estimate, made.estimate),
+        select(late, pending.added, made.added),
+        select(late, pending.K, made.K),
+    )
+
+
+@compiled
 def move(  # noqa: PLR0913, PLR0917 - state, command and what acts on the machine
     par: Parameters,
     s: PlantState,
@@ -171,13 +187,8 @@ def tick(
     machine = s.plant
     p_meas = measure(par.encoder, machine.p + machine.y, at.encoder_noise)
     memory, made, current_made, signals = control(par, s, at, p_meas, tables)
+    acting = in_effect(par, s.pending, made)
     late = par.controller.delay > 0.0
-    acting = Command(
-        select(late, s.pending.force, made.force),
-        select(late, s.pending.estimate, made.estimate),
-        select(late, s.pending.added, made.added),
-        select(late, s.pending.K, made.K),
-    )
     current_command = Phases(
         select(late, s.pending_current.a, current_made.a),
         select(late, s.pending_current.b, current_made.b),
@@ -232,6 +243,35 @@ def tick(
         failed=select((s.failed < 0.0) & ~healthy, s.age, s.failed),
     )
     return state, sample
+
+
+@numba.njit(error_model="numpy", nogil=True, cache=True)
+def control_once(
+    parameters: NDArray[np.float64],
+    state: NDArray[np.float64],
+    inputs: NDArray[np.float64],
+    p_meas: NDArray[np.float64],
+) -> None:
+    """Advance the controllers of eight lanes with analytic maps by one period.
+
+    Parameters
+    ----------
+    parameters, state : ndarray
+        As `run_ticks` takes them; the machine's part of the state stays as it is.
+    inputs : ndarray, shape (1, INPUT_ROWS, 2)
+        Fields of `Inputs`, of which a controller sees the reference.
+    p_meas : ndarray, shape (1, WIDTH)
+        Measured positions, m.
+    """
+    width = unpack(PlantState, state, 0).p
+    par = groups(parameters, width)
+    s = read_state(state, width)
+    mode = flush_subnormals()
+    measured = unpack(_Measured, p_meas, 0, width).p
+    memory, made, current, _ = control(par, s, axes_at(Inputs, inputs, 0), measured, None)
+    acting = in_effect(par, s.pending, made)
+    restore_mode(mode)
+    write_state(State(s.plant, memory, acting, made, current, s.age, s.failed), state)
 
 
 def run_ticks(

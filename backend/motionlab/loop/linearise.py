@@ -6,9 +6,10 @@ The plant, from force command to position, is held over a control period (zero-o
     f_f = sigma_0 z + sigma_1 dz/dt + sigma_2 v,   dz/dt = lambda g'(v_0) v - lambda z
     d^2y/dt^2 = omega_r^2 (compliance f - y) - 2 zeta omega_r dy/dt,   p_meas = p + y
 
-with ``lambda = abs(v_0)/g(v_0)``; stuck (v_0 = 0), ``dz/dt = v``. The controller is the kernel's,
-tick for tick. The gain is the thrust that one more newton of command gives, as a mean over the pole
-pitch. Limits, quantisation, commutation and what else changes along it have no place in it.
+with ``lambda = abs(v_0)/g(v_0)``; stuck (v_0 = 0), ``dz/dt = v``. The gain is the thrust that one
+more newton of command gives, as a mean over the pole pitch. The controller is the kernel's own
+control half, differenced. Limits, quantisation, commutation and what else changes along the pitch
+have no place in it.
 """
 
 from __future__ import annotations
@@ -22,11 +23,22 @@ from numpy.typing import NDArray
 
 from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD, PLANT_STEP
-from motionlab.control.compensation import CANUDAS_DE_WIT, PUBLISHED, RESIDUAL, REVERSED
+from motionlab.control.compensation import PUBLISHED, REVERSED
 from motionlab.errors import ConfigError, FieldError
+from motionlab.force_sharing.functions import LEAST_NORM
 from motionlab.kernel.build import lane
 from motionlab.kernel.force_maps import check_maps, force_gain
-from motionlab.kernel.layout import Parameters
+from motionlab.kernel.layout import (
+    INPUT_ROWS,
+    STATE_ROWS,
+    Command,
+    Inputs,
+    Memory,
+    Parameters,
+    state_row,
+)
+from motionlab.kernel.tick import control_once
+from motionlab.lanes import WIDTH
 from motionlab.lanes.bank import TABLES
 from motionlab.plant.friction import LuGre
 from motionlab.plant.resonance import natural
@@ -42,8 +54,20 @@ SLIDING = 4.0
 """Velocity at which limits of stability are looked for, in Stribeck velocities: friction no longer
 falls with it, and nothing sticks, which would help."""
 _COARSE, _FINE, _FURTHEST = 1.2, 1e-4, 1e3
+_STEP = 1e-5
+_STEP_AT_REST = 1e-10
+"""Steps of a velocity by which the controller is differenced, as shares of its scale."""
 _CREEP = 1e-3
 """Rate at which a stuck bristle relaxes, 1/s: a mover may rest anywhere, and no pole lies at 1."""
+
+
+_REMEMBERED = (
+    *(f"memory.{name}" for name in Memory._fields if name != "e_last"),
+    *(f"acting.{name}" for name in Command._fields),
+    *(f"pending.{name}" for name in Command._fields),
+)
+"""States of the linearised controller; the reference is zero, so the last error is a position."""
+_ROWS = [state_row(path) for path in _REMEMBERED]
 
 
 class NoLinearisation(ConfigError):
@@ -240,19 +264,18 @@ class _Bristle(NamedTuple):
 
     slope: float  # lambda g'(v_0), 1; 1 where it sticks
     rate: float  # lambda, 1/s
-    bend: float  # g'(v_0), s
 
 
 def _bristle(f: LuGre, v: float) -> _Bristle:
     if f.F_s < _NO_FRICTION:
-        return _Bristle(slope=0.0, rate=1.0, bend=0.0)
+        return _Bristle(slope=0.0, rate=1.0)
     if v == 0.0:
-        return _Bristle(slope=1.0, rate=_CREEP, bend=0.0)
+        return _Bristle(slope=1.0, rate=_CREEP)
     speed = abs(v)
     dip = (f.F_s - f.F_c) * math.exp(-((speed / f.v_s) ** 2)) / f.sigma_0
     g = f.F_c / f.sigma_0 + dip
-    bend = -2.0 * speed / f.v_s**2 * dip
-    return _Bristle(slope=speed / g * bend, rate=speed / g, bend=bend)
+    bend = -2.0 * speed / f.v_s**2 * dip  # g'(v_0), s
+    return _Bristle(slope=speed / g * bend, rate=speed / g)
 
 
 def _force(f: LuGre, v: float) -> float:
@@ -295,77 +318,63 @@ def plant_about(par: Parameters, v: float) -> StateSpace:
     return StateSpace(step[:n, :n], step[:n, n], C, 0.0)
 
 
-class _Memory(NamedTuple):
-    """What the controller remembers, as the kernel's State: deviations from sliding steadily."""
-
-    p: Array
-    v: Array
-    z: Array
-    residual: Array
-    d: Array
-    n_1: Array  # the notch's memory
-    n_2: Array
-    known: Array  # force in effect over the last period, less the compensation in it
-    unexplained: Array  # the same, less the whole estimate
-    K: Array
-    force_pending: Array
-    known_pending: Array
-    unexplained_pending: Array
-    K_pending: Array
-
-
 def controller_about(par: Parameters, v: float) -> StateSpace:
     """Return the controller of one lane about a velocity, m/s: position to minus the force command.
 
-    The linear tick is probed with a unit of each of its states, and of its input, all at once.
+    The kernel's own control half is differenced about sliding with the reference: a step up and a
+    step down of each number that it remembers, and of the measured position.
     """
-    n = len(_Memory._fields)
-    *units, input_ = np.eye(n + 1)
-    force, memory = _tick(par, v, _Memory(*units), input_)
-    step = np.array(memory)
-    return StateSpace(step[:, :n], step[:, n], -force[:n], -float(force[n]))
+    rest = v == 0.0
+    model = par.model_friction
+    # At rest nothing cancels, and abs(v) is no straight line: a step so much smaller.
+    speed = _STEP_AT_REST * model.v_s if rest else _STEP * min(model.v_s, abs(v))
+    steps = np.ones(len(_REMEMBERED) + 1)
+    for path, step in (("p_last", speed * T_S), ("v_last", speed), ("z_hat", 1e-9)):
+        steps[_REMEMBERED.index(f"memory.{path}")] = step
+    steps[-1] = speed * T_S
+    column = np.array([value for group in _unbounded(par) for value in group])
+
+    about = np.zeros(STATE_ROWS)
+    about[state_row("age")] = 2.0  # differences of the encoder are taken from the second tick on
+    about[state_row("failed")] = -1.0
+    about[state_row("memory.p_last")] = -v * T_S
+    about[state_row("memory.v_last")] = v
+    force = 0.0 if rest else math.copysign(_force(model, v), v)
+    about[state_row("memory.z_hat")] = (force - model.sigma_2 * v) / model.sigma_0
+    for when in ("acting", "pending"):
+        about[state_row(f"{when}.estimate")] = force
+        about[state_row(f"{when}.added")] = force * (par.compensation.enabled > 0.0)
+        about[state_row(f"{when}.force")] = about[state_row(f"{when}.added")]
+    inputs = np.zeros((1, INPUT_ROWS, 2))
+    inputs[0, Inputs._fields.index("v_ref")] = v
+
+    n = len(_REMEMBERED)
+    probes = np.concatenate([np.diag(steps), -np.diag(steps)])
+    blocks = -(-len(probes) // WIDTH)
+    probes = np.concatenate([probes, np.zeros((blocks * WIDTH - len(probes), n + 1))])
+    states = np.tile(about, (len(probes), 1))
+    states[:, _ROWS] += probes[:, :n]
+    states[:, state_row("memory.e_last")] = -probes[:, _REMEMBERED.index("memory.p_last")]
+    parameters = np.tile(column[:, None], WIDTH)
+    after = np.empty_like(states)
+    for block in range(blocks):
+        lanes = slice(block * WIDTH, (block + 1) * WIDTH)
+        state = np.ascontiguousarray(states[lanes].T)
+        control_once(parameters, state, inputs, np.ascontiguousarray(probes[None, lanes, n]))
+        after[lanes] = state.T
+    change = (after[: n + 1] - after[n + 1 : 2 * (n + 1)]) / (2.0 * steps[:, None])
+    A, B = change[:n, _ROWS].T, change[n, _ROWS].copy()
+    if rest:  # a mover may rest anywhere, and no pole lies at 1
+        z_hat = _REMEMBERED.index("memory.z_hat")
+        A[z_hat, z_hat] = math.exp(-_CREEP * T_S)
+    acts = change[:, state_row("acting.force")]
+    return StateSpace(np.ascontiguousarray(A), B, -acts[:n], -float(acts[n]))
 
 
-def _tick(par: Parameters, v_0: float, s: _Memory, p: Array) -> tuple[Array, _Memory]:
-    """Return the force command that acts now and the next state; the reference is zero."""
-    controller, law, model = par.controller, par.compensation, par.model_friction
-    bristle = _bristle(model, v_0)
-    v = (p - s.p) / T_S
-    a = (v - s.v) / T_S
-    inertia = controller.M * a
-    u = -controller.k_p * p - controller.k_d * v
-
-    own = 0.0 if law.law == REVERSED else model.sigma_1 * s.K
-    residual = s.residual + law.residual_alpha * (inertia - s.unexplained - own - s.residual)
-    K = np.zeros_like(p)
-    if law.law == CANUDAS_DE_WIT:
-        K = -law.gain * p
-    elif law.law == RESIDUAL:
-        D = model.sigma_1 * bristle.rate - model.sigma_0
-        floor = law.regularisation * model.sigma_0
-        K = law.gain * D * residual / (D * D + floor * floor) if D < 0.0 else K
-    elif law.law == REVERSED and model.sigma_1 > 0.0:
-        K = -residual / model.sigma_1
-
-    v_hat = np.zeros_like(p) if law.from_reference > 0.0 else v
-    x = bristle.rate * T_S
-    decay = math.exp(-x)
-    phi_1 = -math.expm1(-x) / x if x > 0.0 else 1.0
-    follows = T_S if v_0 == 0.0 else bristle.bend * (1.0 - decay)
-    z = s.z * decay + follows * v_hat + T_S * phi_1 * K
-    estimate = model.sigma_0 * z + model.sigma_1 * (z - s.z) / T_S + model.sigma_2 * v_hat
-    added = estimate if law.enabled > 0.0 else np.zeros_like(p)
-
-    d = s.d + controller.observer_alpha * (s.known - inertia - s.d)
-    feedback = u + (d if controller.observer > 0.0 else 0.0)
-    notch = par.notch
-    passed = notch.b_0 * feedback + s.n_1
-    n_1 = notch.b_1 * feedback - notch.a_1 * passed + s.n_2
-    n_2 = notch.b_2 * feedback - notch.a_2 * passed
-    force = passed + added
-
-    pending = (force, force - added, force - estimate, K)
-    last = (s.force_pending, s.known_pending, s.unexplained_pending, s.K_pending)
-    acting = last if controller.delay > 0.0 else pending
-    memory = _Memory(p, v, z, residual, d, n_1, n_2, *acting[1:], *pending)
-    return acting[0], memory
+def _unbounded(par: Parameters) -> Parameters:
+    """Return parameters without limits, sharing and tables, which have no linearisation."""
+    return par._replace(
+        controller=par.controller._replace(force_limit=math.inf, ideal_force=1.0),
+        compensation=par.compensation._replace(z_limit=math.inf),
+        sharing=par.sharing._replace(law=LEAST_NORM),
+    )

@@ -10,6 +10,7 @@ from motionlab.config.load import load_scenario
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.design.fem.compute import compute
 from motionlab.design.fem.geometry import Geometry
+from motionlab.loop.linearise import linearise
 from motionlab.service.routes import trajectories
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
@@ -21,6 +22,7 @@ def warm_up() -> None:
     changes = {"trajectory": {"kind": "point", "duration": CONTROL_PERIOD}}
     prepared = prepare(load_scenario("circle", changes))
     document(prepared, run(prepared))
+    linearise(prepared.scenario, "A", "x", v=0.0)
     trajectories.warm_up()
 
 
