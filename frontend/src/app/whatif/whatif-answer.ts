@@ -1,6 +1,7 @@
 /** The binary answer of a what-if: a result document and the curves of its window. */
 
 import { StillSource, differenceName, type Envelope } from '../../plot/source';
+import { readCurves } from '../api/curves-answer';
 import type { Metrics } from '../api/types';
 
 export interface Preview {
@@ -15,24 +16,13 @@ export interface Preview {
 interface Header {
   result: Metrics;
   time: { start: number; step: number; count: number };
-  columns: { name: string; unit: string; minimum: number; maximum: number }[];
   how: 'whole' | 'window';
   begin: number;
 }
 
 /** Reads an answer of POST /whatif; arrays are views into it. */
 export function readAnswer(buffer: ArrayBuffer): Preview {
-  const length = new DataView(buffer).getUint32(0, true);
-  const text = new TextDecoder().decode(new Uint8Array(buffer, 8, length));
-  const { result, time, columns: list, how, begin } = JSON.parse(text) as Header;
-  const numbers = new Float32Array(buffer, 8 + length);
-  const columns = new Map<string, Envelope>();
-  for (const { name, minimum, maximum } of list) {
-    columns.set(name, {
-      minimum: numbers.subarray(minimum, minimum + time.count),
-      maximum: numbers.subarray(maximum, maximum + time.count),
-    });
-  }
+  const { result, time, columns, how, begin } = readCurves<Header>(buffer);
   for (const axis of ['x', 'y']) {
     const a = columns.get(`A.${axis}.following_error`);
     const b = columns.get(`B.${axis}.following_error`);

@@ -1,6 +1,8 @@
 /** The server's answer to POST /trajectories/check: what a path asks of the motor. */
 
+import { readCurves } from '../../app/api/curves-answer';
 import type { Axis } from '../../app/api/types';
+import type { Envelope } from '../../plot/source';
 
 export type Limited = 'position' | 'step' | 'velocity' | 'acceleration' | 'thrust';
 
@@ -34,11 +36,6 @@ export interface Peak {
   unit: string;
 }
 
-export interface Curve {
-  minimum: Float32Array;
-  maximum: Float32Array;
-}
-
 interface Head {
   feasible: boolean;
   duration: number;
@@ -51,25 +48,12 @@ interface Head {
 }
 
 export interface Checked extends Head {
-  columns: Map<string, Curve>;
+  columns: Map<string, Envelope>;
 }
 
 /** Reads an answer; the curves are views into it. */
 export function readChecked(buffer: ArrayBuffer): Checked {
-  const length = new DataView(buffer).getUint32(0, true);
-  const text = new TextDecoder().decode(new Uint8Array(buffer, 8, length));
-  const { columns: list, ...head } = JSON.parse(text) as Head & {
-    columns: { name: string; minimum: number; maximum: number }[];
-  };
-  const numbers = new Float32Array(buffer, 8 + length);
-  const columns = new Map<string, Curve>();
-  for (const { name, minimum, maximum } of list) {
-    columns.set(name, {
-      minimum: numbers.subarray(minimum, minimum + head.time.count),
-      maximum: numbers.subarray(maximum, maximum + head.time.count),
-    });
-  }
-  return { ...head, columns };
+  return readCurves<Head>(buffer);
 }
 
 /** Returns the stretches [from, to) of bins in which any of some quantities is too large. */

@@ -3,8 +3,9 @@
 import { Canvas, crisp, hatching } from '../../plot/canvas';
 import type { Palette } from '../../plot/palette';
 import { calmRange, multiples, roundStep, type Range } from '../../plot/range';
+import type { Envelope } from '../../plot/source';
 import { minus, scaleFor } from '../../ui/units';
-import { stretches, type Checked, type Curve, type Limited } from './feasibility';
+import { stretches, type Checked, type Limited } from './feasibility';
 
 export interface Strip {
   title: string;
@@ -225,7 +226,7 @@ export class ProfileStrips {
     this.canvas.line([LEFT, at], [this.canvas.width - RIGHT, at], colour);
   }
 
-  private curve({ minimum, maximum }: Curve, count: number, py: (v: number) => number): void {
+  private curve({ minimum, maximum }: Envelope, count: number, py: (v: number) => number): void {
     const { c } = this;
     let pen = py(0);
     c.beginPath();
@@ -243,7 +244,11 @@ export class ProfileStrips {
   }
 
   /** Returns how far a pen goes up and down along a curve, CSS pixels. */
-  private travelled({ minimum, maximum }: Curve, count: number, py: (v: number) => number): number {
+  private travelled(
+    { minimum, maximum }: Envelope,
+    count: number,
+    py: (v: number) => number,
+  ): number {
     let way = 0;
     let before = py(0);
     for (let i = 0; i < count; i++) {
@@ -255,7 +260,7 @@ export class ProfileStrips {
   }
 
   /** Fills what a dense curve covers, pixel by pixel: a line to and fro would take ten times as long. */
-  private bars({ minimum, maximum }: Curve, count: number, py: (v: number) => number): void {
+  private bars({ minimum, maximum }: Envelope, count: number, py: (v: number) => number): void {
     let column = Number.NaN;
     let [top, bottom] = [0, 0];
     const fill = () => this.c.fillRect(column, top - 0.5, 1, bottom - top + 1);

@@ -1,0 +1,24 @@
+/** Binary answers of the server: a JSON head, then curves as least and most of equal bins. */
+
+import type { Envelope } from '../../plot/source';
+
+interface Packed {
+  time: { start: number; step: number; count: number };
+  columns: { name: string; minimum: number; maximum: number }[];
+}
+
+/** Reads an answer; the curves are views into it. */
+export function readCurves<Head extends Pick<Packed, 'time'>>(
+  buffer: ArrayBuffer,
+): Head & { columns: Map<string, Envelope> } {
+  const length = new DataView(buffer).getUint32(0, true);
+  const text = new TextDecoder().decode(new Uint8Array(buffer, 8, length));
+  const head = JSON.parse(text) as Head & Packed;
+  const numbers = new Float32Array(buffer, 8 + length);
+  const curve = (from: number) => numbers.subarray(from, from + head.time.count);
+  const columns = head.columns.map(
+    ({ name, minimum, maximum }) =>
+      [name, { minimum: curve(minimum), maximum: curve(maximum) }] as const,
+  );
+  return { ...head, columns: new Map(columns) };
+}
