@@ -46,13 +46,13 @@ def stands_at(page: Page, server: Server) -> str:
     return shown
 
 
-def until(page: Page, holds: Callable[[], bool], most: int = LONG) -> None:
-    """Wait, at most some ms, for what no expectation of the page tells."""
+def until(page: Page, what: str, holds: Callable[[], bool], most: int = LONG) -> None:
+    """Wait, at most some ms, for what no expectation of the page tells; fail with its name."""
     for _ in range(most // 250):
         if holds():
             return
         page.wait_for_timeout(250)
-    raise AssertionError(f"not so within {most} ms")
+    raise AssertionError(f"waited {most} ms in vain: {what}")
 
 
 def wait_for_clock(page: Page, seconds: float) -> None:

@@ -173,9 +173,9 @@ def test_what_is_found_goes_to_a_running_session_and_back(screen: Page, server: 
         variants: dict[str, Any] = session(screen, server)["scenario"]["variants"]
         return [v["controller"]["model"]["x"]["friction"]["F_s"] for v in variants.values()]
 
-    until(screen, lambda: all(3.0 < F_s < 3.3 for F_s in believed()))
+    until(screen, "the fit replaces F_s", lambda: all(3.0 < F_s < 3.3 for F_s in believed()))
     apply.get_by_role("button", name="Undo").click()
-    until(screen, lambda: believed() == [3.5908, 3.5908])
+    until(screen, "undo restores F_s", lambda: believed() == [3.5908, 3.5908])
 
 
 def test_an_earlier_record_is_opened_and_laid_beside(screen: Page) -> None:

@@ -397,6 +397,8 @@ def test_skipped_ticks_are_fetched_once_the_page_keeps_up(page: Page) -> None:
     page.evaluate(
         "() => { const end = performance.now() + 1500; while (performance.now() < end); }"
     )
-    until(page, lambda: bool(gaps) and len(closed) > 0)
+    until(page, "a gap is told and the stream closed", lambda: bool(gaps) and len(closed) > 0)
     assert sum(end - begin for begin, end in gaps) > 500
-    until(page, lambda: all(fetched.issuperset(range(*gap)) for gap in gaps))
+    until(
+        page, "every gap is fetched", lambda: all(fetched.issuperset(range(*gap)) for gap in gaps)
+    )

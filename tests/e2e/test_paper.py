@@ -30,7 +30,9 @@ def computed(page: Page, server: Server, *only: str) -> None:
     """Have some rows computed, and look at the record of it."""
     job = page.request.post(f"{server.url}{API}/reproduce", data={"only": list(only)}).json()["id"]
     url = f"{server.url}{API}/jobs/{job}"
-    until(page, lambda: page.request.get(url).json()["state"] == "done", SLOW)
+    until(
+        page, "all rows are computed", lambda: page.request.get(url).json()["state"] == "done", SLOW
+    )
     # As the next page opens: this one may still be reading an older record, and would keep it.
     page.add_init_script(f"localStorage.setItem('motionlab.job.reproduce', '\"{job}\"')")
     page.reload()
@@ -78,7 +80,12 @@ def test_what_others_have_computed_is_listed_and_shown_when_chosen(
     name = "Turns of a phase N"
     answer = paper.request.post(f"{server.url}{API}/reproduce", data={"only": ["sizing"]})
     url = f"{server.url}{API}/jobs/{answer.json()['id']}"
-    until(paper, lambda: paper.request.get(url).json()["state"] == "done", SLOW)
+    until(
+        paper,
+        "all rows are computed",
+        lambda: paper.request.get(url).json()["state"] == "done",
+        SLOW,
+    )
     paper.reload()
     earlier = paper.get_by_role("combobox", name="Reproduction: earlier results")
     expect(earlier).to_be_visible(timeout=LONG)

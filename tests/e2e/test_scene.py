@@ -83,16 +83,20 @@ def test_the_stage_moves_and_comes_back_when_its_process_is_killed(
 ) -> None:
     before = scene_processes(server)
     stage.get_by_role("radio", name="Stage 3-D").click()
-    until(stage, lambda: shows_a_stage(stage))
-    until(stage, lambda: not moves(stage))  # once all of it is there
+    until(stage, "the stage is drawn", lambda: shows_a_stage(stage))
+    until(stage, "the stage stands still", lambda: not moves(stage))  # once all of it is there
     button(stage, "Play")
-    until(stage, lambda: moves(stage))
+    until(stage, "the stage moves", lambda: moves(stage))
 
     [first] = set(scene_processes(server)).difference(before)
     os.kill(first, signal.SIGKILL)
     wait_for_clock(stage, clock(stage) + 0.5)
-    until(stage, lambda: bool(set(scene_processes(server)).difference(before, [first])))
-    until(stage, lambda: shows_a_stage(stage) and moves(stage))
+    until(
+        stage,
+        "another process draws",
+        lambda: bool(set(scene_processes(server)).difference(before, [first])),
+    )
+    until(stage, "the stage moves again", lambda: shows_a_stage(stage) and moves(stage))
 
     # Back on the plane nobody watches, and the session is not kept busy for it.
     stage.get_by_role("radio", name="Plane").click()
@@ -133,7 +137,9 @@ def test_esc_is_stop_after_a_click_in_the_stage(stage: Page) -> None:
     page = opened(stage)
     page.frame_locator("iframe").locator("canvas").first.wait_for(timeout=3 * LONG)
     page.locator("iframe").click(position={"x": 200, "y": 150})
-    until(page, lambda: focused(page) == "BODY")  # the mouse gives the focus back
+    until(
+        page, "the page has the focus", lambda: focused(page) == "BODY"
+    )  # the mouse gives the focus back
     page.keyboard.press("Escape")
     expect_stopped(page)
 

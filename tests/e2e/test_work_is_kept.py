@@ -209,6 +209,8 @@ def test_what_the_schedule_switches_is_no_change_of_ones_own(page: Page, server:
         page.request.post(f"{server.url}{API}/sessions/{ident}/step", data={"ticks": 18_100})
     expect(region(page, "Changes")).to_contain_text("B compensation", timeout=LONG)
     _choose(page, "circle")
-    until(page, lambda: session(page, server)["scenario"]["name"] == "circle")
+    until(
+        page, "the circle is loaded", lambda: session(page, server)["scenario"]["name"] == "circle"
+    )
     expect(region(page, "Changes")).to_contain_text("None yet", timeout=LONG)
     expect(_message(page)).to_have_count(0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import inspect
 import io
 import json
 import re
@@ -32,7 +33,9 @@ def until(holds: Callable[[], bool]) -> None:
     """Wait until something holds; fail when it does not for long."""
     end = time.monotonic() + PATIENCE
     while not holds():
-        assert time.monotonic() < end, "it never came to pass"
+        assert time.monotonic() < end, (
+            f"not within {PATIENCE} s: {inspect.getsource(holds).strip()}"
+        )
         time.sleep(0.01)
 
 
