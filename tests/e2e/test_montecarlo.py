@@ -67,9 +67,12 @@ def test_a_fresh_browser_takes_up_no_study_of_others(page: Page, server: Server)
     asked = {"scenario": scenario, "set": {}, "cases": 20}
     job = page.request.post(f"{server.url}{API}/montecarlo", data=asked).json()["id"]
     url = f"{server.url}{API}/jobs/{job}"
-    until(page, lambda: page.request.get(url).json()["state"] == "done", PATIENT)
-    page.keyboard.press("w")
+    until(
+        page, "the study is done", lambda: page.request.get(url).json()["state"] == "done", PATIENT
+    )
     page.reload()
+    page.get_by_text("connected", exact=True).wait_for()
+    page.keyboard.press("w")
     panel = region(page, "Monte Carlo")
     panel.locator("summary").first.click()
     earlier = panel.get_by_role("combobox", name="Monte Carlo: earlier results")
