@@ -209,8 +209,12 @@ def test_what_the_schedule_switches_is_no_change_of_ones_own(page: Page, server:
         page.request.post(f"{server.url}{API}/sessions/{ident}/step", data={"ticks": 18_100})
     expect(region(page, "Changes")).to_contain_text("B compensation", timeout=LONG)
     _choose(page, "circle")
-    until(
-        page, "the circle is loaded", lambda: session(page, server)["scenario"]["name"] == "circle"
-    )
+
+    def scenario() -> str:
+        return (
+            session(page, server).get("scenario", {}).get("name", "")
+        )  # none while it is replaced
+
+    until(page, "the circle is loaded", lambda: scenario() == "circle")
     expect(region(page, "Changes")).to_contain_text("None yet", timeout=LONG)
     expect(_message(page)).to_have_count(0)
