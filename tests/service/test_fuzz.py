@@ -37,7 +37,7 @@ NEVER_GUESSED = {"login", "getScenario", "getJob", "cancelJob", "parseScenario",
 NEVER_GUESSED |= {f"{verb}Trajectory" for verb in ("slow", "get", "delete")} | {"identify"}
 NEVER_GUESSED |= {"checkTrajectory", "tune", "landscape", "getResponse", "getAccuracy", "sweepLoop"}
 NEVER_GUESSED |= {"computeMap", "previewMap", "mapField", "getMap", "getMapFile", "deleteMap"}
-NEVER_GUESSED |= {"fitMap", "shareForce", "reproduce", "planIdentification"}
+NEVER_GUESSED |= {"fitMap", "shareForce", "reproduce", "planIdentification", "sweep"}
 """Operations that need a token, a name, an identifier, a TOML text, values that fit a path, an axis
 that moves, a law that can be linearised, or speeds that fit the stroke and the bounds below, which
 leave no force map to compute."""
