@@ -118,6 +118,7 @@ def test_every_route_answers_as_documented(
         ("POST", "/maps/field", {"json": {"columns": 40}}, 200),
         ("POST", "/identify/plan", {"json": {}}, 200),
         ("POST", "/montecarlo", {"json": {"cases": 2}}, 202),
+        ("POST", "/sweep", {"json": {"grid": [{"path": "seed", "values": [1, 2]}]}}, 202),
         ("GET", "/paper", {}, 200),
         ("POST", "/reproduce", {"json": {"only": ["sizing"]}}, 202),
         ("POST", "/identify", {"json": {"presliding": {"enabled": False}}}, 202),
