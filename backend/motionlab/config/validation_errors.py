@@ -108,8 +108,10 @@ def unit_of(path: str, model: BaseModel) -> str:
             at = getattr(at, step, None)
         elif isinstance(at, Mapping):
             at = at.get(step)
-        else:
+        elif isinstance(at, tuple):  # its items have the unit of the field
             at = at[int(step)]
+        else:
+            return ""  # below what the scenario leaves out
     return _unit(info)
 
 

@@ -80,6 +80,14 @@ def test_a_list_takes_values_together() -> None:
     assert found.variants["B"].axes["x"].metrics[PEAK][2] == float(f"{alone:.7g}")
 
 
+def test_fields_below_what_the_scenario_leaves_out_can_be_swept() -> None:
+    start, end = {"path": "window.start", "values": [1.0]}, {"path": "window.end", "values": [3.0]}
+    found = sweep(start, end, combine="list")
+    window = {"window": {"start": 1.0, "end": 3.0}}
+    alone = metrics_alone(window)["A"]["axes"]["x"][PEAK]
+    assert found.variants["A"].axes["x"].metrics[PEAK] == [float(f"{alone:.7g}")]
+
+
 def test_cases_that_diverge_or_cannot_be_followed_are_named() -> None:
     found = sweep({"path": "divergence_error", "values": [1e-3, 1e-5]})
     assert (found.variants["A"].diverged, found.variants["B"].diverged) == ([1], [])
