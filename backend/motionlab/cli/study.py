@@ -46,8 +46,11 @@ def _carry_out(study: Study[Any, Any], options: argparse.Namespace) -> int:
     if instead is not None:
         print(instead)
         return DONE
-    with share_done(study.command.title) as progress:
-        found = study.run(plan, lambda share, _partial=None: progress(share))
+    if study.direct:
+        found = study.run(plan, lambda *_: None)
+    else:
+        with share_done(study.command.title) as progress:
+            found = study.run(plan, lambda share, _partial=None: progress(share))
     study.after(found, options)
     print(study.text(found) if options.json else study.report(found))
     return FAILED if study.has_failed(found) else DONE

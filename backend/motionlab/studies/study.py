@@ -143,8 +143,8 @@ class Study(ABC, Generic[PlanT, FoundT]):
         """
 
     def report(self, found: FoundT) -> str:
-        """Return what was found as text for people; only of a study with a command."""
-        raise NotImplementedError
+        """Return what was found as text for people; the document where there is no other."""
+        return self.text(found)
 
     def excess(self, plan: PlanT, bounds: Bounds) -> list[FieldError]:
         """Return in what a plan is too large for one request."""
@@ -193,4 +193,5 @@ def above(value: float, most: float, *, loc: str, message: str) -> list[FieldErr
     """Return an error where a simulated time, s, is above a bound, else none."""
     if value <= most:
         return []
-    return [FieldError(loc=loc, message=message, value=value, range=f"<= {most:g}", unit="s")]
+    shown = float(f"{value:.6g}")
+    return [FieldError(loc=loc, message=message, value=shown, range=f"<= {most:g}", unit="s")]

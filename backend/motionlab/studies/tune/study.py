@@ -32,8 +32,8 @@ def _excess(problem: Problem, bounds: Bounds) -> list[FieldError]:
     one = "one trial takes too long a simulated time"
     every = "simulated time of all trials is too large for one request"
     return [
-        *above(round(problem.own.seconds), bounds.direct_max, loc="window", message=one),
-        *above(round(problem.seconds), bounds.trials_max, loc="scenario", message=every),
+        *above(problem.own.seconds, bounds.direct_max, loc="window", message=one),
+        *above(problem.seconds, bounds.trials_max, loc="scenario", message=every),
     ]
 
 
