@@ -34,7 +34,7 @@ def add(commands: Any) -> None:
         parser.set_defaults(command=functools.partial(_carry_out, study))
 
 
-def _carry_out(study: Study[Any, Any], options: argparse.Namespace) -> int:
+def _carry_out(study: Study, options: argparse.Namespace) -> int:
     """Plan and run a study, and print its report or its document."""
     from motionlab.config.changes import parse_assignments
 

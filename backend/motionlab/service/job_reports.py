@@ -9,13 +9,16 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, TypeAdapter, create_model
 
 from motionlab.results.document import ResultDocument
-from motionlab.studies.study import Models
 from motionlab.studies.table import STUDIES
 
 State = Literal["queued", "running", "done", "failed", "cancelled", "interrupted"]
 
-_MODELS = {"simulate": ("SimulationJob", Models(BaseModel, ResultDocument))} | {
-    study.kind: (study.report_name, study.models()) for study in STUDIES if not study.direct
+_MODELS: dict[str, tuple[str, type[BaseModel], type[BaseModel] | None]] = {
+    "simulate": ("SimulationJob", ResultDocument, None)
+} | {
+    study.kind: (study.report_name, study.document_model, study.partial_model)
+    for study in STUDIES
+    if not study.direct
 }
 
 if TYPE_CHECKING:
@@ -50,8 +53,9 @@ class JobSummary(_Job):
     kind: Kind = Field(description="Its study, or simulate")
 
 
-def _report(kind: str, name: str, models: Models) -> type[_Job]:
-    partial = models.partial
+def _report(
+    kind: str, name: str, document: type[BaseModel], partial: type[BaseModel] | None
+) -> type[_Job]:
     fields: dict[str, Any] = {
         "kind": (Literal[kind], kind),
         "partial": (
@@ -59,7 +63,7 @@ def _report(kind: str, name: str, models: Models) -> type[_Job]:
             Field(default=None, description="Results so far, of a job that is running"),
         ),
         "result": (
-            models.document | None,
+            document | None,
             Field(default=None, description="Results of a job that is done"),
         ),
     }
@@ -67,7 +71,7 @@ def _report(kind: str, name: str, models: Models) -> type[_Job]:
     return create_model(name, __base__=_Job, __doc__=doc, __module__=__name__, **fields)
 
 
-REPORTS = {kind: _report(kind, name, models) for kind, (name, models) in _MODELS.items()}
+REPORTS = {kind: _report(kind, *models) for kind, models in _MODELS.items()}
 """Type of the report of a job, by kind."""
 
 JobReport = Annotated[functools.reduce(operator.or_, REPORTS.values()), Field(discriminator="kind")]  # pyright: ignore[reportInvalidTypeForm]

@@ -180,14 +180,14 @@ def check_target(path: str) -> None:
         raise ConfigError(FieldError("--out", "cannot be written", path))
 
 
-def save(force_map: ForceMap, path: Path, *, loc: str = "") -> None:
+def save(force_map: ForceMap, path: str | Path, *, loc: str = "") -> None:
     """Write a map to a file, whole or not at all.
 
     Parameters
     ----------
     force_map : ForceMap
         What is written.
-    path : Path
+    path : str or Path
         The file; its folder is made when it is missing.
     loc : str
         What an error calls it; its path when left out.
@@ -198,6 +198,6 @@ def save(force_map: ForceMap, path: Path, *, loc: str = "") -> None:
         If it cannot be written; `StoreFull` if the disk is full.
     """
     try:
-        replace(path, force_map.text().encode(), mode=0o644)
+        replace(Path(path), force_map.text().encode(), mode=0o644)
     except OSError as error:
         raise failure(f"{loc or path} cannot be written", error) from error

@@ -11,11 +11,11 @@ jobs, the command line a command.
 from __future__ import annotations
 
 import argparse
+import importlib
 import json
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, ClassVar, Generic, NamedTuple, Protocol, TypeVar
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 from pydantic import BaseModel
 
@@ -25,16 +25,21 @@ Source = str | Path | dict[str, Any]
 Progress = Callable[..., None]
 """Takes the share done, 0 to 1, and what is there so far; what it raises ends the study."""
 
-PlanT = TypeVar("PlanT")
-FoundT = TypeVar("FoundT")
+
+class _Lazy:
+    """An attribute of a class that is imported when it is asked for."""
+
+    def __init__(self, path: str) -> None:
+        self._path = path
+
+    def __get__(self, instance: object, owner: type) -> Any:
+        module, _, name = self._path.partition(":")
+        return getattr(importlib.import_module(f"motionlab.{module}"), name)
 
 
-class Models(NamedTuple):
-    """Types of what goes in and comes out; ``partial`` is None where nothing is told meanwhile."""
-
-    request: type[BaseModel]
-    document: type[BaseModel]
-    partial: type[BaseModel] | None = None
+def lazy(path: str) -> Any:
+    """Return a class attribute that is imported on use, ``module below motionlab:name``."""
+    return _Lazy(path)
 
 
 class Bounds(Protocol):
@@ -81,11 +86,10 @@ class Command(NamedTuple):
     title: str = ""
 
 
-class Study(ABC, Generic[PlanT, FoundT]):
+class Study:
     """One study; its docstring describes its operation.
 
-    Imports of its models and its computation stand in its methods, so that ``motionlab --help``
-    answers at once.
+    Its models and functions are `lazy`, so that ``motionlab --help`` answers at once.
     """
 
     kind: ClassVar[str]
@@ -97,6 +101,17 @@ class Study(ABC, Generic[PlanT, FoundT]):
     tag: ClassVar[str]
     report_name: ClassVar[str] = ""
     """Name of the schema of its job's report."""
+    request_model: ClassVar[type[BaseModel]]
+    document_model: ClassVar[type[BaseModel]]
+    partial_model: ClassVar[type[BaseModel] | None] = None
+    """Of partial results; None without them."""
+    planner: ClassVar[Any] = None
+    """Takes the checked request and a scenario in place of its own; None: the request is the plan.
+    """
+    check_target: ClassVar[Any]
+    """Refuses a file of ``--out`` that could not be written."""
+    write: ClassVar[Any]
+    """Writes the file of ``--out``."""
     bodies: ClassVar[tuple[dict[str, Any], ...]] = ({},)
     """Examples of requests."""
     command: ClassVar[Command | None] = None
@@ -109,12 +124,13 @@ class Study(ABC, Generic[PlanT, FoundT]):
     batches: ClassVar[bool] = False
     """Whether it needs the kernels of batches, which are compiled when a server first starts."""
 
-    @abstractmethod
-    def models(self) -> Models:
-        """Return the types of request, document and partial result."""
+    def read(self, request: Mapping[str, Any]) -> Any:
+        """Return a request, checked."""
+        from motionlab.config.validation_errors import checked
 
-    @abstractmethod
-    def plan(self, request: Mapping[str, Any], source: Source | None = None) -> PlanT:
+        return checked(self.request_model, request, self.kind)
+
+    def plan(self, request: Mapping[str, Any], source: Source | None = None) -> Any:
         """Return the study that a request asks for, checked.
 
         Parameters
@@ -131,30 +147,32 @@ class Study(ABC, Generic[PlanT, FoundT]):
         Infeasible
             If the motor cannot follow the motion.
         """
+        wanted = self.read(request)
+        return wanted if self.planner is None else self.planner(wanted, source)
 
-    @abstractmethod
-    def run(self, plan: PlanT, progress: Progress) -> FoundT:
-        """Carry it out.
+    def run(self, plan: Any, progress: Progress) -> Any:
+        """Carry a plan out; the plan itself where checking is all there is to do.
 
         Raises
         ------
         MotionLabError
             What only running it shows.
         """
+        return plan
 
-    def report(self, found: FoundT) -> str:
+    def report(self, found: Any) -> str:
         """Return what was found as text for people; the document where there is no other."""
         return self.text(found)
 
-    def excess(self, plan: PlanT, bounds: Bounds) -> list[FieldError]:
+    def excess(self, plan: Any, bounds: Bounds) -> list[FieldError]:
         """Return in what a plan is too large for one request."""
         return []
 
-    def kept(self, plan: PlanT) -> FoundT | None:
+    def kept(self, plan: Any) -> Any | None:
         """Return what was found before, where that is kept."""
         return None
 
-    def document(self, found: FoundT) -> Any:
+    def document(self, found: Any) -> Any:
         """Return the document of what was found."""
         return found
 
@@ -165,7 +183,7 @@ class Study(ABC, Generic[PlanT, FoundT]):
         """Return the request that options of the command make, with the changes of ``--set``."""
         return {"scenario": options.scenario, "set": changes}
 
-    def before(self, plan: PlanT, options: argparse.Namespace) -> str | None:
+    def before(self, plan: Any, options: argparse.Namespace) -> str | None:
         """Check options that do not belong to the request; return text to print instead of running.
 
         Raises
@@ -173,18 +191,22 @@ class Study(ABC, Generic[PlanT, FoundT]):
         ConfigError
             Such as for a file that could not be written.
         """
+        if getattr(options, "out", None) is not None:
+            self.check_target(options.out)
         return None
 
-    def after(self, found: FoundT, options: argparse.Namespace) -> None:
-        """Write the files that options ask for."""
+    def after(self, found: Any, options: argparse.Namespace) -> None:
+        """Write the file of ``--out``."""
+        if getattr(options, "out", None) is not None:
+            self.write(found, options.out)
 
-    def text(self, found: FoundT) -> str:
+    def text(self, found: Any) -> str:
         """Return the document as JSON, as ``--json`` prints it."""
         return json.dumps(
             self.document(found).model_dump(mode="json", by_alias=True), allow_nan=False
         )
 
-    def has_failed(self, found: FoundT) -> bool:
+    def has_failed(self, found: Any) -> bool:
         """Tell whether the command ends with exit code 1."""
         return False
 

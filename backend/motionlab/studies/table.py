@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from motionlab.studies.identify.study import Identify
 from motionlab.studies.loop.study import FrequencySweep
 from motionlab.studies.maps.study import ComputeMap
@@ -16,7 +14,7 @@ from motionlab.studies.study import Study
 from motionlab.studies.sweep.study import SweepStudy
 from motionlab.studies.tune.study import Landscape, Tune
 
-STUDIES: tuple[Study[Any, Any], ...] = (
+STUDIES: tuple[Study, ...] = (
     Sizing(),
     Identify(),
     Tune(),
@@ -29,4 +27,4 @@ STUDIES: tuple[Study[Any, Any], ...] = (
     Platform(),
     Reproduce(),
 )
-BY_KIND: dict[str, Study[Any, Any]] = {study.kind: study for study in STUDIES}
+BY_KIND: dict[str, Study] = {study.kind: study for study in STUDIES}

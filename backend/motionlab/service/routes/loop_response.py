@@ -49,13 +49,13 @@ async def get_accuracy(request: Request, body: _OfAxis) -> Response:
 
 
 def _response(body: dict[str, Any]) -> ResponseDocument:
-    checked, scenario = loaded(AxisRequest, body)
+    checked, scenario = loaded(body)
     v = SLIDING * getattr(scenario.plant, checked.axis).friction.v_s
     return response(checked, scenario, v=v)
 
 
 def _accuracy(body: dict[str, Any], settings: Settings) -> AccuracyDocument:
-    checked, scenario = loaded(AxisRequest, body)
+    checked, scenario = loaded(body)
     duration = prepare(scenario).duration
     if duration > settings.direct_max:
         raise ConfigError(

@@ -22,9 +22,9 @@ from motionlab.studies.table import BY_KIND, STUDIES
 router = APIRouter(route_class=JsonRoute)
 
 
-def _endpoint(study: Study[Any, Any]) -> Callable[..., Any]:
+def _endpoint(study: Study) -> Callable[..., Any]:
     """Return the function that answers requests of a study."""
-    request_model = study.models().request
+    request_model = study.request_model
     has_scenario = "scenario" in request_model.model_fields
     described = (Described if has_scenario else DescribedTable)(request_model)
     kind = study.kind
@@ -77,14 +77,14 @@ def run(call: Call, body: dict[str, Any], bounds: Settings, *, kind: str) -> Any
     return study.document(study.run(planned(kind, body, bounds), call.progress))
 
 
-def _summary(study: Study[Any, Any]) -> str:
+def _summary(study: Study) -> str:
     text = study.kind.replace("-", " ") if study.command is None else study.command.help
     return text[0].upper() + text[1:]
 
 
 for _study in STUDIES:
     _refused = responses(400, 413, 415, 422, 429, 503, *((507,) if _study.keeps else ()))
-    _document = _study.models().document
+    _document = _study.document_model
     router.add_api_route(
         _study.path,
         _endpoint(_study),

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from motionlab.errors import FieldError
 from motionlab.studies.options import given
-from motionlab.studies.study import Bounds, Command, Models, Progress, Source, Study, above
+from motionlab.studies.study import Bounds, Command, Study, above, lazy
 
 if TYPE_CHECKING:
-    from motionlab.studies.identify.document import IdentificationDocument
     from motionlab.studies.identify.plan import Experiment
 
 _EXAMPLES = """\
@@ -26,7 +24,7 @@ Speeds are in m/s, each run both ways; forces come out in the newtons of the con
 """
 
 
-class Identify(Study["Experiment", "IdentificationDocument"]):
+class Identify(Study):
     """Identify friction by uniform motions and force ramps on the simulated motor.
 
     The job's report carries the points measured so far, and at the end what is fitted to them.
@@ -37,6 +35,14 @@ class Identify(Study["Experiment", "IdentificationDocument"]):
     operation = "identify"
     tag = "identify"
     report_name = "IdentificationJob"
+    request_model = lazy("studies.identify.request:IdentifyRequest")
+    document_model = lazy("studies.identify.document:IdentificationDocument")
+    partial_model = lazy("studies.identify.document:PartialIdentification")
+    planner = lazy("studies.identify.plan:plan")
+    run = lazy("studies.identify.experiment:identify")
+    report = lazy("studies.identify.report:report")
+    check_target = lazy("studies.identify.report:check_target")
+    write = lazy("studies.identify.report:write")
     bodies = ({"scenario": "circle", "set": {"plant": "as-measured"}, "axis": "x"},)
     command = Command(
         name="identify",
@@ -48,39 +54,10 @@ class Identify(Study["Experiment", "IdentificationDocument"]):
         title="identification",
     )
 
-    def models(self) -> Models:
-        """Return the types of request, document and partial result."""
-        from motionlab.studies.identify.document import (
-            IdentificationDocument,
-            PartialIdentification,
-        )
-        from motionlab.studies.identify.request import IdentifyRequest
-
-        return Models(IdentifyRequest, IdentificationDocument, PartialIdentification)
-
-    def plan(self, request: Mapping[str, Any], source: Source | None = None) -> Experiment:
-        """Return the motions of the experiment; see `Study.plan`."""
-        from motionlab.studies.identify.plan import plan
-        from motionlab.studies.identify.request import read_request
-
-        return plan(read_request(request), source)
-
     def excess(self, plan: Experiment, bounds: Bounds) -> list[FieldError]:
         """Bound the simulated time of all motions."""
         message = "simulated time of all of them is too large for one request"
         return above(plan.seconds, bounds.work_max, loc="speeds", message=message)
-
-    def run(self, plan: Experiment, progress: Progress) -> IdentificationDocument:
-        """Carry out the experiment and fit its parameters."""
-        from motionlab.studies.identify.experiment import identify
-
-        return identify(plan, progress)
-
-    def report(self, found: IdentificationDocument) -> str:
-        """Return parameters and residuals as tables."""
-        from motionlab.studies.identify.report import report
-
-        return report(found)
 
     def add_options(self, parser: argparse.ArgumentParser) -> None:
         """Add axes, motions, force ramps, variants and the file to write."""
@@ -155,17 +132,3 @@ class Identify(Study["Experiment", "IdentificationDocument"]):
             | given(options, "speeds", "time_max", "pitches_max")
             | {"presliding": presliding}
         )
-
-    def before(self, plan: Experiment, options: argparse.Namespace) -> str | None:
-        """Refuse a file that could not be written."""
-        from motionlab.studies.identify.report import check_target
-
-        if options.out is not None:
-            check_target(options.out)
-
-    def after(self, found: IdentificationDocument, options: argparse.Namespace) -> None:
-        """Write points or document to a file."""
-        from motionlab.studies.identify.report import write
-
-        if options.out is not None:
-            write(found, options.out)

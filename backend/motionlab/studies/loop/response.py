@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,8 +24,6 @@ Progress = Callable[[float, "FrequencySweepDocument | None"], None]
 
 SWEPT = tuple(float(f"{f:.3g}") for f in np.geomspace(4.0, 400.0, 16))
 """Frequencies of a sweep, Hz."""
-
-AskedT = TypeVar("AskedT", bound=AxisRequest)
 
 _Frequency = Annotated[float, Field(ge=1.0, le=0.9 * NYQUIST)]
 
@@ -54,12 +52,10 @@ class FrequencySweepRequest(AxisRequest):
     )
 
 
-def loaded(
-    model: type[AskedT], request: Mapping[str, Any], source: Source | None = None
-) -> tuple[AskedT, Scenario]:
+def loaded(request: Mapping[str, Any]) -> tuple[AxisRequest, Scenario]:
     """Return a request, checked, and its scenario, which has the variant that is meant."""
-    wanted = read_request(model, request)
-    scenario = load_scenario(wanted.scenario if source is None else source, wanted.set)
+    wanted = read_request(AxisRequest, request)
+    scenario = load_scenario(wanted.scenario, wanted.set)
     wanted.chosen(scenario)
     return wanted, scenario
 
@@ -111,17 +107,24 @@ def response(request: AxisRequest, scenario: Scenario, *, v: float) -> ResponseD
     return ResponseDocument(**_table(request, variant, v, frequency, L))
 
 
+def plan(
+    request: FrequencySweepRequest, source: Source | None = None
+) -> tuple[FrequencySweepRequest, Scenario]:
+    """Return a request and its scenario, which has a linearisation."""
+    scenario = load_scenario(request.scenario if source is None else source, request.set)
+    linearise(scenario, request.chosen(scenario), request.axis, v=request.velocity)
+    return request, scenario
+
+
 def swept(
-    request: FrequencySweepRequest, scenario: Scenario, progress: Progress | None = None
+    planned: tuple[FrequencySweepRequest, Scenario], progress: Progress | None = None
 ) -> FrequencySweepDocument:
     """Return the loop of one axis as a sweep of the simulation finds it.
 
     Parameters
     ----------
-    request : FrequencySweepRequest
-        Which variant and axis, and which frequencies.
-    scenario : Scenario
-        As loaded from it.
+    planned : tuple of FrequencySweepRequest and Scenario
+        From `plan`.
     progress : callable, optional
         Called with the share done and the points so far.
 
@@ -130,6 +133,7 @@ def swept(
     ConfigError
         If a measurement would leave the stroke or the loop diverges.
     """
+    request, scenario = planned
     variant = request.chosen(scenario)
     linearised = response(request, scenario, v=request.velocity)
     wanted = sorted(request.frequencies)

@@ -2,17 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
-
-from motionlab.studies.study import Models, Progress, Source, Study
-
-if TYPE_CHECKING:
-    from motionlab.config.scenario import Scenario
-    from motionlab.studies.loop.response import FrequencySweepDocument, FrequencySweepRequest
+from motionlab.studies.study import Study, lazy
 
 
-class FrequencySweep(Study["tuple[FrequencySweepRequest, Scenario]", "FrequencySweepDocument"]):
+class FrequencySweep(Study):
     """Measure the loop of one axis by a frequency sweep of the simulation, as a job.
 
     A slow motion goes on meanwhile. The job's report carries the points as they arrive.
@@ -23,29 +16,9 @@ class FrequencySweep(Study["tuple[FrequencySweepRequest, Scenario]", "FrequencyS
     operation = "sweepLoop"
     tag = "simulate"
     report_name = "FrequencySweepJob"
+    request_model = lazy("studies.loop.response:FrequencySweepRequest")
+    document_model = lazy("studies.loop.response:FrequencySweepDocument")
+    partial_model = lazy("studies.loop.response:FrequencySweepDocument")
+    planner = lazy("studies.loop.response:plan")
+    run = lazy("studies.loop.response:swept")
     bodies = ({"frequencies": [10.0, 40.0]},)
-
-    def models(self) -> Models:
-        """Return the types of request, document and partial result."""
-        from motionlab.studies.loop.response import FrequencySweepDocument, FrequencySweepRequest
-
-        return Models(FrequencySweepRequest, FrequencySweepDocument, FrequencySweepDocument)
-
-    def plan(
-        self, request: Mapping[str, Any], source: Source | None = None
-    ) -> tuple[FrequencySweepRequest, Scenario]:
-        """Return the request and its scenario, which has a linearisation; see `Study.plan`."""
-        from motionlab.loop.linearise import linearise
-        from motionlab.studies.loop.response import FrequencySweepRequest, loaded
-
-        wanted, scenario = loaded(FrequencySweepRequest, request, source)
-        linearise(scenario, wanted.chosen(scenario), wanted.axis, v=wanted.velocity)
-        return wanted, scenario
-
-    def run(
-        self, plan: tuple[FrequencySweepRequest, Scenario], progress: Progress
-    ) -> FrequencySweepDocument:
-        """Measure the loop, frequency by frequency."""
-        from motionlab.studies.loop.response import swept
-
-        return swept(*plan, progress)

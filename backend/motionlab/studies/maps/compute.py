@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from motionlab.design.fem.compute import PRESETS, Progress, compute
+from motionlab.design.fem.document import MapEntry, MapRequest, entry
 from motionlab.design.fem.force_map import ForceMap, PresetName
 from motionlab.design.fem.geometry import Geometry
 from motionlab.design.fem.mesh import vertices
 from motionlab.design.fem.picture import RESOLUTION
 from motionlab.errors import FieldError
+from motionlab.store.files import data_root
 from motionlab.store.maps import MapStore
 
 
@@ -35,6 +37,21 @@ def computed_or_kept(
     made = compute(geometry, preset, workers=workers, progress=progress)
     store.keep(made)
     return made, False
+
+
+def kept_maps() -> MapStore:
+    """Return the store of computed maps."""
+    return MapStore(data_root() / "maps")
+
+
+def run(plan: MapRequest, progress: Progress | None = None) -> ForceMap:
+    """Return the map that a request asks for, which is then kept."""
+    return computed_or_kept(kept_maps(), plan.geometry, plan.preset, progress=progress)[0]
+
+
+def document(found: ForceMap) -> MapEntry:
+    """Return what is told of a map without its tables."""
+    return entry(found, name=found.document.content_hash, shipped=False)
 
 
 def too_many_nodes(geometry: Geometry, preset: PresetName, most: int) -> list[FieldError]:

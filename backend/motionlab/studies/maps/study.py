@@ -5,17 +5,14 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from motionlab.errors import ConfigError, FieldError
-from motionlab.studies.study import Bounds, Command, Models, Progress, Source, Study
+from motionlab.studies.study import Bounds, Command, Study, lazy
 
 if TYPE_CHECKING:
-    from motionlab.design.fem.document import MapEntry, MapRequest
+    from motionlab.design.fem.document import MapRequest
     from motionlab.design.fem.force_map import ForceMap
-    from motionlab.store.maps import MapStore
 
 _EXAMPLES = """\
 examples:
@@ -29,7 +26,7 @@ Maps are kept under MOTIONLAB_DATA/maps (./data/maps) and found again.
 """
 
 
-class ComputeMap(Study["MapRequest", "ForceMap"]):
+class ComputeMap(Study):
     """Compute a force map as a job; one that was computed before is answered at once."""
 
     kind = "map"
@@ -37,6 +34,13 @@ class ComputeMap(Study["MapRequest", "ForceMap"]):
     operation = "computeMap"
     tag = "maps"
     report_name = "MapJob"
+    request_model = lazy("design.fem.document:MapRequest")
+    document_model = lazy("design.fem.document:MapEntry")
+    run = lazy("studies.maps.compute:run")
+    document = lazy("studies.maps.compute:document")
+    report = lazy("design.fem.report:report")
+    check_target = lazy("store.maps:check_target")
+    write = lazy("store.maps:save")
     bodies = ({"preset": "default", "geometry": {"g": 0.4e-3}},)
     keeps = True
     command = Command(
@@ -51,19 +55,6 @@ class ComputeMap(Study["MapRequest", "ForceMap"]):
         title="force map",
     )
 
-    def models(self) -> Models:
-        """Return the types of request and document."""
-        from motionlab.design.fem.document import MapEntry, MapRequest
-
-        return Models(MapRequest, MapEntry)
-
-    def plan(self, request: Mapping[str, Any], source: Source | None = None) -> MapRequest:
-        """Return geometry and preset; see `Study.plan`."""
-        from motionlab.config.validation_errors import checked
-        from motionlab.design.fem.document import MapRequest
-
-        return checked(MapRequest, request, "map")
-
     def excess(self, plan: MapRequest, bounds: Bounds) -> list[FieldError]:
         """Bound the nodes of the mesh."""
         from motionlab.studies.maps.compute import too_many_nodes
@@ -72,28 +63,12 @@ class ComputeMap(Study["MapRequest", "ForceMap"]):
 
     def kept(self, plan: MapRequest) -> ForceMap | None:
         """Return the map that was computed before, or refuse another where there is no room."""
-        found = _store().find(plan.geometry, plan.preset)
+        from motionlab.studies.maps.compute import kept_maps
+
+        found = kept_maps().find(plan.geometry, plan.preset)
         if found is None:
-            _store().check_room()
+            kept_maps().check_room()
         return found
-
-    def run(self, plan: MapRequest, progress: Progress) -> ForceMap:
-        """Compute the map and keep it."""
-        from motionlab.studies.maps.compute import computed_or_kept
-
-        return computed_or_kept(_store(), plan.geometry, plan.preset, progress=progress)[0]
-
-    def document(self, found: ForceMap) -> MapEntry:
-        """Return what is told of the map without its tables."""
-        from motionlab.design.fem.document import entry
-
-        return entry(found, name=found.document.content_hash, shipped=False)
-
-    def report(self, found: ForceMap) -> str:
-        """Return peaks and published values as a table."""
-        from motionlab.design.fem.report import report
-
-        return report(found)
 
     def text(self, found: ForceMap) -> str:
         """Return the map's file."""
@@ -125,29 +100,13 @@ class ComputeMap(Study["MapRequest", "ForceMap"]):
 
     def before(self, plan: MapRequest, options: argparse.Namespace) -> str | None:
         """Return the fit where one is asked for; refuse a file that could not be written."""
-        from motionlab.store.maps import check_target
+        from motionlab.studies.maps.compute import kept_maps
 
         if options.fit is not None:
             return _fit(options)
-        if options.out is not None:
-            check_target(options.out)
-        if _store().find(plan.geometry, plan.preset) is not None:
+        if kept_maps().find(plan.geometry, plan.preset) is not None:
             print("motionlab: this map was computed before", file=sys.stderr)
-        return None
-
-    def after(self, found: ForceMap, options: argparse.Namespace) -> None:
-        """Write the map to a file."""
-        from motionlab.store.maps import save
-
-        if options.out is not None:
-            save(found, Path(options.out))
-
-
-def _store() -> MapStore:
-    from motionlab.store.files import data_root
-    from motionlab.store.maps import MapStore
-
-    return MapStore(data_root() / "maps")
+        return super().before(plan, options)
 
 
 def _fit(options: argparse.Namespace) -> str:

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from motionlab.errors import FieldError
 from motionlab.studies.options import given
-from motionlab.studies.study import Bounds, Command, Models, Progress, Source, Study, above
+from motionlab.studies.study import Bounds, Command, Study, above, lazy
 
 if TYPE_CHECKING:
     from motionlab.studies.montecarlo.cases import Cases
-    from motionlab.studies.montecarlo.document import MonteCarloDocument
 
 WORK_MAX = 100_000.0
 """Simulated time summed over cases and variants, s: a few minutes of four cores."""
@@ -29,7 +27,7 @@ docs/montecarlo.md lists how the plants differ; POST /api/v1/montecarlo takes ot
 """
 
 
-class MonteCarlo(Study["Cases", "MonteCarloDocument"]):
+class MonteCarlo(Study):
     """Run every controller of a scenario on many plausible plants.
 
     The job ends with quantiles of every metric, bands of the following error over time, how likely
@@ -41,6 +39,12 @@ class MonteCarlo(Study["Cases", "MonteCarloDocument"]):
     operation = "monteCarlo"
     tag = "montecarlo"
     report_name = "MonteCarloJob"
+    request_model = lazy("studies.montecarlo.request:MonteCarloRequest")
+    document_model = lazy("studies.montecarlo.document:MonteCarloDocument")
+    read = lazy("studies.montecarlo.request:read_request")
+    planner = lazy("studies.montecarlo.cases:plan")
+    run = lazy("studies.montecarlo.cases:run_cases")
+    report = lazy("studies.montecarlo.report:report")
     bodies = ({"scenario": "circle", "cases": 300, "spec": {"x": 12e-6, "y": 15e-6}},)
     batches = True
     command = Command(
@@ -52,36 +56,10 @@ class MonteCarlo(Study["Cases", "MonteCarloDocument"]):
         title="plants",
     )
 
-    def models(self) -> Models:
-        """Return the types of request and document."""
-        from motionlab.studies.montecarlo.document import MonteCarloDocument
-        from motionlab.studies.montecarlo.request import MonteCarloRequest
-
-        return Models(MonteCarloRequest, MonteCarloDocument)
-
-    def plan(self, request: Mapping[str, Any], source: Source | None = None) -> Cases:
-        """Return the plants that are drawn; see `Study.plan`."""
-        from motionlab.studies.montecarlo.cases import plan
-        from motionlab.studies.montecarlo.request import read_request
-
-        return plan(read_request(request), source)
-
     def excess(self, plan: Cases, bounds: Bounds) -> list[FieldError]:
         """Bound the simulated time of all cases."""
         message = "simulated time of all cases and variants is too large for one request"
         return above(plan.seconds, WORK_MAX, loc="cases", message=message)
-
-    def run(self, plan: Cases, progress: Progress) -> MonteCarloDocument:
-        """Run every controller on every plant."""
-        from motionlab.studies.montecarlo.cases import run_cases
-
-        return run_cases(plan, progress)
-
-    def report(self, found: MonteCarloDocument) -> str:
-        """Return quantiles and probabilities as tables."""
-        from motionlab.studies.montecarlo.report import report
-
-        return report(found)
 
     def add_options(self, parser: argparse.ArgumentParser) -> None:
         """Add number of plants, seed, spec and the case to print."""

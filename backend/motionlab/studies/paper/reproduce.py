@@ -26,6 +26,7 @@ from motionlab.studies.paper.loose_bands import lax
 from motionlab.studies.paper.monte_carlo_rows import spread_of
 from motionlab.studies.paper.printed_number import Found, Quantity
 from motionlab.studies.paper.registry import GROUPS, SOURCE, quantities
+from motionlab.studies.paper.request import ReproduceRequest
 from motionlab.studies.paper.verdict import holds, is_better, status
 
 Progress = Callable[[float, PartialReproduce | None], None]
@@ -63,6 +64,17 @@ def reproduce(only: Sequence[str] = (), progress: Progress | None = None) -> Rep
         If `only` names what there is not.
     """
     return _Reproduction(only, progress).document()
+
+
+def plan(request: ReproduceRequest, source: object = None) -> list[str]:
+    """Return the rows and groups that are asked for; raise ConfigError for one there is not."""
+    quantities(request.only)
+    return request.only
+
+
+def has_failed(found: ReproduceDocument) -> bool:
+    """Tell whether a row fails, or a known failure has come to hold."""
+    return not is_reproduced(found)
 
 
 class _Reproduction:

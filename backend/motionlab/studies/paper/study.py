@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from motionlab.studies.study import Command, Models, Progress, Source, Study
+from motionlab.studies.study import Command, Study, lazy
 
 if TYPE_CHECKING:
     from motionlab.studies.paper.document import ReproduceDocument
@@ -22,7 +21,7 @@ The first run computes a force map by finite elements, which takes a minute and 
 """
 
 
-class Reproduce(Study[list[str], "ReproduceDocument"]):
+class Reproduce(Study):
     """Compute the paper's numbers and compare them.
 
     The job's report carries the rows as they are judged.
@@ -33,6 +32,12 @@ class Reproduce(Study[list[str], "ReproduceDocument"]):
     operation = "reproduce"
     tag = "paper"
     report_name = "ReproduceJob"
+    request_model = lazy("studies.paper.request:ReproduceRequest")
+    document_model = lazy("studies.paper.document:ReproduceDocument")
+    partial_model = lazy("studies.paper.document:PartialReproduce")
+    planner = lazy("studies.paper.reproduce:plan")
+    run = lazy("studies.paper.reproduce:reproduce")
+    has_failed = lazy("studies.paper.reproduce:has_failed")
     bodies = ({"only": ["sizing", "rhombus-x"]},)
     batches = True
     command = Command(
@@ -46,29 +51,6 @@ class Reproduce(Study[list[str], "ReproduceDocument"]):
         set=None,
         title="reproduce",
     )
-
-    def models(self) -> Models:
-        """Return the types of request, document and partial result."""
-        from motionlab.studies.paper.document import PartialReproduce, ReproduceDocument
-        from motionlab.studies.paper.request import ReproduceRequest
-
-        return Models(ReproduceRequest, ReproduceDocument, PartialReproduce)
-
-    def plan(self, request: Mapping[str, Any], source: Source | None = None) -> list[str]:
-        """Return the rows and groups that are asked for; see `Study.plan`."""
-        from motionlab.config.validation_errors import checked
-        from motionlab.studies.paper.registry import quantities
-        from motionlab.studies.paper.request import ReproduceRequest
-
-        only = checked(ReproduceRequest, request, "reproduce").only
-        quantities(only)  # what is unknown is refused now
-        return only
-
-    def run(self, plan: list[str], progress: Progress) -> ReproduceDocument:
-        """Compute the rows, one after another."""
-        from motionlab.studies.paper.reproduce import reproduce
-
-        return reproduce(plan, progress)
 
     def report(self, found: ReproduceDocument) -> str:
         """Return rows and errata as tables, in colour on a terminal."""
@@ -89,9 +71,3 @@ class Reproduce(Study[list[str], "ReproduceDocument"]):
     def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
         """Return the request that options make."""
         return {"only": options.only}
-
-    def has_failed(self, found: ReproduceDocument) -> bool:
-        """Tell whether a row fails, or a known failure has come to hold."""
-        from motionlab.studies.paper.reproduce import is_reproduced
-
-        return not is_reproduced(found)

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from motionlab.studies.study import Command, Models, Progress, Source, Study
+from motionlab.studies.study import Command, Progress, Study, lazy
 
 if TYPE_CHECKING:
     from motionlab.design.plate.document import PlatformDocument
@@ -23,7 +22,7 @@ Lengths are in m, forces in N; docs/platform.md lists the fields.
 """
 
 
-class Platform(Study["PlatformRequest", "PlatformDocument"]):
+class Platform(Study):
     """Bend two designs of a moving platform under four movers' normal forces.
 
     An empty table is the y platform with this project's shapes; the paper prints none.
@@ -33,6 +32,10 @@ class Platform(Study["PlatformRequest", "PlatformDocument"]):
     path = "/design/platform"
     operation = "bendPlatform"
     tag = "design"
+    request_model = lazy("design.plate.inputs:PlatformRequest")
+    document_model = lazy("design.plate.document:PlatformDocument")
+    read = lazy("design.plate.inputs:read_platform_request")
+    report = lazy("design.plate.report:report")
     bodies = (
         {"axis": "x"},
         {"axis": "y", "new": {"rib_height": 0.04}},
@@ -49,31 +52,12 @@ class Platform(Study["PlatformRequest", "PlatformDocument"]):
         "together)",
     )
 
-    def models(self) -> Models:
-        """Return the types of request and document."""
-        from motionlab.design.plate.document import PlatformDocument
-        from motionlab.design.plate.inputs import PlatformRequest
-
-        return Models(PlatformRequest, PlatformDocument)
-
-    def plan(self, request: Mapping[str, Any], source: Source | None = None) -> PlatformRequest:
-        """Return both shapes and the load, checked; see `Study.plan`."""
-        from motionlab.design.plate.inputs import read_platform_request
-
-        return read_platform_request(request)
-
     def run(self, plan: PlatformRequest, progress: Progress) -> PlatformDocument:
         """Bend both platforms."""
         from motionlab.design.plate.document import platform
         from motionlab.store.maps import named_map
 
         return platform(plan, None if plan.map is None else named_map(plan.map.name, "map"))
-
-    def report(self, found: PlatformDocument) -> str:
-        """Return deflections and gaps as tables."""
-        from motionlab.design.plate.report import report
-
-        return report(found)
 
     def add_options(self, parser: argparse.ArgumentParser) -> None:
         """Add axis and force map."""

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from motionlab.studies.study import Command, Models, Progress, Source, Study
+from motionlab.studies.study import Command, Progress, Study, lazy
 
 if TYPE_CHECKING:
     from motionlab.studies.sharing.sharing import SharingDocument, SharingRequest
@@ -22,7 +21,7 @@ Values are SI; docs/sharing.md lists the fields.
 """
 
 
-class Sharing(Study["SharingRequest", "SharingDocument"]):
+class Sharing(Study):
     """Share a force among the phases over one pole pitch: currents, forces, ripple, copper loss.
 
     An empty table is 20 N on the nominal motor.
@@ -32,6 +31,8 @@ class Sharing(Study["SharingRequest", "SharingDocument"]):
     path = "/design/sharing"
     operation = "shareForce"
     tag = "design"
+    request_model = lazy("studies.sharing.sharing:SharingRequest")
+    document_model = lazy("studies.sharing.sharing:SharingDocument")
     bodies = (
         {"force": 20.0},
         {"controller": "nominal", "plant": "new-design", "law": "force-per-ampere"},
@@ -48,19 +49,6 @@ class Sharing(Study["SharingRequest", "SharingDocument"]):
         scenario=None,
         set="change a field of the request (repeatable, all applied together)",
     )
-
-    def models(self) -> Models:
-        """Return the types of request and document."""
-        from motionlab.studies.sharing.sharing import SharingDocument, SharingRequest
-
-        return Models(SharingRequest, SharingDocument)
-
-    def plan(self, request: Mapping[str, Any], source: Source | None = None) -> SharingRequest:
-        """Return the request, checked; see `Study.plan`."""
-        from motionlab.config.validation_errors import checked
-        from motionlab.studies.sharing.sharing import SharingRequest
-
-        return checked(SharingRequest, request, "sharing")
 
     def run(self, plan: SharingRequest, progress: Progress) -> SharingDocument:
         """Share the force at every position."""

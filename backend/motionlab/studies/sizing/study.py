@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from motionlab.studies.study import Command, Models, Progress, Source, Study
-
-if TYPE_CHECKING:
-    from motionlab.design.document import DesignDocument
+from motionlab.studies.study import Command, Study, lazy
 
 _EXAMPLES = """\
 examples:
@@ -20,7 +16,7 @@ examples:
 """
 
 
-class Sizing(Study["DesignDocument", "DesignDocument"]):
+class Sizing(Study):
     """Size a motor by the paper's equations (1) to (14), as printed beside corrected.
 
     An empty table is the paper's example.
@@ -30,6 +26,10 @@ class Sizing(Study["DesignDocument", "DesignDocument"]):
     path = "/design"
     operation = "design"
     tag = "design"
+    request_model = lazy("design.inputs:DesignRequest")
+    document_model = lazy("design.document:DesignDocument")
+    read = lazy("design.design:design")
+    report = lazy("design.report:report")
     bodies = (
         {"requirements": {"f_max": 50.0}},
         {"preset": "previous"},
@@ -46,29 +46,6 @@ class Sizing(Study["DesignDocument", "DesignDocument"]):
         scenario=None,
         set="change a field of requirements or dimensions, SI (repeatable, all applied together)",
     )
-
-    def models(self) -> Models:
-        """Return the types of request and document."""
-        from motionlab.design.document import DesignDocument
-        from motionlab.design.inputs import DesignRequest
-
-        return Models(DesignRequest, DesignDocument)
-
-    def plan(self, request: Mapping[str, Any], source: Source | None = None) -> DesignDocument:
-        """Return the design, which takes no longer than checking it; see `Study.plan`."""
-        from motionlab.design.design import design
-
-        return design(request)
-
-    def run(self, plan: DesignDocument, progress: Progress) -> DesignDocument:
-        """Return the design."""
-        return plan
-
-    def report(self, found: DesignDocument) -> str:
-        """Return printed and corrected values as tables."""
-        from motionlab.design.report import report
-
-        return report(found)
 
     def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
         """Return the request that ``--set`` makes."""

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from motionlab.errors import ConfigError, FieldError
-from motionlab.studies.study import Bounds, Command, Models, Progress, Source, Study, above
+from motionlab.studies.study import Bounds, Command, Study, above, lazy
 
 if TYPE_CHECKING:
-    from motionlab.studies.sweep.document import SweepDocument
     from motionlab.studies.sweep.run import Sweep
 
 WORK_MAX = 100_000.0
@@ -28,7 +26,7 @@ Values are SI; docs/sweep.md says more. POST /api/v1/sweep takes the same.
 """
 
 
-class SweepStudy(Study["Sweep", "SweepDocument"]):
+class SweepStudy(Study):
     """Run a scenario over a grid or a list of values of any of its fields.
 
     The job ends with every metric of every variant and axis in each case, and the best cases.
@@ -39,6 +37,13 @@ class SweepStudy(Study["Sweep", "SweepDocument"]):
     operation = "sweep"
     tag = "sweep"
     report_name = "SweepJob"
+    request_model = lazy("studies.sweep.request:SweepRequest")
+    document_model = lazy("studies.sweep.document:SweepDocument")
+    planner = lazy("studies.sweep.run:plan")
+    run = lazy("studies.sweep.run:run")
+    report = lazy("studies.sweep.report:report")
+    check_target = lazy("studies.sweep.report:check_target")
+    write = lazy("studies.sweep.report:write")
     bodies = (
         {
             "scenario": "circle",
@@ -64,36 +69,10 @@ class SweepStudy(Study["Sweep", "SweepDocument"]):
         title="cases",
     )
 
-    def models(self) -> Models:
-        """Return the types of request and document."""
-        from motionlab.studies.sweep.document import SweepDocument
-        from motionlab.studies.sweep.request import SweepRequest
-
-        return Models(SweepRequest, SweepDocument)
-
-    def plan(self, request: Mapping[str, Any], source: Source | None = None) -> Sweep:
-        """Return the cases; see `Study.plan`."""
-        from motionlab.studies.sweep.request import read_request
-        from motionlab.studies.sweep.run import plan
-
-        return plan(read_request(request), source)
-
     def excess(self, plan: Sweep, bounds: Bounds) -> list[FieldError]:
         """Bound the simulated time of all cases."""
         message = "simulated time of all cases and variants is too large for one request"
         return above(plan.seconds, WORK_MAX, loc="grid", message=message)
-
-    def run(self, plan: Sweep, progress: Progress) -> SweepDocument:
-        """Run every case."""
-        from motionlab.studies.sweep.run import run
-
-        return run(plan, progress)
-
-    def report(self, found: SweepDocument) -> str:
-        """Return the largest following errors as a table."""
-        from motionlab.studies.sweep.report import report
-
-        return report(found)
 
     def add_options(self, parser: argparse.ArgumentParser) -> None:
         """Add the swept fields and the file to write."""
@@ -123,20 +102,6 @@ class SweepStudy(Study["Sweep", "SweepDocument"]):
             raise ConfigError(FieldError("--grid", "is missing", range=_FORM))
         grid = [{"path": path} | _values(path, text) for path, text in swept.items()]
         return super().request_of(options, changes) | {"grid": grid, "combine": options.combine}
-
-    def before(self, plan: Sweep, options: argparse.Namespace) -> str | None:
-        """Refuse a file that could not be written."""
-        from motionlab.studies.sweep.report import check_target
-
-        if options.out is not None:
-            check_target(options.out)
-
-    def after(self, found: SweepDocument, options: argparse.Namespace) -> None:
-        """Write one row a case."""
-        from motionlab.studies.sweep.report import write
-
-        if options.out is not None:
-            write(found, options.out)
 
 
 def _values(path: str, text: str) -> dict[str, Any]:

@@ -8,10 +8,9 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from motionlab.errors import ConfigError, FieldError
-from motionlab.studies.study import Bounds, Command, Models, Progress, Source, Study, above
+from motionlab.studies.study import Bounds, Command, Study, above, lazy
 
 if TYPE_CHECKING:
-    from motionlab.studies.tune.document import LandscapeDocument, TuneDocument
     from motionlab.studies.tune.problem import Problem
 
 _EXAMPLES = """\
@@ -27,17 +26,30 @@ Gains are SI: k_p in N/m, k_d in N s/m. docs/tune.md says what each objective an
 """
 
 
-def _excess(problem: Problem, bounds: Bounds) -> list[FieldError]:
-    """Bound the simulated time of one trial and of all."""
-    one = "one trial takes too long a simulated time"
-    every = "simulated time of all trials is too large for one request"
-    return [
-        *above(problem.own.seconds, bounds.direct_max, loc="window", message=one),
-        *above(problem.seconds, bounds.trials_max, loc="scenario", message=every),
-    ]
+class _Tuning(Study):
+    """Trials of gains of one variant."""
+
+    tag = "tune"
+    batches = True
+    planner = lazy("studies.tune.problem:plan")
+
+    def read(self, request: Mapping[str, Any]) -> Any:
+        """Return a request, checked."""
+        from motionlab.studies.tune.request import read_request
+
+        return read_request(self.request_model, request)  # pyright: ignore[reportArgumentType]
+
+    def excess(self, plan: Problem, bounds: Bounds) -> list[FieldError]:
+        """Bound the simulated time of one trial and of all."""
+        one = "one trial takes too long a simulated time"
+        every = "simulated time of all trials is too large for one request"
+        return [
+            *above(plan.own.seconds, bounds.direct_max, loc="window", message=one),
+            *above(plan.seconds, bounds.trials_max, loc="scenario", message=every),
+        ]
 
 
-class Tune(Study["Problem", "TuneDocument"]):
+class Tune(_Tuning):
     """Search gains by the simplex of Nelder and Mead, from several starts.
 
     The job's report carries what each start has evaluated, and at the end the candidates.
@@ -46,10 +58,13 @@ class Tune(Study["Problem", "TuneDocument"]):
     kind = "tune"
     path = "/tune"
     operation = "tune"
-    tag = "tune"
     report_name = "TuningJob"
+    request_model = lazy("studies.tune.request:TuneRequest")
+    document_model = lazy("studies.tune.document:TuneDocument")
+    partial_model = lazy("studies.tune.document:PartialTuning")
+    run = lazy("studies.tune.search:tune")
+    report = lazy("studies.tune.report:report")
     bodies = ({"scenario": "circle", "axis": "x", "objective": {"rms": 1.0}},)
-    batches = True
     command = Command(
         name="tune",
         help="search a controller's gains by the simplex",
@@ -58,36 +73,6 @@ class Tune(Study["Problem", "TuneDocument"]):
         examples=_EXAMPLES,
         title="tuning",
     )
-
-    def models(self) -> Models:
-        """Return the types of request, document and partial result."""
-        from motionlab.studies.tune.document import PartialTuning, TuneDocument
-        from motionlab.studies.tune.request import TuneRequest
-
-        return Models(TuneRequest, TuneDocument, PartialTuning)
-
-    def plan(self, request: Mapping[str, Any], source: Source | None = None) -> Problem:
-        """Return what is to be tuned; see `Study.plan`."""
-        from motionlab.studies.tune.problem import plan
-        from motionlab.studies.tune.request import TuneRequest, read_request
-
-        return plan(read_request(TuneRequest, request), source)
-
-    def excess(self, plan: Problem, bounds: Bounds) -> list[FieldError]:
-        """Bound the simulated time of one trial and of all."""
-        return _excess(plan, bounds)
-
-    def run(self, plan: Problem, progress: Progress) -> TuneDocument:
-        """Search for gains."""
-        from motionlab.studies.tune.search import tune
-
-        return tune(plan, progress)
-
-    def report(self, found: TuneDocument) -> str:
-        """Return starts and candidates as tables."""
-        from motionlab.studies.tune.report import report
-
-        return report(found)
 
     def add_options(self, parser: argparse.ArgumentParser) -> None:
         """Add objective, constraints, bounds and the effort of the search."""
@@ -169,7 +154,7 @@ class Tune(Study["Problem", "TuneDocument"]):
         return request
 
 
-class Landscape(Study["Problem", "LandscapeDocument"]):
+class Landscape(_Tuning):
     """Map the cost over k_p and k_d, with the stability boundary of the linearised loop.
 
     The job's report carries a coarse map first, then finer ones.
@@ -178,34 +163,12 @@ class Landscape(Study["Problem", "LandscapeDocument"]):
     kind = "landscape"
     path = "/landscape"
     operation = "landscape"
-    tag = "tune"
     report_name = "LandscapeJob"
+    request_model = lazy("studies.tune.request:LandscapeRequest")
+    document_model = lazy("studies.tune.document:LandscapeDocument")
+    partial_model = lazy("studies.tune.document:PartialLandscape")
+    run = lazy("studies.tune.landscape:landscape")
     bodies = ({"scenario": "circle", "points": 32},)
-    batches = True
-
-    def models(self) -> Models:
-        """Return the types of request, document and partial result."""
-        from motionlab.studies.tune.document import LandscapeDocument, PartialLandscape
-        from motionlab.studies.tune.request import LandscapeRequest
-
-        return Models(LandscapeRequest, LandscapeDocument, PartialLandscape)
-
-    def plan(self, request: Mapping[str, Any], source: Source | None = None) -> Problem:
-        """Return what is to be mapped; see `Study.plan`."""
-        from motionlab.studies.tune.problem import plan
-        from motionlab.studies.tune.request import LandscapeRequest, read_request
-
-        return plan(read_request(LandscapeRequest, request), source)
-
-    def excess(self, plan: Problem, bounds: Bounds) -> list[FieldError]:
-        """Bound the simulated time of one trial and of all."""
-        return _excess(plan, bounds)
-
-    def run(self, plan: Problem, progress: Progress) -> LandscapeDocument:
-        """Map the cost, coarse at first, then finer."""
-        from motionlab.studies.tune.landscape import landscape
-
-        return landscape(plan, progress)
 
 
 def _weights(text: str) -> dict[str, float]:
