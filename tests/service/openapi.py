@@ -20,6 +20,27 @@ HEADERS = {
 }
 
 
+def body_examples(document: dict[str, Any], operation_id: str) -> list[Any]:
+    """Return the examples of an operation's request body."""
+
+    def of(schema: dict[str, Any]) -> list[Any]:
+        if "examples" in schema:
+            return schema["examples"]
+        if "$ref" in schema:
+            return of(document["components"]["schemas"][schema["$ref"].rsplit("/", 1)[1]])
+        return [example for member in schema.get("anyOf", ()) for example in of(member)]
+
+    (operation,) = (
+        operation
+        for path in document["paths"].values()
+        for operation in path.values()
+        if operation["operationId"] == operation_id
+    )
+    return [
+        e for media in operation["requestBody"]["content"].values() for e in of(media["schema"])
+    ]
+
+
 class Contract:
     """What the OpenAPI document promises of every answer.
 

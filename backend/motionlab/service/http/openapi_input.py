@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from pydantic import BaseModel, Field, GetJsonSchemaHandler, TypeAdapter, create_model
+from pydantic import BaseModel, ConfigDict, Field, GetJsonSchemaHandler, TypeAdapter, create_model
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
@@ -19,7 +19,20 @@ ID = "^[A-Za-z0-9_-]{12}$"
 PATHS_MAX = 4096
 """Changes in one request."""
 
+EXAMPLE_PATH: dict[str, Any] = {
+    "kind": "path",
+    "points": [[0.0, 0.0], [0.01, 0.02], [0.03, 0.02]],
+    "v_max": 0.1,
+    "a_max": 1.0,
+}
+"""A trajectory, as examples of requests give it."""
+
 _PARTS = ("plant", "variants", "trajectory", "load", "schedule", "window")
+
+
+def examples(*bodies: dict[str, Any]) -> ConfigDict:
+    """Return the configuration of a request model that OpenAPI shows with these examples."""
+    return ConfigDict(json_schema_extra={"examples": list(bodies)})
 
 
 class Paths:

@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from motionlab import __version__
 from motionlab.service.http.logins import cookie_name, set_cookie
+from motionlab.service.http.openapi_input import examples
 from motionlab.service.http.problems import responses
 from motionlab.service.http.security import find_login
 from motionlab.service.http.strict_json import JsonRoute
@@ -32,7 +33,7 @@ class Health(BaseModel):
 class LoginRequest(BaseModel):
     """The token that the server was started with."""
 
-    model_config = ConfigDict(extra="forbid")
+    model_config = ConfigDict(extra="forbid") | examples({"token": "value of MOTIONLAB_TOKEN"})
 
     token: str = Field(description="Value of MOTIONLAB_TOKEN", max_length=1000)
 

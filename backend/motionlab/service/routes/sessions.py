@@ -20,7 +20,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from motionlab.config.changes import SCHEDULABLE
 from motionlab.config.planar import AXES
 from motionlab.config.quantity import Whole
-from motionlab.service.http.openapi_input import ID, PATHS_MAX, Paths, links
+from motionlab.service.http.openapi_input import ID, PATHS_MAX, Paths, examples, links
 from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute
 from motionlab.service.live.session import Session, SessionInfo
@@ -59,6 +59,8 @@ class _Body(BaseModel):
 class PlayRequest(_Body):
     """How fast to run."""
 
+    model_config = examples({"speed": 0.5})
+
     speed: float | None = Field(
         default=None,
         ge=0.1,
@@ -70,11 +72,15 @@ class PlayRequest(_Body):
 class StepRequest(_Body):
     """How far to step."""
 
+    model_config = examples({"ticks": 200})
+
     ticks: Whole = Field(default=1, ge=1, le=20_000, description="Control periods")
 
 
 class PushRequest(_Body):
     """A push of the mover of every variant."""
+
+    model_config = examples({"axis": "x", "force": 2.0, "duration": 0.05})
 
     axis: Literal["x", "y"]
     force: float = Field(ge=-100.0, le=100.0, description="N, positive towards positive positions")
@@ -83,6 +89,8 @@ class PushRequest(_Body):
 
 class ChangeRequest(_Body):
     """Changes of parameters, all or none."""
+
+    model_config = examples({"set": {"variants.B.controller.x.k_p": 312000.0}})
 
     set: Annotated[dict[str, Any], Paths(*SCHEDULABLE)] = Field(
         min_length=1, max_length=PATHS_MAX, description="Dotted path to value, SI"

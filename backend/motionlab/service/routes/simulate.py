@@ -12,7 +12,7 @@ from motionlab.config.load import load_scenario
 from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError
 from motionlab.results.document import ResultDocument
-from motionlab.service.http.openapi_input import PATHS_MAX, Paths, ScenarioSource
+from motionlab.service.http.openapi_input import PATHS_MAX, Paths, ScenarioSource, examples
 from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute
 from motionlab.service.job_reports import REPORTS
@@ -31,11 +31,8 @@ router = APIRouter(route_class=JsonRoute)
 class SimulateRequest(BaseModel):
     """A scenario and changes to it."""
 
-    model_config = ConfigDict(
-        extra="forbid",
-        json_schema_extra={
-            "examples": [{"scenario": "circle", "set": {"variants.B.controller.x.k_p": 312000.0}}]
-        },
+    model_config = ConfigDict(extra="forbid") | examples(
+        {"scenario": "circle", "set": {"variants.B.controller.x.k_p": 312000.0}}
     )
 
     scenario: Annotated[str | dict[str, Any], ScenarioSource()] = Field(

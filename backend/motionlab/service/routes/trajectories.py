@@ -15,7 +15,7 @@ from motionlab.config.shipped import config_root, names, read
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.kernel.force_maps import map_digests
 from motionlab.service.http.binary_answer import MEDIA_TYPE, packed
-from motionlab.service.http.openapi_input import TrajectoryTable
+from motionlab.service.http.openapi_input import EXAMPLE_PATH, TrajectoryTable, examples
 from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute
 from motionlab.service.routes.simulate import SimulateRequest
@@ -44,6 +44,8 @@ Table = Annotated[dict[str, Any], TrajectoryTable()]
 
 class CheckRequest(SimulateRequest):
     """A trajectory, and the scenario whose motor and controllers are to follow it."""
+
+    model_config = examples({"scenario": "circle", "trajectory": EXAMPLE_PATH})
 
     trajectory: Table = Field(description="`kind` and its numbers")
     points: int = Field(default=600, ge=10, le=20_000, description="Bins of each profile at most")
@@ -126,7 +128,7 @@ def get_trajectory(name: Name) -> Kept:
     operation_id="putTrajectory",
     responses=responses(400, 409, 413, 415, 422, 503, 507),
 )
-def put_trajectory(name: Name, body: Annotated[Table, Body()]) -> Kept:
+def put_trajectory(name: Name, body: Annotated[Table, Body(examples=[EXAMPLE_PATH])]) -> Kept:
     """Save a trajectory under a name, in place of what was saved there."""
     _refuse_shipped(name)
     trajectory = validate_trajectory(body)

@@ -13,6 +13,7 @@ from motionlab.config.quantity import Whole
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, FieldError
 from motionlab.service.http.binary_answer import MEDIA_TYPE, packed
+from motionlab.service.http.openapi_input import examples
 from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute
 from motionlab.service.prometheus import Monitor
@@ -42,6 +43,15 @@ ColumnName = Annotated[
 
 class WhatIfRequest(SimulateRequest):
     """A scenario, changes to it, and the curves that are wanted."""
+
+    model_config = examples(
+        {
+            "scenario": "circle",
+            "set": {"variants.B.controller.x.k_p": 312000.0},
+            "columns": ["B.x.following_error"],
+            "points": 800,
+        }
+    )
 
     columns: list[ColumnName] = Field(
         default_factory=list, max_length=512, description="Names as in the stream's hello"
