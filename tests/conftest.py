@@ -16,7 +16,9 @@ settings.load_profile("motionlab")
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
+TESTS = Path(__file__).parent
 _skipped: list[str] = []
+_retried: list[str] = []
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -31,23 +33,46 @@ def _nothing_of_the_user(tmp_path_factory: pytest.TempPathFactory) -> Iterator[N
         yield
 
 
+MAY_TAKE_TWO = {
+    "e2e/test_scene.py": "the 3-D view is drawn by software beside its server",
+    "service/test_slow_clients.py": "what a slow client loses depends on when its process runs",
+    "service/test_view3d.py": "processes are ended and started again while viewers connect",
+}
+"""Files of tests that may pass at the second try, and why; any other one counts as failed."""
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Give what waits on processes, sockets and browsers a second try where CI has other work."""
+    """Try a failed test again where CI has other work, to tell what fails from what races."""
     if os.environ.get("CI") != "true":
         return
-    root = Path(__file__).parent
     for item in items:
-        if item.path.relative_to(root).parts[0] in {"e2e", "service"}:
+        if item.path.relative_to(TESTS).parts[0] in {"e2e", "service"}:
             item.add_marker(pytest.mark.flaky(reruns=1))
 
 
 def pytest_runtest_logreport(report: pytest.TestReport) -> None:
-    """Keep why tests were skipped."""
+    """Keep why tests were skipped, and which were tried again."""
+    if report.outcome == "rerun":
+        _retried.append(report.nodeid)
     if report.skipped and isinstance(report.longrepr, tuple):
         _skipped.append(report.longrepr[2].removeprefix("Skipped: "))
 
 
+@pytest.hookimpl(trylast=True)
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Fail the run for a test that needed a second try and is not on the list of those that may."""
+    if session.exitstatus == pytest.ExitCode.OK and any(not may_take_two(t) for t in _retried):
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
+def may_take_two(nodeid: str) -> bool:
+    """Tell whether a test may pass at the second try."""
+    return nodeid.split("::")[0].removeprefix("tests/") in MAY_TAKE_TWO
+
+
 def pytest_unconfigure() -> None:
-    """Say last how many tests were skipped, and how to get them."""
+    """Say last what was tried twice, how many tests were skipped, and how to get them."""
+    for test in _retried:
+        print(f"tried twice, {'allowed' if may_take_two(test) else 'counts as failed'}: {test}")
     for reason in dict.fromkeys(_skipped):
         print(f"{_skipped.count(reason)} tests skipped: {reason}")
