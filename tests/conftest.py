@@ -67,7 +67,7 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
 
 def may_take_two(nodeid: str) -> bool:
     """Tell whether a test may pass at the second try."""
-    return nodeid.split("::")[0].removeprefix("tests/") in MAY_TAKE_TWO
+    return nodeid.split("::", maxsplit=1)[0].removeprefix("tests/") in MAY_TAKE_TWO
 
 
 def pytest_unconfigure() -> None:

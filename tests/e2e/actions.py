@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable
 from typing import Any
 
@@ -14,8 +13,8 @@ from tests.e2e.conftest import PATIENCE, ROOT, Server
 LONG = PATIENCE
 AXE = ROOT / "frontend" / "node_modules" / "axe-core" / "axe.min.js"
 API = "/api/v1"
-B_ERROR = re.compile(r"2\.[56]\d")
-"""Largest error of B on the circle, um: 2.57, more or less an encoder's count of 0.05."""
+MAX = "max_abs_following_error"
+RMS = "rms_following_error"
 
 
 def region(page: Page, name: str) -> Locator:
@@ -35,6 +34,28 @@ def session(page: Page, server: Server) -> dict[str, Any]:
     """Return what the server knows of the session of the page."""
     name = page.evaluate("new URL(location.href).searchParams.get('session')")
     return page.request.get(f"{server.url}{API}/sessions/{name}").json()
+
+
+def simulated(
+    page: Page, server: Server, name: str = MAX, *, axis: str = "x", **gains: float
+) -> list[str]:
+    """Return a metric of A and of B on the circle as the page shows it, um.
+
+    Parameters
+    ----------
+    name : str
+        Of the metric.
+    axis : str
+        x or y.
+    **gains : float
+        Of B's controller on x, SI.
+    """
+    changes = {f"variants.B.controller.x.{gain}": value for gain, value in gains.items()}
+    answer = page.request.post(
+        f"{server.url}{API}/simulate", data={"scenario": "circle", "set": changes}
+    )
+    variants = answer.json()["variants"].values()
+    return [f"{1e6 * variant['axes'][axis][name]:.3g}" for variant in variants]
 
 
 def stands_at(page: Page, server: Server) -> str:

@@ -125,26 +125,26 @@ def test_a_reload_finds_the_run_going_on(screen: Page) -> None:
     expect(region(screen, "Experiment")).to_contain_text("Cancelled after", timeout=LONG)
 
 
-def test_from_a_run_to_the_model_of_the_lab(screen: Page) -> None:
+def test_from_a_run_to_the_model_of_the_lab(screen: Page, server: Server) -> None:
+    model = session(screen, server)["scenario"]["variants"]["B"]["controller"]["model"]
+    believed = {axis: f"{1e3 * model[axis]['friction']['F_c']:.4g}" for axis in "xy"}  # mN
     set_short(screen)
     run(screen)
     found = region(screen, "Found")
     expect(found.locator("tbody tr")).to_have_count(8)
-    assert cell(screen, "F_c", 0) == "239.9"  # before, mN
+    assert cell(screen, "F_c", 0) == believed["x"]
     # the matched motor is stronger than its map: forces come out low, velocities do not
-    assert percent(screen, "F_s", 4) == pytest.approx(-16.6, abs=0.5)
+    assert -20.0 < percent(screen, "F_s", 4) < -10.0
     assert abs(percent(screen, "v_s", 4)) < 1.0
     screen.get_by_role("radio", name="y", exact=True).last.click()
     expect(found).to_contain_text("Found on y")
-    assert cell(screen, "F_c", 0) == "817.9"
+    assert cell(screen, "F_c", 0) == believed["y"]
 
     compare = region(screen, "Compare")
     compare.get_by_role("button", name="Compare A (old) with B (new)").click()
     row = compare.locator("tr", has_text="max |e").first
-    expect(row.locator("td").nth(2)).to_have_text(
-        re.compile(rf"^{MINUS}[4-6]\d\.\d %$"), timeout=LONG
-    )
-    expect(row.locator("td").first).to_have_text(re.compile(r"^10\.[345]"))
+    smaller = re.compile(rf"^{MINUS}[1-9]\d\.\d %$")
+    expect(row.locator("td").nth(2)).to_have_text(smaller, timeout=LONG)
 
     apply = region(screen, "Apply")
     apply.get_by_role("button", name="Apply 12 values").click()
@@ -160,6 +160,11 @@ def test_from_a_run_to_the_model_of_the_lab(screen: Page) -> None:
 
 
 def test_what_is_found_goes_to_a_running_session_and_back(screen: Page, server: Server) -> None:
+    def believed() -> list[float]:
+        variants: dict[str, Any] = session(screen, server)["scenario"]["variants"]
+        return [v["controller"]["model"]["x"]["friction"]["F_s"] for v in variants.values()]
+
+    before = believed()
     set_short(screen)
     run(screen)
     apply = region(screen, "Apply")
@@ -169,13 +174,12 @@ def test_what_is_found_goes_to_a_running_session_and_back(screen: Page, server: 
     expect(apply.get_by_role("status")).to_contain_text("model of A and B", timeout=LONG)
     expect(apply.get_by_role("status")).to_contain_text("in the running session")
 
-    def believed() -> list[float]:
-        variants: dict[str, Any] = session(screen, server)["scenario"]["variants"]
-        return [v["controller"]["model"]["x"]["friction"]["F_s"] for v in variants.values()]
+    def smaller() -> bool:
+        return all(new < old for new, old in zip(believed(), before, strict=True))
 
-    until(screen, "the fit replaces F_s", lambda: all(3.0 < F_s < 3.3 for F_s in believed()))
+    until(screen, "the fit replaces F_s", smaller)
     apply.get_by_role("button", name="Undo").click()
-    until(screen, "undo restores F_s", lambda: believed() == [3.5908, 3.5908])
+    until(screen, "undo restores F_s", lambda: believed() == before)
 
 
 def test_an_earlier_record_is_opened_and_laid_beside(screen: Page) -> None:
@@ -188,8 +192,8 @@ def test_an_earlier_record_is_opened_and_laid_beside(screen: Page) -> None:
     assert nominal is not None
     beside.select_option(nominal)
     expect(found.get_by_role("columnheader", name="earlier")).to_be_visible()
-    assert percent(screen, "F_s", 6) == pytest.approx(-15.3, abs=0.5)
-    expect(found).to_contain_text(re.compile("less by 1[45] %: the force map in control is off"))
+    assert -20.0 < percent(screen, "F_s", 6) < -10.0
+    expect(found).to_contain_text(re.compile(r"less by \d+ %: the force map in control is off"))
     expect(region(screen, "Measured")).to_contain_text("earlier fit")
     screen.get_by_role("combobox", name="Identification: earlier results").select_option(nominal)
     expect(screen.get_by_label("motor")).to_have_value("nominal")
