@@ -133,7 +133,7 @@ def test_every_figure_has_something_to_draw(whole: ReproduceDocument) -> None:
 
 
 def test_the_command_prints_one_document(capsys: pytest.CaptureFixture[str]) -> None:
-    code, document = command(capsys, "reproduce", "--only", "limits", "table1", "turns")
+    code, document = command(capsys, "reproduce", "--only", "limits", "rhombus-x", "turns")
     assert code == 0
     assert {row["group"] for row in document["rows"]} == {"limits", "table1", "sizing"}
     for row in document["rows"]:
@@ -242,7 +242,7 @@ def test_a_job_computes_them_row_by_row(server: Server) -> None:
         refused = client.post(f"{API}/reproduce", json={"only": ["no-row"]})
         assert refused.status_code == 422
         assert refused.json()["errors"][0]["loc"] == "only"
-        answer = client.post(f"{API}/reproduce", json={"only": ["limits", "sizing", "table1"]})
+        answer = client.post(f"{API}/reproduce", json={"only": ["limits", "sizing"]})
         assert answer.status_code == 202
         assert answer.json()["kind"] == "reproduce"
         location = answer.headers["location"]
@@ -256,7 +256,7 @@ def test_a_job_computes_them_row_by_row(server: Server) -> None:
         until(done)
         assert rows == sorted(rows)
         report = client.get(location).json()
-        assert report["request"] == {"only": ["limits", "sizing", "table1"]}
+        assert report["request"] == {"only": ["limits", "sizing"]}
         ReproduceDocument.model_validate(report["result"])
         assert len(report["result"]["rows"]) == rows[-1] > 20
 

@@ -1743,6 +1743,11 @@ export interface components {
         /**
          * ChangeRequest
          * @description Changes of parameters, all or none.
+         * @example {
+         *       "set": {
+         *         "variants.B.controller.x.k_p": 312000
+         *       }
+         *     }
          */
         ChangeRequest: {
             /**
@@ -1758,8 +1763,24 @@ export interface components {
          * @description A trajectory, and the scenario whose motor and controllers are to follow it.
          * @example {
          *       "scenario": "circle",
-         *       "set": {
-         *         "variants.B.controller.x.k_p": 312000
+         *       "trajectory": {
+         *         "a_max": 1,
+         *         "kind": "path",
+         *         "points": [
+         *           [
+         *             0,
+         *             0
+         *           ],
+         *           [
+         *             0.01,
+         *             0.02
+         *           ],
+         *           [
+         *             0.03,
+         *             0.02
+         *           ]
+         *         ],
+         *         "v_max": 0.1
          *       }
          *     }
          */
@@ -3975,6 +3996,9 @@ export interface components {
         /**
          * LoginRequest
          * @description The token that the server was started with.
+         * @example {
+         *       "token": "value of MOTIONLAB_TOKEN"
+         *     }
          */
         LoginRequest: {
             /**
@@ -5103,6 +5127,9 @@ export interface components {
         /**
          * PlayRequest
          * @description How fast to run.
+         * @example {
+         *       "speed": 0.5
+         *     }
          */
         PlayRequest: {
             /**
@@ -5231,6 +5258,11 @@ export interface components {
         /**
          * PushRequest
          * @description A push of the mover of every variant.
+         * @example {
+         *       "axis": "x",
+         *       "duration": 0.05,
+         *       "force": 2
+         *     }
          */
         PushRequest: {
             /**
@@ -6898,6 +6930,9 @@ export interface components {
         /**
          * StepRequest
          * @description How far to step.
+         * @example {
+         *       "ticks": 200
+         *     }
          */
         StepRequest: {
             /**
@@ -7600,6 +7635,10 @@ export interface components {
          * WhatIfRequest
          * @description A scenario, changes to it, and the curves that are wanted.
          * @example {
+         *       "columns": [
+         *         "B.x.following_error"
+         *       ],
+         *       "points": 800,
          *       "scenario": "circle",
          *       "set": {
          *         "variants.B.controller.x.k_p": 312000
