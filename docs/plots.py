@@ -20,8 +20,8 @@ from matplotlib import pyplot as plt
 
 from motionlab.config.load import load_scenario
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.force_sharing.least_norm import reachable_force
-from motionlab.plant.magnetics import ForceMap
+from motionlab.force_sharing.pole_pitch import forces_over, share_over
+from motionlab.kernel.force_maps import force_model
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run
 from motionlab.telemetry.recording import Recording
@@ -79,19 +79,20 @@ def friction() -> plt.Figure:
 
 def thrust() -> plt.Figure:
     """Draw the thrust of each phase over a pole pitch, what force sharing reaches, and currents."""
-    m = load_scenario("circle").plant.x.force_map
-    force_map = ForceMap(**{name: getattr(m, name) for name in ForceMap._fields})
+    controller = load_scenario("circle").variants["B"].controller
+    m = controller.model.x.force_map
+    model = force_model(m, controller.sharing, m.I_pk)
     position = np.linspace(0.0, m.tau, 721)
     figure, (left, right) = plt.subplots(1, 2, figsize=(8, 3))
     for k, (phase, colour) in enumerate(PHASES.items()):
-        theta = 2 * np.pi * ((position + m.offset) / m.tau - k / 3)
-        shape = np.sin(theta) + m.h_2 * np.sin(2 * theta) + m.h_3 * np.sin(3 * theta)
-        left.plot(position * MM, m.F_pk * shape / (1 - m.h_3), color=colour, label=f"phase {phase}")
+        current = np.where(np.arange(3)[:, None] == k, m.I_pk, np.zeros(len(position)))
+        force = forces_over(model.map, position=position, current=current).thrust
+        left.plot(position * MM, force, color=colour, label=f"phase {phase}")
     left.set(xlabel="position, mm", ylabel="thrust at 10 A, N", title="One phase at a time")
     left.set_ylim(-38.0, 52.0)
     left.legend(loc="upper center", ncols=3)
     for command, style in ((20.0, "-"), (27.3, "--"), (40.0, ":")):
-        force = reachable_force(force_map, m.I_pk, position, np.full(len(position), command))
+        force = share_over(model, position=position, force=command).force
         right.plot(position * MM, force, style, color=B, label=f"{command:g} N commanded")
         print(f"{command:g} N commanded: {force.min():.2f} to {force.max():.2f} N")
     right.set(xlabel="position, mm", ylabel="thrust, N", title="Shared, currents within 10 A")

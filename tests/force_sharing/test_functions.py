@@ -11,13 +11,12 @@ from scipy.optimize import minimize
 
 from motionlab.config.controller import SharingConfig, SharingLaw
 from motionlab.config.force_map import TableMapConfig
-from motionlab.force_sharing.functions import FORCE_PER_AMPERE, Sharing
-from motionlab.force_sharing.least_norm import reachable_force
+from motionlab.force_sharing.functions import FORCE_PER_AMPERE, ForceModel, Sharing
 from motionlab.force_sharing.pole_pitch import Shared, forces_over, share_over
-from motionlab.force_sharing.ripple import Model, reachable_over, ripple, share_over_pitch
-from motionlab.kernel.force_maps import law_number, map_lanes, sharing_lanes
+from motionlab.force_sharing.ripple import reachable_over, ripple, share_over_pitch
+from motionlab.kernel.force_maps import force_model, law_number
 from motionlab.plant.magnetics import ForceMap
-from motionlab.plant.table_map import ANALYTIC
+from motionlab.plant.table_map import ANALYTIC, MotorMap
 from motionlab.store.maps import named_map
 from motionlab.studies.sharing.map_fit import fit_analytic
 
@@ -33,18 +32,18 @@ OPTIMUM = {"formula": (1e-9, 1e-9), "table": (0.015, 1e-3)}
 """Share by which copper loss may exceed the least that another solver finds: anywhere, mean."""
 
 
-def analytic(force_map: ForceMap, law: SharingLaw, overlap: float = 1 / 6) -> Model:
-    return Model(force_map, ANALYTIC, Sharing(law_number(law), overlap, -1.0, -1.0))
+def analytic(force_map: ForceMap, law: SharingLaw, overlap: float = 1 / 6) -> ForceModel:
+    sharing = Sharing(law_number(law), overlap, -1.0, -1.0, 10.0)
+    return ForceModel(MotorMap(force_map, ANALYTIC), sharing)
 
 
-def tabled(name: str, law: SharingLaw) -> Model:
-    config = TableMapConfig(name=name)
-    lanes = map_lanes(config)
-    return Model(lanes.force_map, lanes.table, sharing_lanes(SharingConfig(law=law), config))
+def tabled(name: str, law: SharingLaw) -> ForceModel:
+    return force_model(TableMapConfig(name=name), SharingConfig(law=law), 10.0)
 
 
-def share(model: Model, position: Array, force: float, limit: float = 10.0) -> Shared:
-    return share_over(*model, current_limit=limit, position=position, force=force)
+def share(model: ForceModel, position: Array, force: Array | float, limit: float = 10.0) -> Shared:
+    limited = model._replace(sharing=model.sharing._replace(current_limit=limit))
+    return share_over(limited, position=position, force=force)
 
 
 # -- every law ------------------------------------------------------------------------------------
@@ -64,7 +63,7 @@ def test_currents_stay_in_their_limits_and_give_the_force(
     shared = share(model, EVERYWHERE, force, limit)
     assert shared.current.min() >= 0.0
     assert shared.current.max() <= limit * (1.0 + 1e-12)
-    given = forces_over(force_map, ANALYTIC, position=EVERYWHERE, current=shared.current)
+    given = forces_over(MotorMap(force_map, ANALYTIC), position=EVERYWHERE, current=shared.current)
     assert shared.force == pytest.approx(given.thrust, abs=1e-9)
     free = ~shared.limited
     assert shared.force[free] == pytest.approx(np.full(free.sum(), force), rel=1e-8, abs=1e-9)
@@ -76,14 +75,10 @@ def test_currents_stay_in_their_limits_and_give_the_force(
 def test_what_is_out_of_reach_is_told(name: str, law: SharingLaw) -> None:
     model = tabled(name, law)
     for forward in (True, False):
-        reach = reachable_over(model, current_limit=10.0, position=EVERYWHERE, forward=forward)
+        reach = reachable_over(model, position=EVERYWHERE, forward=forward)
         sign = 1.0 if forward else -1.0
-        below = share_over(
-            *model, current_limit=10.0, position=EVERYWHERE, force=sign * (reach - 0.05)
-        )
-        beyond = share_over(
-            *model, current_limit=10.0, position=EVERYWHERE, force=sign * (reach + 0.05)
-        )
+        below = share(model, EVERYWHERE, sign * (reach - 0.05))
+        beyond = share(model, EVERYWHERE, sign * (reach + 0.05))
         assert not below.limited.any()
         assert beyond.limited.all()
         assert below.force == pytest.approx(sign * (reach - 0.05), abs=0.15)
@@ -93,27 +88,17 @@ def test_the_general_kernel_shares_as_the_closed_form() -> None:
     """On the analytic map, whatever the table kernel computes beside."""
     force = 33.0
     closed = share(analytic(SKEWED, "least-norm"), EVERYWHERE, force)
-    fresh = tabled("new-design", "least-norm")
-    general = share_over(
-        *(SKEWED, ANALYTIC, fresh.sharing),
-        current_limit=10.0,
-        position=EVERYWHERE,
-        force=force,
-    )
+    beside = tabled("new-design", "least-norm")
+    general = share(beside._replace(map=MotorMap(SKEWED, ANALYTIC)), EVERYWHERE, force)
     assert general.current == pytest.approx(closed.current, rel=1e-9, abs=1e-7)
     assert general.force == pytest.approx(closed.force, rel=1e-9)
     assert (general.limited == closed.limited).all()
-    assert closed.force == pytest.approx(
-        reachable_force(SKEWED, 10.0, EVERYWHERE, np.full(len(EVERYWHERE), force)), rel=1e-9
-    )
 
 
 def test_linear_up_to() -> None:
     """What the documentation prints for the nominal motor."""
     found = {
-        law: reachable_over(
-            analytic(NOMINAL, law), current_limit=10.0, position=EVERYWHERE, forward=True
-        ).min()
+        law: reachable_over(analytic(NOMINAL, law), position=EVERYWHERE, forward=True).min()
         for law in LAWS
     }
     expected = {"least-norm": 27.30, "force-per-ampere": 29.53, "sine": 27.99, "cubic": 28.21}
@@ -123,14 +108,13 @@ def test_linear_up_to() -> None:
 # -- least copper loss ----------------------------------------------------------------------------
 
 
-def least_loss(model: Model, position: float, force: float, start: Array) -> float:
+def least_loss(model: ForceModel, position: float, force: float, start: Array) -> float:
     """Return the least sum of squared currents that gives a force, by an independent solver."""
 
     def thrust(i: Array) -> float:
         current = np.clip(i, 0.0, 10.0)[:, None]
-        return float(
-            forces_over(*model[:2], position=[position], current=current).thrust[0] - force
-        )
+        given = forces_over(model.map, position=[position], current=current)
+        return float(given.thrust[0] - force)
 
     best = np.inf
     pulling = [k for k in range(3) if thrust(10.0 * np.eye(3)[k]) * force > -force * force]
@@ -158,11 +142,11 @@ def least_loss(model: Model, position: float, force: float, start: Array) -> flo
         (tabled("previous-design", "force-per-ampere"), "table"),
     ],
 )
-def test_copper_loss_is_not_beaten(model: Model, kind: str) -> None:
+def test_copper_loss_is_not_beaten(model: ForceModel, kind: str) -> None:
     random = np.random.Generator(np.random.Philox(21))
     position = random.uniform(0.0, 0.009, 40)
     force = random.uniform(-29.0, 29.0, 40)
-    shared = share_over(*model, current_limit=10.0, position=position, force=force)
+    shared = share(model, position, force)
     loss = (shared.current**2).sum(axis=0)
     more = [
         loss[k] / least - 1.0
@@ -178,7 +162,7 @@ def test_copper_loss_is_not_beaten(model: Model, kind: str) -> None:
 
 def test_what_one_phase_cannot_give_another_does() -> None:
     model = analytic(NOMINAL, "force-per-ampere")
-    reach = reachable_over(model, current_limit=10.0, position=EVERYWHERE, forward=True)
+    reach = reachable_over(model, position=EVERYWHERE, forward=True)
     whole = share(model, EVERYWHERE, 1e3)
     assert whole.force == pytest.approx(reach, rel=1e-6)
     at_limit = np.isclose(whole.current, 10.0, rtol=1e-9)
@@ -226,8 +210,8 @@ def test_a_sharing_function_hands_over_as_it_says(law: SharingLaw) -> None:
 def test_ripple_is_that_of_the_plants_map() -> None:
     stronger = NOMINAL._replace(F_pk=40.0)
     over = share_over_pitch(
-        *(analytic(NOMINAL, "least-norm"), analytic(stronger, "least-norm")),
-        current_limit=10.0,
+        analytic(NOMINAL, "least-norm"),
+        MotorMap(stronger, ANALYTIC),
         force=-15.0,
         points=120,
     )
@@ -236,8 +220,8 @@ def test_ripple_is_that_of_the_plants_map() -> None:
     assert over.phase_thrust.sum(axis=0) == pytest.approx(over.thrust)
     assert ripple(over.thrust).peak_to_peak == pytest.approx(0.0, abs=1e-9)
     skewed = share_over_pitch(
-        *(analytic(NOMINAL, "least-norm"), analytic(SKEWED, "least-norm")),
-        current_limit=10.0,
+        analytic(NOMINAL, "least-norm"),
+        MotorMap(SKEWED, ANALYTIC),
         force=15.0,
         points=120,
     )
@@ -257,7 +241,7 @@ def test_a_fit_is_the_best_of_its_kind() -> None:
     def rms(force_map: ForceMap) -> float:
         current = np.stack([i.ravel(), 0 * i.ravel(), 0 * i.ravel()])
         place = x.ravel() + TAU / 2
-        found = forces_over(force_map, ANALYTIC, position=place, current=current).thrust
+        found = forces_over(MotorMap(force_map, ANALYTIC), position=place, current=current).thrust
         return float(np.sqrt((((found.reshape(x.shape) - wanted) / largest) ** 2).mean()))
 
     assert rms(fit.force_map) == pytest.approx(fit.relative_rms, rel=1e-6)

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from motionlab.force_sharing.least_norm import reachable_force, share_force
+from motionlab.force_sharing.least_norm import share_force
 from motionlab.lanes import WIDTH, Lanes, pack, select, unpack
 from motionlab.plant.magnetics import ForceMap, thrust
 
@@ -122,23 +122,6 @@ def test_currents_stay_within_the_limit(position: float, force: float, limit: fl
     assert (currents <= limit * (1.0 + 1e-12)).all()
     assert answer.thrust[0] == pytest.approx(answer.force[0], rel=1e-9, abs=1e-12)
     assert abs(answer.force[0]) <= abs(force) * (1.0 + 1e-12)
-
-
-@given(position=positions, force=st.floats(-60.0, 60.0), limit=st.floats(0.1, 10.0))
-def test_reachable_force_is_what_sharing_gives(position: float, force: float, limit: float) -> None:
-    answer = share(NOMINAL, position, force, limit)
-    reachable = reachable_force(NOMINAL, limit, np.array([position]), np.array([force]))
-    assert reachable[0] == pytest.approx(abs(answer.force[0]), rel=1e-9, abs=1e-12)
-
-
-@given(force_map=maps, position=positions, fraction=st.floats(-2.0, 2.0))
-def test_reachable_force_is_what_sharing_gives_on_any_map(
-    force_map: ForceMap, position: float, fraction: float
-) -> None:
-    force = fraction * force_map.F_pk
-    answer = share(force_map, position, force, limit=force_map.I_pk)
-    reachable = reachable_force(force_map, force_map.I_pk, np.array([position]), np.array([force]))
-    assert reachable[0] == pytest.approx(abs(answer.force[0]), rel=1e-9, abs=1e-12)
 
 
 @pytest.mark.parametrize("sign", [-1.0, 1.0])

@@ -29,10 +29,10 @@ from tests.nominal_motor import X, Y
 TICKS = 400
 
 _IMPERFECT = {
-    "force_map.F_pk": 38.4,
-    "force_map.h_2": 0.03,
-    "force_map.h_3": 0.039,
-    "force_map.offset": 5e-5,
+    "force_map.formula.F_pk": 38.4,
+    "force_map.formula.h_2": 0.03,
+    "force_map.formula.h_3": 0.039,
+    "force_map.formula.offset": 5e-5,
     "amplifiers.gain_b": 1.02,
     "amplifiers.offset_a": 0.1,
     "amplifiers.offset_c": -0.05,

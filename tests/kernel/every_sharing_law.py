@@ -5,9 +5,9 @@ from __future__ import annotations
 from motionlab.config.controller import SharingConfig, SharingLaw
 from motionlab.config.force_map import TableMapConfig
 from motionlab.control.compensation import OBSERVER
-from motionlab.kernel.force_maps import law_number, map_lanes, sharing_lanes
+from motionlab.kernel.force_maps import force_model, law_number, map_lanes
 from motionlab.kernel.layout import Parameters
-from tests.kernel.lane_runs import lane
+from tests.kernel.lane_runs import changed, lane
 from tests.nominal_motor import X, Y
 
 NEW = TableMapConfig(name="new-design", offset=3e-5)
@@ -16,23 +16,18 @@ PREVIOUS = TableMapConfig(name="previous-design", gain=0.97)
 
 def with_plant(parameters: Parameters, config: TableMapConfig) -> Parameters:
     """Return a lane whose plant has a table."""
-    found = map_lanes(config)
-    return parameters._replace(force_map=found.force_map, table=found.table)
+    return parameters._replace(force_map=map_lanes(config))
 
 
 def with_model(parameters: Parameters, config: TableMapConfig, law: SharingLaw) -> Parameters:
     """Return a lane whose controller has a table and shares its force by a law."""
-    found = map_lanes(config)
-    return parameters._replace(
-        model_force_map=found.force_map,
-        model_table=found.table,
-        sharing=sharing_lanes(SharingConfig(law=law), config),
-    )
+    limit = parameters.force_model.sharing.current_limit
+    return parameters._replace(force_model=force_model(config, SharingConfig(law=law), limit))
 
 
 def with_law(parameters: Parameters, law: SharingLaw) -> Parameters:
     """Return a lane that shares its force by a law on the analytic map."""
-    return parameters._replace(sharing=parameters.sharing._replace(law=law_number(law)))
+    return changed(parameters, {"force_model.sharing.law": law_number(law)})
 
 
 def table_lanes(resolution: float) -> list[Parameters]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from motionlab.control.compensation import OBSERVER, OFF, Compensation
 from motionlab.control.notch import PASS
 from motionlab.control.position import PositionController
-from motionlab.force_sharing.functions import CLOSED_FORM
+from motionlab.force_sharing.functions import LEAST_NORM, ForceModel, Sharing
 from motionlab.kernel.layout import (
     INPUT_ROWS,
     PARAMETER_ROWS,
@@ -21,6 +21,7 @@ from motionlab.kernel.layout import (
     Inputs,
     Limits,
     Parameters,
+    column,
     state_row,
 )
 from motionlab.kernel.tick import H, run_ticks
@@ -31,7 +32,7 @@ from motionlab.plant.friction import LuGre
 from motionlab.plant.magnetics import ForceMap
 from motionlab.plant.mechanics import Mechanics
 from motionlab.plant.resonance import sampled
-from motionlab.plant.table_map import ANALYTIC
+from motionlab.plant.table_map import ANALYTIC, MotorMap
 from motionlab.telemetry.channels import Sample
 from tests import nominal_motor
 from tests.nominal_motor import CONTROL_PERIOD, Axis
@@ -55,7 +56,7 @@ def lane(axis: Axis, law: float = OFF, changes: Mapping[str, float] | None = Non
         Fields to change, such as ``{"encoder.resolution": 0.0}``.
     """
     friction = LuGre(axis.sigma_0, axis.sigma_1, axis.sigma_2, axis.F_c, axis.F_s, axis.v_s)
-    force_map = ForceMap(
+    formula = ForceMap(
         tau=nominal_motor.POLE_PITCH,
         offset=0.0,
         F_pk=nominal_motor.PEAK_FORCE,
@@ -65,6 +66,8 @@ def lane(axis: Axis, law: float = OFF, changes: Mapping[str, float] | None = Non
         h_2=0.0,
         h_3=0.0,
     )
+    force_map = MotorMap(formula, ANALYTIC)
+    sharing = Sharing(LEAST_NORM, 1.0 / 6.0, -1.0, -1.0, nominal_motor.PEAK_CURRENT)
     parameters = Parameters(
         friction=friction,
         force_map=force_map,
@@ -111,22 +114,19 @@ def lane(axis: Axis, law: float = OFF, changes: Mapping[str, float] | None = Non
             k_d_share=0.0,
         ),
         model_friction=friction,
-        model_force_map=force_map,
-        limits=Limits(current=nominal_motor.PEAK_CURRENT, error=0.02),
-        table=ANALYTIC,
-        model_table=ANALYTIC,
-        sharing=CLOSED_FORM,
+        force_model=ForceModel(force_map, sharing),
+        limits=Limits(error=0.02),
     )
     return changed(parameters, changes or {})
 
 
-def changed(parameters: Parameters, changes: Mapping[str, float]) -> Parameters:
-    """Return `parameters` with fields such as ``mechanics.M`` replaced."""
+def changed(record: Any, changes: Mapping[str, float]) -> Any:
+    """Return `Parameters`, or a group of them, with fields such as ``mechanics.M`` replaced."""
     for key, value in changes.items():
-        group, field = key.split(".")
-        new = getattr(parameters, group)._replace(**{field: value})
-        parameters = parameters._replace(**{group: new})
-    return parameters
+        group, _, field = key.partition(".")
+        new = changed(getattr(record, group), {field: value}) if field else value
+        record = record._replace(**{group: new})
+    return record
 
 
 def off_and_observer(
@@ -139,7 +139,7 @@ def off_and_observer(
 
 def rows(lanes: Sequence[Parameters]) -> Array:
     """Return the parameter array of eight lanes, shape (PARAMETER_ROWS, WIDTH)."""
-    columns = [[value for group in each for value in group] for each in lanes]
+    columns = [column(each) for each in lanes]
     array = np.ascontiguousarray(np.array(columns, dtype=np.float64).T)
     assert array.shape == (PARAMETER_ROWS, WIDTH)
     return array

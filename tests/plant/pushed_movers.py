@@ -10,18 +10,10 @@ from numpy.typing import NDArray
 
 from motionlab.lanes import WIDTH, Lanes, pack, unpack
 from motionlab.plant.friction import LuGre
-from motionlab.plant.mechanics import Mechanics, advance
+from motionlab.plant.mechanics import Mechanics, Mover, advance
 from tests.nominal_motor import Axis
 
 Array = NDArray[np.float64]
-
-
-class Mover(NamedTuple):
-    """Position, velocity and bristle state."""
-
-    p: Lanes
-    v: Lanes
-    z: Lanes
 
 
 class Push(NamedTuple):
@@ -65,8 +57,7 @@ def push(
     s = unpack(Mover, state, 0)
     for k in range(len(forces)):
         force = unpack(Push, forces, k).force
-        p, v, z = advance(m, f, s.p, s.v, s.z, force, h)
-        s = Mover(p, v, z)
+        s = advance(m, f, s, force, h)
         pack(s, history[k])
     pack(s, state)
 

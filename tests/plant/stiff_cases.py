@@ -100,7 +100,7 @@ def _lane(case: Case, axis: Axis, index: int) -> Parameters:
         changes["compensation.z_limit"] = 1.2 * axis.F_s / axis.sigma_0
     if case.matched:
         changes |= {f"friction.{name}": value for name, value in FRICTION[index].items()}
-        changes |= {"force_map.F_pk": PEAK, "force_map.h_3": THIRD}
+        changes |= {"force_map.formula.F_pk": PEAK, "force_map.formula.h_3": THIRD}
         changes |= {f"amplifiers.offset_{k}": i for k, i in zip("abc", OFFSET, strict=True)}
         changes |= {"encoder.sde_amplitude": RIPPLE[0], "encoder.sde_period": RIPPLE[1]}
     parameters = lane(axis, LAWS[case.law], changes)

@@ -11,7 +11,7 @@ from motionlab.config.force_map import TableMapConfig
 from motionlab.design.fem.mesh import Resolution
 from motionlab.design.fem.workers import Work, fields
 from motionlab.force_sharing.pole_pitch import Shared, forces_over, share_over
-from motionlab.kernel.force_maps import map_lanes, sharing_lanes
+from motionlab.kernel.force_maps import force_model, map_lanes
 from motionlab.lanes import WIDTH
 from motionlab.store.maps import named_map
 
@@ -28,14 +28,8 @@ def config(request: pytest.FixtureRequest) -> TableMapConfig:
 
 
 def share(config: TableMapConfig, law: SharingLaw, position: Array, force: Array | float) -> Shared:
-    found = map_lanes(config)
-    sharing = sharing_lanes(SharingConfig(law=law), config)
-    return share_over(
-        *(found.force_map, found.table, sharing),
-        current_limit=10.0,
-        position=position,
-        force=force,
-    )
+    model = force_model(config, SharingConfig(law=law), 10.0)
+    return share_over(model, position=position, force=force)
 
 
 def test_forces_are_those_of_the_spline(config: TableMapConfig) -> None:
@@ -44,7 +38,7 @@ def test_forces_are_those_of_the_spline(config: TableMapConfig) -> None:
     current = random.uniform(0.0, 10.0, (3, 500))
     force_map, found = named_map(config.name), map_lanes(config)
     x = position + config.offset - force_map.tau / 2 - np.arange(3)[:, None] * force_map.tau / 3
-    forces = forces_over(found.force_map, found.table, position=position, current=current)
+    forces = forces_over(found, position=position, current=current)
     thrust = force_map.thrust(x, current).sum(axis=0)
     normal = force_map.normal_force(x, current).sum(axis=0)
     assert forces.thrust == pytest.approx(thrust, abs=1e-8)
@@ -54,10 +48,7 @@ def test_forces_are_those_of_the_spline(config: TableMapConfig) -> None:
 def test_a_current_counts_by_its_magnitude(config: TableMapConfig) -> None:
     found, place = map_lanes(config), np.linspace(0.0, 0.01, WIDTH)
     current = np.linspace(0.5, 3.0, 3 * WIDTH).reshape(3, WIDTH)
-    there, back = (
-        forces_over(found.force_map, found.table, position=place, current=i)
-        for i in (current, -current)
-    )
+    there, back = (forces_over(found, position=place, current=i) for i in (current, -current))
     assert (there.thrust == back.thrust).all()
 
 
@@ -66,7 +57,7 @@ def test_nan_stays_nan_and_reads_nothing_that_is_not_there(config: TableMapConfi
     place = np.array([np.nan, 0.0, np.inf, 1e300])
     current = np.full((3, 4), 2.0)
     current[0, 1] = np.nan
-    forces = forces_over(found.force_map, found.table, position=place, current=current)
+    forces = forces_over(found, position=place, current=current)
     assert np.isnan(forces.thrust[:3]).all()
 
 
@@ -80,7 +71,7 @@ def test_inverse_round_trip(config: TableMapConfig, law: SharingLaw, force: floa
     assert free.mean() > 0.6
     assert np.abs(shared.force - force)[free].max() < min(ROUND_TRIP, 0.02 * abs(force) + 0.002)
     found = map_lanes(config)
-    given = forces_over(found.force_map, found.table, position=position, current=shared.current)
+    given = forces_over(found, position=position, current=shared.current)
     assert shared.force == pytest.approx(given.thrust, abs=1e-9)
     assert shared.current.min() >= 0.0
     assert shared.current.max() <= 10.0

@@ -22,6 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.control.position import Motion
 from motionlab.lanes import Lanes, compiled, select
 from motionlab.lanes.functions import clip, decay
@@ -46,50 +47,52 @@ class Compensation(NamedTuple):
     k_d_share: Lanes  # c in the denominator of the reversed K, 1
 
 
+class Observer(NamedTuple):
+    """A friction observer of each lane."""
+
+    law: Compensation
+    model: LuGre
+
+
+class Balance(NamedTuple):
+    """Forces of one tick that a law weighs against each other, N."""
+
+    u: Lanes  # PD force
+    inertia: Lanes  # M a
+    residual: Lanes  # what the filtered balance leaves unexplained
+
+
 class Estimate(NamedTuple):
     """The friction estimate of one tick."""
 
     force: Lanes  # f_f*, N
     z: Lanes  # bristle estimate at the end of the tick, m
-    K: Lanes  # m/s
-    residual: Lanes  # filtered force balance, N
 
 
 @compiled
-def residual_force(  # noqa: PLR0913, PLR0917 - the terms of the balance
-    law: Compensation,
-    model: LuGre,
-    residual: Lanes,
-    inertia: Lanes,
-    known_force: Lanes,
-    K_last: Lanes,
+def residual_force(
+    observer: Observer, residual: Lanes, inertia: Lanes, known_force: Lanes, K_last: Lanes
 ) -> Lanes:
     """Return the filtered balance ``r += alpha (M a - (f - f_f*) - sigma_1 K - r)``, N.
 
     The reversed K keeps its own part in it, as eq. (25) does: without ``sigma_1 K``.
     """
+    law = observer.law
     balance = inertia - known_force
-    balance = select(law.law == REVERSED, balance, balance - model.sigma_1 * K_last)
+    balance = select(law.law == REVERSED, balance, balance - observer.model.sigma_1 * K_last)
     return residual + law.residual_alpha * (balance - residual)
 
 
 @compiled
-def adaptation(  # noqa: PLR0913, PLR0917 - everything that the laws use
-    law: Compensation,
-    model: LuGre,
-    motion: Motion,
-    v: Lanes,
-    u: Lanes,
-    k_d: Lanes,
-    inertia: Lanes,
-    residual: Lanes,
-) -> Lanes:
+def adaptation(observer: Observer, motion: Motion, v: Lanes, k_d: Lanes, balance: Balance) -> Lanes:
     """Return K, m/s, by the law of each lane."""
+    law, model = observer.law, observer.model
+    u, residual = balance.u, balance.residual
     D = model.sigma_1 * bristle_decay(model, v) - model.sigma_0
 
     denominator = model.sigma_1 * u + motion.error * k_d * D
     tiny = abs(denominator) < _SMALLEST_DENOMINATOR
-    published = u * (inertia - u) / select(tiny, _SMALLEST_DENOMINATOR, denominator)
+    published = u * (balance.inertia - u) / select(tiny, _SMALLEST_DENOMINATOR, denominator)
 
     tiny = abs(u) < _SMALLEST_DENOMINATOR
     per_u = law.k_d_share * k_d * motion.error / select(tiny, _SMALLEST_DENOMINATOR, u)
@@ -107,15 +110,7 @@ def adaptation(  # noqa: PLR0913, PLR0917 - everything that the laws use
 
 
 @compiled
-def estimate_friction(  # noqa: PLR0913, PLR0917 - the observer's state and inputs
-    law: Compensation,
-    model: LuGre,
-    z: Lanes,
-    v: Lanes,
-    K: Lanes,
-    residual: Lanes,
-    T_s: float,
-) -> Estimate:
+def estimate_friction(observer: Observer, z: Lanes, v: Lanes, K: Lanes) -> Estimate:
     """Step the observer over one period and return the friction it expects, eq. (23).
 
     With ``l = abs(v)/g(v)``::
@@ -123,9 +118,10 @@ def estimate_friction(  # noqa: PLR0913, PLR0917 - the observer's state and inpu
         z_n = z* e^-lT + T (v + K) phi1(lT)
         f_f* = sigma_0 z_n + sigma_1 (z_n - z*)/T + sigma_2 v
     """
+    law, model, T_s = observer.law, observer.model, CONTROL_PERIOD
     x = bristle_decay(model, v) * T_s
     e, phi_1 = decay(x, 1.0 / x)
     z_new = clip(z * e + T_s * (v + K) * phi_1, -law.z_limit, law.z_limit)
     z_rate = (z_new - z) * (1.0 / T_s)
     force = model.sigma_0 * z_new + model.sigma_1 * z_rate + model.sigma_2 * v
-    return Estimate(force, z_new, K, residual)
+    return Estimate(force, z_new)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.lanes import Lanes, Mask, compiled, select
 from motionlab.lanes.functions import clip
 
@@ -31,21 +32,21 @@ class Motion(NamedTuple):
     a: Lanes  # acceleration, m/s^2
 
 
+class Last(NamedTuple):
+    """What the last period measured."""
+
+    p: Lanes  # position, m
+    v: Lanes  # velocity, m/s
+    error: Lanes  # following error, m
+
+
 @compiled
-def estimate_motion(  # noqa: PLR0913, PLR0917 - the two last measurements
-    p_ref: Lanes,
-    p_meas: Lanes,
-    p_last: Lanes,
-    v_last: Lanes,
-    e_last: Lanes,
-    first: Mask,
-    T_s: float,
-) -> Motion:
+def estimate_motion(p_ref: Lanes, p_meas: Lanes, last: Last, first: Mask) -> Motion:
     """Difference the encoder twice, as the paper does; differences are zero on the first tick."""
     error = p_ref - p_meas
-    error_rate = select(first, 0.0, (error - e_last) * (1.0 / T_s))
-    v = select(first, 0.0, (p_meas - p_last) * (1.0 / T_s))
-    a = select(first, 0.0, (v - v_last) * (1.0 / T_s))
+    error_rate = select(first, 0.0, (error - last.error) * (1.0 / CONTROL_PERIOD))
+    v = select(first, 0.0, (p_meas - last.p) * (1.0 / CONTROL_PERIOD))
+    a = select(first, 0.0, (v - last.v) * (1.0 / CONTROL_PERIOD))
     return Motion(error, error_rate, v, a)
 
 

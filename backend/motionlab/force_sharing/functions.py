@@ -33,7 +33,7 @@ from motionlab.plant.magnetics import (
     force_fraction,
     thrust_shape,
 )
-from motionlab.plant.table_map import TableMap, cell, phase_thrust, phase_turns
+from motionlab.plant.table_map import MotorMap, cell, phase_thrust, phase_turns
 
 Array = NDArray[np.float64]
 
@@ -56,46 +56,44 @@ class Sharing(NamedTuple):
     overlap: Lanes  # share of the pole pitch over which a phase hands over, 1
     inverse: Lanes  # first number of the cells of current over position and thrust; -1: none
     shares: Lanes  # first number of the cells of shares of least copper loss; -1: none
+    current_limit: Lanes  # largest current command, A
 
 
-CLOSED_FORM = Sharing(LEAST_NORM, 1.0 / 6.0, -1.0, -1.0)
-"""A lane that shares in proportion to the square of what its phases can give."""
+class ForceModel(NamedTuple):
+    """How a controller turns a force into currents: the map it believes in and its law."""
+
+    map: MotorMap
+    sharing: Sharing
 
 
 class _Phase(NamedTuple):
     """What one phase can do the way it is asked to pull."""
 
+    turns: Lanes  # where it stands in its pole pitch
     x: Lanes  # analytic shape, 0 where it pulls the other way
     most: Lanes  # thrust at the lane's current limit, N
     whole: Lanes  # thrust at the largest current of the map, N
 
 
 @compiled
-def share_by_law(  # noqa: PLR0913, PLR0917 - what a law depends on
-    force_map: ForceMap,
-    table: TableMap,
-    sharing: Sharing,
-    tables: Array | None,
-    current_limit: Lanes,
-    position: Lanes,
-    force: Lanes,
-) -> Share:
+def share_by_law(model: ForceModel, tables: Array | None, position: Lanes, force: Lanes) -> Share:
     """Share `force`, N, at the measured `position`, m, by each lane's law and kind of map.
 
     Without tables every lane shares by the closed form, and nothing else is compiled.
     """
+    formula, limit = model.map.formula, model.sharing.current_limit
     if tables is None:
-        return share_force(force_map, current_limit, position, force)
+        return share_force(formula, limit, position, force)
     forward = force > 0.0
     sense = select(forward, 1.0, -1.0)
-    turns = phase_turns(force_map, position)
-    shape = thrust_shape(force_map, position)
-    a = _phase(force_map, table, tables, current_limit, turns.a, shape.a, sense)
-    b = _phase(force_map, table, tables, current_limit, turns.b, shape.b, sense)
-    c = _phase(force_map, table, tables, current_limit, turns.c, shape.c, sense)
+    turns = phase_turns(formula, position)
+    shape = thrust_shape(formula, position)
+    a = _phase(model, tables, turns.a, shape.a, sense)
+    b = _phase(model, tables, turns.b, shape.b, sense)
+    c = _phase(model, tables, turns.c, shape.c, sense)
 
     wanted = abs(force)
-    part = _shares(force_map, table, sharing, tables, turns, a, b, c, wanted, forward)
+    part = _shares(model, tables, Phases(a, b, c), wanted, forward)
     f_a = clip(wanted * part.a, 0.0, a.most)
     f_b = clip(wanted * part.b, 0.0, b.most)
     f_c = clip(wanted * part.c, 0.0, c.most)
@@ -103,102 +101,72 @@ def share_by_law(  # noqa: PLR0913, PLR0917 - what a law depends on
     left = wanted - (f_a + f_b + f_c)
     room = (a.most - f_a) + (b.most - f_b) + (c.most - f_c)
     passed = clip(left / select(room > _TINY, room, _TINY), 0.0, 1.0)
-    passed = select(sharing.law == FORCE_PER_AMPERE, passed, 0.0)
+    passed = select(model.sharing.law == FORCE_PER_AMPERE, passed, 0.0)
     f_a = f_a + passed * (a.most - f_a)
     f_b = f_b + passed * (b.most - f_b)
     f_c = f_c + passed * (c.most - f_c)
     limited = wanted - (f_a + f_b + f_c) > 1e-9 * wanted
 
     current = Phases(
-        _current(force_map, table, sharing, tables, current_limit, turns.a, a, f_a),
-        _current(force_map, table, sharing, tables, current_limit, turns.b, b, f_b),
-        _current(force_map, table, sharing, tables, current_limit, turns.c, c, f_c),
+        _current(model, tables, a, f_a),
+        _current(model, tables, b, f_b),
+        _current(model, tables, c, f_c),
     )
     given = (
-        _given(force_map, table, tables, turns.a, a, current.a, sense)
-        + _given(force_map, table, tables, turns.b, b, current.b, sense)
-        + _given(force_map, table, tables, turns.c, c, current.c, sense)
+        _given(model.map, tables, a, current.a, sense)
+        + _given(model.map, tables, b, current.b, sense)
+        + _given(model.map, tables, c, current.c, sense)
     )
     return Share(current, select(forward, given, -given), limited)
 
 
 @compiled
-def _phase(  # noqa: PLR0913, PLR0917 - map, limit and place
-    force_map: ForceMap,
-    table: TableMap,
-    tables: Array,
-    current_limit: Lanes,
-    turns: Lanes,
-    shape: Lanes,
-    sense: Lanes,
-) -> _Phase:
+def _phase(model: ForceModel, tables: Array, turns: Lanes, shape: Lanes, sense: Lanes) -> _Phase:
+    force_map, table, limit = model.map.formula, model.map.table, model.sharing.current_limit
     tabled = table.thrust >= 0.0
     x = _positive(sense * shape)
     i_max = table.currents / table.per_ampere
     formula = force_map.F_pk * x
-    most = _positive(sense * phase_thrust(table, tables, turns, current_limit))
+    most = _positive(sense * phase_thrust(table, tables, turns, limit))
     whole = _positive(sense * phase_thrust(table, tables, turns, i_max))
     return _Phase(
+        turns=turns,
         x=x,
-        most=select(tabled, most, formula * force_fraction(force_map, current_limit)),
+        most=select(tabled, most, formula * force_fraction(force_map, limit)),
         whole=select(tabled, whole, formula),
     )
 
 
 @compiled
-def _shares(  # noqa: PLR0913, PLR0917 - every law
-    force_map: ForceMap,
-    table: TableMap,
-    sharing: Sharing,
-    tables: Array,
-    turns: Phases,
-    a: _Phase,
-    b: _Phase,
-    c: _Phase,
-    wanted: Lanes,
-    forward: Lanes,
+def _shares(
+    model: ForceModel, tables: Array, phases: Phases, wanted: Lanes, forward: Lanes
 ) -> Phases:
     """Return the part of the commanded force that each phase is to give."""
-    law = sharing.law
+    sharing, (a, b, c) = model.sharing, phases
     squares = a.most * a.most + b.most * b.most + c.most * c.most
     scale = 1.0 / select(squares > _TINY, squares, _TINY)
-    f = _least_loss(force_map, a.x, b.x, c.x, wanted)
+    f = _least_loss(model.map.formula, a.x, b.x, c.x, wanted)
     sum_f = f.a + f.b + f.c
     per = 1.0 / select(sum_f > _TINY, sum_f, _TINY)
     whole = a.whole + b.whole + c.whole
     level = clip(wanted / select(whole > _TINY, whole, _TINY), 0.0, 1.0) * SHARE_LEVELS
-    tabled = table.thrust >= 0.0
-    per_ampere = law == FORCE_PER_AMPERE
-    classical = law > FORCE_PER_AMPERE
-    return Phases(
-        select(
-            classical,
-            _classical(sharing, turns.a, forward),
-            select(
-                per_ampere,
-                select(tabled, _tabled(sharing, tables, turns.a, level, forward), f.a * per),
-                a.most * a.most * scale,
-            ),
-        ),
-        select(
-            classical,
-            _classical(sharing, turns.b, forward),
-            select(
-                per_ampere,
-                select(tabled, _tabled(sharing, tables, turns.b, level, forward), f.b * per),
-                b.most * b.most * scale,
-            ),
-        ),
-        select(
-            classical,
-            _classical(sharing, turns.c, forward),
-            select(
-                per_ampere,
-                select(tabled, _tabled(sharing, tables, turns.c, level, forward), f.c * per),
-                c.most * c.most * scale,
-            ),
-        ),
+    tabled = model.map.table.thrust >= 0.0
+    least = Phases(
+        select(tabled, _tabled(sharing, tables, a.turns, level, forward), f.a * per),
+        select(tabled, _tabled(sharing, tables, b.turns, level, forward), f.b * per),
+        select(tabled, _tabled(sharing, tables, c.turns, level, forward), f.c * per),
     )
+    return Phases(
+        _by_law(sharing, _classical(sharing, a.turns, forward), least.a, a.most * a.most * scale),
+        _by_law(sharing, _classical(sharing, b.turns, forward), least.b, b.most * b.most * scale),
+        _by_law(sharing, _classical(sharing, c.turns, forward), least.c, c.most * c.most * scale),
+    )
+
+
+@compiled
+def _by_law(sharing: Sharing, classical: Lanes, least_loss: Lanes, least_norm: Lanes) -> Lanes:
+    other = select(sharing.law == FORCE_PER_AMPERE, least_loss, least_norm)
+    return select(sharing.law > FORCE_PER_AMPERE, classical, other)
 
 
 @compiled
@@ -251,42 +219,27 @@ def _tabled(sharing: Sharing, tables: Array, turns: Lanes, level: Lanes, forward
 
 
 @compiled
-def _current(  # noqa: PLR0913, PLR0917 - map, limit and place
-    force_map: ForceMap,
-    table: TableMap,
-    sharing: Sharing,
-    tables: Array,
-    current_limit: Lanes,
-    turns: Lanes,
-    phase: _Phase,
-    force: Lanes,
-) -> Lanes:
+def _current(model: ForceModel, tables: Array, phase: _Phase, force: Lanes) -> Lanes:
     """Return the current, A, at which a phase gives `force`, N, the way it is asked to pull."""
+    force_map, sharing = model.map.formula, model.sharing
     formula = force_map.F_pk * phase.x
     y = force / select(formula > _TINY, formula, _TINY)
-    closed = current_for(force_map, clip(y, 0.0, force_fraction(force_map, current_limit)))
+    most = force_fraction(force_map, sharing.current_limit)
+    closed = current_for(force_map, clip(y, 0.0, most))
     level = square_root(clip(force / select(phase.whole > _TINY, phase.whole, _TINY), 0.0, 1.0))
-    column, u = cell(turns * INVERSE_POSITIONS, INVERSE_POSITIONS)
+    column, u = cell(phase.turns * INVERSE_POSITIONS, INVERSE_POSITIONS)
     row, w = cell(level * INVERSE_LEVELS, INVERSE_LEVELS)
     first = select(sharing.inverse > 0.0, sharing.inverse, 0.0)
     found = _between(tables, first + 4.0 * (column * INVERSE_LEVELS + row), u, w)
-    return select(table.thrust >= 0.0, clip(found, 0.0, current_limit), closed)
+    return select(model.map.table.thrust >= 0.0, clip(found, 0.0, sharing.current_limit), closed)
 
 
 @compiled
-def _given(  # noqa: PLR0913, PLR0917 - map and place
-    force_map: ForceMap,
-    table: TableMap,
-    tables: Array,
-    turns: Lanes,
-    phase: _Phase,
-    i: Lanes,
-    sense: Lanes,
-) -> Lanes:
+def _given(motor_map: MotorMap, tables: Array, phase: _Phase, i: Lanes, sense: Lanes) -> Lanes:
     """Return the thrust that a current gives the way it is asked for, N."""
-    found = sense * phase_thrust(table, tables, turns, i)
-    closed = force_map.F_pk * force_fraction(force_map, i) * phase.x
-    return select(table.thrust >= 0.0, found, closed)
+    found = sense * phase_thrust(motor_map.table, tables, phase.turns, i)
+    closed = motor_map.formula.F_pk * force_fraction(motor_map.formula, i) * phase.x
+    return select(motor_map.table.thrust >= 0.0, found, closed)
 
 
 @compiled

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from motionlab.lanes import Lanes, Mask, compiled, select
 from motionlab.lanes.functions import clip
 from motionlab.plant.magnetics import ForceMap, Phases, current_for, force_fraction, thrust_shape
@@ -51,38 +48,3 @@ def share_force(force_map: ForceMap, current_limit: Lanes, position: Lanes, forc
 def _pull(shape: Lanes, forward: Mask) -> Lanes:
     along = select(forward, shape, -shape)
     return select(along > 0.0, along, 0.0)
-
-
-def reachable_force(
-    force_map: ForceMap,
-    current_limit: float,
-    position: NDArray[np.float64],
-    force: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """Return what share_force gives of a commanded `force`, on arrays, as a magnitude.
-
-    Parameters
-    ----------
-    force_map : ForceMap
-        The controller's map, plain numbers.
-    current_limit : float
-        Largest current command, A.
-    position : ndarray, shape (n,)
-        Measured positions, m.
-    force : ndarray, shape (n,)
-        Commanded forces, N.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Magnitude of the force that the limited currents give on the map, N.
-    """
-    m = force_map
-    theta = 2.0 * np.pi * ((position + m.offset) / m.tau - np.arange(3.0)[:, None] / 3.0)
-    shape = np.sin(theta) + m.h_2 * np.sin(2.0 * theta) + m.h_3 * np.sin(3.0 * theta)
-    x = np.maximum(0.0, np.where(force > 0.0, 1.0, -1.0) * shape / (1.0 - m.h_3))
-    b = (m.I_pk / m.I_knee) ** 2
-    q = (current_limit / m.I_pk) ** 2
-    most = (1.0 + b) * q / (1.0 + b * q)
-    y = np.minimum(np.abs(force) / (m.F_pk * (x * x).sum(axis=0)) * x, most)
-    return m.F_pk * (y * x).sum(axis=0)

@@ -8,12 +8,11 @@ import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from motionlab.force_sharing.functions import LEAST_NORM, Sharing, share_by_law
-from motionlab.force_sharing.least_norm import share_force
-from motionlab.lanes import WIDTH, Lanes, pack, select, unpack
+from motionlab.force_sharing.functions import LEAST_NORM, ForceModel, Sharing, share_by_law
+from motionlab.lanes import WIDTH, Lanes, compiled, pack, select, unpack
 from motionlab.lanes.bank import TABLES
 from motionlab.plant.magnetics import ForceMap, Phases
-from motionlab.plant.table_map import TableMap, normal_force_of, thrust_of
+from motionlab.plant.table_map import MotorMap, TableMap, normal_force_of, thrust_of
 
 Array = NDArray[np.float64]
 
@@ -34,7 +33,6 @@ class Forces(NamedTuple):
 
 
 class _Asked(NamedTuple):
-    current_limit: Lanes
     position: Lanes
     force: Lanes
 
@@ -62,23 +60,13 @@ class _Sum(NamedTuple):
 _MAP, _TABLE = len(ForceMap._fields), len(TableMap._fields)
 
 
-def share_over(  # noqa: PLR0913 - map, law and limit
-    force_map: ForceMap,
-    table: TableMap,
-    sharing: Sharing,
-    *,
-    current_limit: float,
-    position: ArrayLike,
-    force: ArrayLike,
-) -> Shared:
+def share_over(model: ForceModel, *, position: ArrayLike, force: ArrayLike) -> Shared:
     """Share forces among the phases at many positions.
 
     Parameters
     ----------
-    force_map, table, sharing
-        Of the controller, plain numbers; the table lies in `motionlab.lanes.bank.TABLES`.
-    current_limit : float
-        Largest current command, A.
+    model : ForceModel
+        Of the controller, plain numbers; tables lie in `motionlab.lanes.bank.TABLES`.
     position : array_like, shape (n,)
         Measured positions, m.
     force : array_like, shape (n,) or ()
@@ -90,22 +78,21 @@ def share_over(  # noqa: PLR0913 - map, law and limit
         To the last bit what the kernel commands where it stands at that position.
     """
     place, wanted = np.broadcast_arrays(np.asarray(position, dtype=float), force)
-    asked = _blocks(np.full(place.shape, current_limit), place, wanted)
+    asked = _blocks(place, wanted)
     answers = np.empty((len(asked), len(_Answer._fields), WIDTH))
-    tabled = table.thrust >= 0.0 or sharing.law != LEAST_NORM
-    _share(_rows(*force_map, *table, *sharing), asked, answers, TABLES.values if tabled else None)
+    tabled = model.map.table.thrust >= 0.0 or model.sharing.law != LEAST_NORM
+    rows = _rows(*model.map.formula, *model.map.table, *model.sharing)
+    _share(rows, asked, answers, TABLES.values if tabled else None)
     flat = _columns(answers, place.size)
     return Shared(flat[:3], flat[3], flat[4] > 0.0)
 
 
-def forces_over(
-    force_map: ForceMap, table: TableMap, *, position: ArrayLike, current: ArrayLike
-) -> Forces:
+def forces_over(motor_map: MotorMap, *, position: ArrayLike, current: ArrayLike) -> Forces:
     """Return thrust and normal force at many positions.
 
     Parameters
     ----------
-    force_map, table
+    motor_map : MotorMap
         Of the plant or the controller, plain numbers.
     position : array_like, shape (n,)
         Positions, m.
@@ -115,8 +102,8 @@ def forces_over(
     place = np.asarray(position, dtype=float)
     at = _blocks(place, *np.asarray(current, dtype=float))
     sums = np.empty((len(at), len(_Sum._fields), WIDTH))
-    tables = TABLES.values if table.thrust >= 0.0 else None
-    _forces(_rows(*force_map, *table), at, sums, tables)
+    tables = TABLES.values if motor_map.table.thrust >= 0.0 else None
+    _forces(_rows(*motor_map.formula, *motor_map.table), at, sums, tables)
     return Forces(*_columns(sums, place.size))
 
 
@@ -136,30 +123,28 @@ def _columns(blocks: Array, count: int) -> Array:
     return blocks.transpose(1, 0, 2).reshape(blocks.shape[1], -1)[:, :count]
 
 
+@compiled
+def _map(rows: Array) -> MotorMap:
+    return MotorMap(unpack(ForceMap, rows, 0), unpack(TableMap, rows, _MAP))
+
+
 @numba.njit(error_model="numpy", nogil=True, cache=True)
-def _share(model: Array, asked: Array, answers: Array, tables: Array | None) -> None:
-    force_map = unpack(ForceMap, model, 0)
-    table = unpack(TableMap, model, _MAP)
-    sharing = unpack(Sharing, model, _MAP + _TABLE)
+def _share(rows: Array, asked: Array, answers: Array, tables: Array | None) -> None:
+    model = ForceModel(_map(rows), unpack(Sharing, rows, _MAP + _TABLE))
     for k in range(asked.shape[0]):
         q = unpack(_Asked, asked[k], 0)
-        if tables is None:
-            share = share_force(force_map, q.current_limit, q.position, q.force)
-        else:
-            share = share_by_law(
-                force_map, table, sharing, tables, q.current_limit, q.position, q.force
-            )
+        share = share_by_law(model, tables, q.position, q.force)
         i = share.current
         answer = _Answer(i.a, i.b, i.c, share.force, select(share.limited, 1.0, 0.0))
         pack(answer, answers[k])
 
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
-def _forces(model: Array, at: Array, sums: Array, tables: Array | None) -> None:
-    force_map = unpack(ForceMap, model, 0)
-    table = unpack(TableMap, model, _MAP)
+def _forces(rows: Array, at: Array, sums: Array, tables: Array | None) -> None:
+    motor_map = _map(rows)
     for k in range(at.shape[0]):
         q = unpack(_At, at[k], 0)
         current = Phases(q.a, q.b, q.c)
-        thrust = thrust_of(force_map, table, tables, q.position, current)
-        pack(_Sum(thrust, normal_force_of(force_map, table, tables, q.position, current)), sums[k])
+        thrust = thrust_of(motor_map, tables, q.position, current)
+        normal = normal_force_of(motor_map, tables, q.position, current)
+        pack(_Sum(thrust, normal), sums[k])

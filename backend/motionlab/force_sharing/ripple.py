@@ -8,22 +8,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.force_sharing.functions import Sharing
+from motionlab.force_sharing.functions import ForceModel
 from motionlab.force_sharing.pole_pitch import forces_over, share_over
-from motionlab.plant.magnetics import ForceMap
-from motionlab.plant.table_map import TableMap
+from motionlab.plant.table_map import MotorMap
 
 Array = NDArray[np.float64]
 
 _HALVINGS = 40
-
-
-class Model(NamedTuple):
-    """A controller's map and law, or a plant's map."""
-
-    force_map: ForceMap
-    table: TableMap
-    sharing: Sharing
 
 
 @dataclass(frozen=True)
@@ -76,28 +67,26 @@ class Ripple(NamedTuple):
 
 
 def share_over_pitch(
-    controller: Model, plant: Model, *, current_limit: float, force: float, points: int
+    controller: ForceModel, plant: MotorMap, *, force: float, points: int
 ) -> OverPitch:
     """Return what commanding `force`, N, comes to over one pole pitch.
 
     Parameters
     ----------
-    controller : Model
+    controller : ForceModel
         Which currents it commands.
-    plant : Model
-        What they give; its law does not matter.
-    current_limit : float
-        Largest current command, A.
+    plant : MotorMap
+        What they give.
     force : float
         Command, N.
     points : int
         Positions.
     """
-    position = np.arange(points) / points * controller.force_map.tau
-    shared = share_over(*controller, current_limit=current_limit, position=position, force=force)
-    given = forces_over(*plant[:2], position=position, current=shared.current)
+    position = np.arange(points) / points * controller.map.formula.tau
+    shared = share_over(controller, position=position, force=force)
+    given = forces_over(plant, position=position, current=shared.current)
     alone = [np.where(np.eye(3)[:, [k]] > 0.0, shared.current, 0.0) for k in range(3)]
-    phases = [forces_over(*plant[:2], position=position, current=i).thrust for i in alone]
+    phases = [forces_over(plant, position=position, current=i).thrust for i in alone]
     return OverPitch(
         position=position,
         current=shared.current,
@@ -105,15 +94,11 @@ def share_over_pitch(
         thrust=given.thrust,
         normal_force=given.normal,
         believed=shared.force,
-        reachable=reachable_over(
-            controller, current_limit=current_limit, position=position, forward=force >= 0.0
-        ),
+        reachable=reachable_over(controller, position=position, forward=force >= 0.0),
     )
 
 
-def reachable_over(
-    controller: Model, *, current_limit: float, position: Array, forward: bool
-) -> Array:
+def reachable_over(controller: ForceModel, *, position: Array, forward: bool) -> Array:
     """Return the largest command that the current limit leaves whole, at each position, N.
 
     Up to it a command is carried out; beyond it the law gives less than it is asked.
@@ -121,10 +106,7 @@ def reachable_over(
     sign = 1.0 if forward else -1.0
 
     def whole(force: Array) -> NDArray[np.bool_]:
-        shared = share_over(
-            *controller, current_limit=current_limit, position=position, force=sign * force
-        )
-        return ~shared.limited
+        return ~share_over(controller, position=position, force=sign * force).limited
 
     low, high = np.zeros_like(position), np.ones_like(position)
     while (growing := whole(high) & (high < 1e6)).any():

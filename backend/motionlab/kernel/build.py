@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -37,13 +36,20 @@ from motionlab.control.compensation import (
 from motionlab.control.notch import sampled_notch
 from motionlab.control.position import PositionController
 from motionlab.force_sharing.pole_pitch import share_over
-from motionlab.kernel.force_maps import map_lanes, sharing_lanes
-from motionlab.kernel.layout import PARAMETER_ROWS, STATE_ROWS, Limits, Parameters, state_row
+from motionlab.kernel.force_maps import force_model, map_lanes
+from motionlab.kernel.layout import (
+    PARAMETER_ROWS,
+    STATE_ROWS,
+    Limits,
+    Parameters,
+    column,
+    state_row,
+)
 from motionlab.lanes import WIDTH
 from motionlab.lanes.bank import TABLES
 from motionlab.plant.current import Amplifiers
 from motionlab.plant.encoder import Encoder
-from motionlab.plant.friction import LuGre
+from motionlab.plant.friction import LuGre, steady_friction
 from motionlab.plant.mechanics import Mechanics
 from motionlab.plant.resonance import Resonance, sampled
 from motionlab.trajectory.motion_limits import MotionLimits
@@ -93,9 +99,7 @@ def lane_parameters(scenario: Scenario) -> NDArray[np.float64]:
 
 def mover_parameters(scenario: Scenario, controller: ControllerConfig) -> list[list[float]]:
     """Return the lane parameters of both axes of one variant, shape (2, PARAMETER_ROWS)."""
-    return [
-        [value for group in lane(scenario, controller, axis) for value in group] for axis in AXES
-    ]
+    return [column(lane(scenario, controller, axis)) for axis in AXES]
 
 
 def initial_state(
@@ -123,32 +127,26 @@ def motion_limits(
     """
     axes = (plant.x, plant.y)
     with TABLES.lease() as lease:
-        maps = [map_lanes(axis.force_map) for axis in (model.x, model.y)]
-        laws = [sharing_lanes(sharing, axis.force_map) for axis in (model.x, model.y)]
+        models = [
+            force_model(axis.force_map, sharing, current_limit) for axis in (model.x, model.y)
+        ]
 
     def friction(axis: int, v: NDArray[np.float64]) -> NDArray[np.float64]:
-        return _steady_friction(axes[axis].friction, v)
+        f = _friction(axes[axis].friction)
+        return steady_friction(v, f.F_c, f.F_s, f.v_s, f.sigma_2)
 
     def available(
         axis: int, position: NDArray[np.float64], sign: NDArray[np.float64]
     ) -> NDArray[np.float64]:
         if plant.force == "ideal":
             return np.full_like(position, force_limit)
-        found = maps[axis]
-        shared = share_over(
-            found.force_map,
-            found.table,
-            laws[axis],
-            current_limit=current_limit,
-            position=position,
-            force=sign * force_limit,
-        )
+        shared = share_over(models[axis], position=position, force=sign * force_limit)
         return np.abs(shared.force)
 
     lease.keep_with(available)
 
     def sure(axis: int) -> float:
-        pitch = np.linspace(0.0, maps[axis].force_map.tau, _POSITIONS_PER_PITCH)
+        pitch = np.linspace(0.0, models[axis].map.formula.tau, _POSITIONS_PER_PITCH)
         least = min(float(available(axis, pitch, np.full_like(pitch, s)).min()) for s in (-1, 1))
         return _SURE * least
 
@@ -167,10 +165,9 @@ def lane(scenario: Scenario, controller: ControllerConfig, axis: str) -> Paramet
     """Return the parameter groups of one axis of one variant, as plain numbers."""
     plant: AxisConfig = getattr(scenario.plant, axis)
     model = getattr(controller.model, axis)
-    truth, believed = map_lanes(plant.force_map), map_lanes(model.force_map)
     return Parameters(
         friction=_friction(plant.friction),
-        force_map=truth.force_map,
+        force_map=map_lanes(plant.force_map),
         amplifiers=_amplifiers(plant.amplifiers),
         encoder=Encoder(
             resolution=plant.encoder.resolution,
@@ -188,11 +185,8 @@ def lane(scenario: Scenario, controller: ControllerConfig, axis: str) -> Paramet
         notch=sampled_notch(**getattr(controller, axis).notch.model_dump()),
         compensation=_compensation(controller.compensation, model.friction),
         model_friction=_friction(model.friction),
-        model_force_map=believed.force_map,
-        limits=Limits(current=controller.current_limit, error=scenario.divergence_error),
-        table=truth.table,
-        model_table=believed.table,
-        sharing=sharing_lanes(controller.sharing, model.force_map),
+        force_model=force_model(model.force_map, controller.sharing, controller.current_limit),
+        limits=Limits(error=scenario.divergence_error),
     )
 
 
@@ -274,22 +268,3 @@ def _resonance(config: ResonanceConfig, mass: float) -> Resonance:
 def _alpha(bandwidth: float) -> float:
     """Return the coefficient of a first-order low-pass filter of `bandwidth`, Hz."""
     return 1.0 - math.exp(-2.0 * math.pi * bandwidth * CONTROL_PERIOD)
-
-
-def _steady_friction(config: FrictionConfig, v: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the friction at constant velocity, N: eqs (20) to (22) with dz/dt = 0."""
-    if not config.enabled:
-        return np.zeros_like(v)
-    return _stribeck(v, config.F_c, config.F_s, config.v_s, config.sigma_2)
-
-
-@numba.njit(error_model="numpy", nogil=True, cache=True)
-def _stribeck(
-    velocity: NDArray[np.float64], F_c: float, F_s: float, v_s: float, sigma_2: float
-) -> NDArray[np.float64]:
-    friction = np.empty(len(velocity))
-    for k in range(len(velocity)):
-        v = velocity[k]
-        level = F_c + (F_s - F_c) * math.exp(-((v / v_s) ** 2))
-        friction[k] = np.sign(v) * level + sigma_2 * v
-    return friction

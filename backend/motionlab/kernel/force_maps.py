@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,13 +14,20 @@ from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
 from motionlab.design.fem.force_map import ForceMap as Map
 from motionlab.errors import ConfigError, FieldError
-from motionlab.force_sharing.functions import CUBIC, FORCE_PER_AMPERE, LEAST_NORM, SINE, Sharing
+from motionlab.force_sharing.functions import (
+    CUBIC,
+    FORCE_PER_AMPERE,
+    LEAST_NORM,
+    SINE,
+    ForceModel,
+    Sharing,
+)
 from motionlab.force_sharing.pole_pitch import Shared, forces_over, share_over
 from motionlab.force_sharing.tables import inverse_cells, share_cells
 from motionlab.kernel.layout import Parameters
 from motionlab.lanes.bank import TABLES
 from motionlab.plant.magnetics import ForceMap
-from motionlab.plant.table_map import ANALYTIC, TableMap, normal_cells, thrust_cells
+from motionlab.plant.table_map import ANALYTIC, MotorMap, TableMap, normal_cells, thrust_cells
 from motionlab.store.maps import named_map
 
 Array = NDArray[np.float64]
@@ -35,14 +41,6 @@ _BEYOND = 1e9
 _GAIN_POSITIONS = 144
 
 
-@dataclass(frozen=True)
-class MapLanes:
-    """What a lane holds of one force map: a formula, or a place among the tables."""
-
-    force_map: ForceMap
-    table: TableMap
-
-
 def pole_pitch(config: AnyForceMapConfig) -> float:
     """Return the pole pitch of a map of either kind, m.
 
@@ -54,7 +52,7 @@ def pole_pitch(config: AnyForceMapConfig) -> float:
     return config.tau if isinstance(config, ForceMapConfig) else named_map(config.name).tau
 
 
-def map_lanes(config: AnyForceMapConfig) -> MapLanes:
+def map_lanes(config: AnyForceMapConfig) -> MotorMap:
     """Return what a lane holds of a map of either kind.
 
     Raises
@@ -64,26 +62,30 @@ def map_lanes(config: AnyForceMapConfig) -> MapLanes:
     """
     match config:
         case ForceMapConfig():
-            return MapLanes(ForceMap(**config.model_dump(exclude={"kind"})), ANALYTIC)
+            return MotorMap(ForceMap(**config.model_dump(exclude={"kind"})), ANALYTIC)
         case TableMapConfig():
             found = named_map(config.name)
             # The formula beside a table is computed and forgotten: any numbers without a 0/0 do.
             formula = ForceMap(found.tau, config.offset, 1.0, 0.0, found.i_max, found.i_max, 0, 0)
-            return MapLanes(formula, _table(found, config.gain))
+            return MotorMap(formula, _table(found, config.gain))
 
 
-def sharing_lanes(config: SharingConfig, model: AnyForceMapConfig) -> Sharing:
-    """Return what a lane holds of its law of sharing on a model's map.
+def force_model(
+    config: AnyForceMapConfig, sharing: SharingConfig, current_limit: float
+) -> ForceModel:
+    """Return what a lane holds of a controller's map, law of sharing and current limit, A.
 
     Raises
     ------
     ConfigError
         If no map of that name is there, or it cannot be read.
     """
-    law = law_number(config.law)
-    if isinstance(model, ForceMapConfig):
-        return Sharing(law, config.overlap, -1.0, -1.0)
-    found = named_map(model.name)
+    law = law_number(sharing.law)
+    closed = Sharing(law, sharing.overlap, -1.0, -1.0, current_limit)
+    model = ForceModel(map_lanes(config), closed)
+    if isinstance(config, ForceMapConfig):
+        return model
+    found = named_map(config.name)
 
     def thrust(turns: Array, i: Array) -> Array:
         return found.thrust((turns - 0.5) * found.tau, i)
@@ -93,7 +95,7 @@ def sharing_lanes(config: SharingConfig, model: AnyForceMapConfig) -> Sharing:
     shares = -1
     if law == FORCE_PER_AMPERE:
         shares = TABLES.place((digest, "shares"), lambda: share_cells(thrust, i_max))
-    return Sharing(law, config.overlap, float(inverse), float(shares))
+    return model._replace(sharing=closed._replace(inverse=float(inverse), shares=float(shares)))
 
 
 def law_number(law: SharingLaw) -> float:
@@ -156,14 +158,11 @@ def force_gain(par: Parameters, force: float) -> float:
         Magnitude of the command about which the loop moves, N; at most half of what the controller
         reaches is taken, for limits have no place in a linear loop.
     """
-    pitch = np.linspace(0.0, par.force_map.tau, _GAIN_POSITIONS, endpoint=False)
+    pitch = np.linspace(0.0, par.force_map.formula.tau, _GAIN_POSITIONS, endpoint=False)
 
     def shared(commands: Array) -> Shared:
         return share_over(
-            par.model_force_map,
-            par.model_table,
-            par.sharing,
-            current_limit=par.limits.current,
+            par.force_model,
             position=np.tile(pitch, len(commands)),
             force=np.repeat(commands, len(pitch)),
         )
@@ -176,7 +175,6 @@ def force_gain(par: Parameters, force: float) -> float:
     offset = np.array([amplifiers.offset_a, amplifiers.offset_b, amplifiers.offset_c])
     found = forces_over(
         par.force_map,
-        par.table,
         position=np.tile(pitch, len(commands)),
         current=gain[:, None] * shared(commands).current + offset[:, None],
     )

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Iterator
+from typing import Any, NamedTuple, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,15 +11,15 @@ from numpy.typing import NDArray
 from motionlab.control.compensation import Compensation
 from motionlab.control.notch import Notch
 from motionlab.control.position import PositionController
-from motionlab.force_sharing.functions import LEAST_NORM, Sharing
+from motionlab.force_sharing.functions import LEAST_NORM, ForceModel, Sharing
 from motionlab.lanes import Lanes, compiled, pack, unpack
 from motionlab.plant.current import Amplifiers
 from motionlab.plant.encoder import Encoder
 from motionlab.plant.friction import LuGre
-from motionlab.plant.magnetics import ForceMap, Phases
+from motionlab.plant.magnetics import ForceMap
 from motionlab.plant.mechanics import Mechanics
 from motionlab.plant.resonance import Resonance
-from motionlab.plant.table_map import TableMap
+from motionlab.plant.table_map import MotorMap, TableMap
 from motionlab.telemetry.channels import Sample
 
 
@@ -62,12 +63,15 @@ class Memory(NamedTuple):
 
 
 class Command(NamedTuple):
-    """Force of one period, and what it was made with; either acting or pending (loop delay)."""
+    """Force and currents of one period, and what they were made with; acting, or pending still."""
 
     force: Lanes  # realised within the limits, N
     estimate: Lanes  # friction estimate, N
     added: Lanes  # the part of the estimate that was added, N
     K: Lanes  # m/s
+    current_a: Lanes  # A
+    current_b: Lanes
+    current_c: Lanes
 
 
 class State(NamedTuple):
@@ -77,7 +81,6 @@ class State(NamedTuple):
     memory: Memory
     acting: Command
     pending: Command  # computed but not yet in effect
-    pending_current: Phases  # current commands not yet in effect, A
     age: Lanes  # ticks since the start
     failed: Lanes  # tick at which the lane diverged; -1 while it has not
 
@@ -90,7 +93,6 @@ class _Clock(NamedTuple):
 class Limits(NamedTuple):
     """Limits of each lane."""
 
-    current: Lanes  # largest current command, A
     error: Lanes  # following error beyond which the lane has diverged, m
 
 
@@ -98,7 +100,7 @@ class Parameters(NamedTuple):
     """The parameter groups of a lane; the plant's truth and the controller's model are apart."""
 
     friction: LuGre
-    force_map: ForceMap
+    force_map: MotorMap
     amplifiers: Amplifiers
     encoder: Encoder
     mechanics: Mechanics
@@ -107,74 +109,64 @@ class Parameters(NamedTuple):
     notch: Notch
     compensation: Compensation
     model_friction: LuGre
-    model_force_map: ForceMap
+    force_model: ForceModel
     limits: Limits
-    table: TableMap
-    model_table: TableMap
-    sharing: Sharing
 
 
-_GROUPS: tuple[type[NamedTuple], ...] = (
-    LuGre,
-    ForceMap,
-    Amplifiers,
-    Encoder,
-    Mechanics,
-    Resonance,
-    PositionController,
-    Notch,
-    Compensation,
-    LuGre,
-    ForceMap,
-    Limits,
-    TableMap,
-    TableMap,
-    Sharing,
-)
-_NAMES = tuple(Parameters._fields)
-_SIZES = [len(group._fields) for group in _GROUPS]
-(_R0, _R1, _R2, _R3, _R4, _R5, _R6, _R7, _R8, _R9, _R10, _R11, _R12, _R13, _R14, PARAMETER_ROWS) = (
-    sum(_SIZES[:i]) for i in range(len(_SIZES) + 1)
-)
-_STATE_NAMES = [
-    *(f"plant.{name}" for name in PlantState._fields),
-    *(f"memory.{name}" for name in Memory._fields),
-    *(f"acting.{name}" for name in Command._fields),
-    *(f"pending.{name}" for name in Command._fields),
-    *(f"pending_current.{name}" for name in Phases._fields),
-    *_Clock._fields,
-]
-STATE_ROWS = len(_STATE_NAMES)
-_S1, _S2, _S3, _S4, _S5 = (
-    _STATE_NAMES.index(name)
-    for name in ("memory.p_last", "acting.force", "pending.force", "pending_current.a", "age")
-)
+def _paths(record: Any, prefix: str = "") -> Iterator[str]:
+    """Yield the dotted path of every number of a record of records, in the order of its rows."""
+    for name, kind in get_type_hints(record).items():
+        if hasattr(kind, "_fields"):
+            yield from _paths(kind, f"{prefix}{name}.")
+        else:
+            yield prefix + name
+
+
+def _first_rows(paths: tuple[str, ...]) -> list[int]:
+    """Return the first row of each group: compiled code takes it as a constant."""
+    owners = [path.rpartition(".")[0] for path in paths]
+    return [row for row, owner in enumerate(owners) if owner not in owners[max(row - 1, 0) : row]]
+
+
+_PARAMETERS = tuple(_paths(Parameters))
+PARAMETER_ROWS = len(_PARAMETERS)
+_STATE = tuple(_paths(State))
+STATE_ROWS = len(_STATE)
 INPUT_ROWS = len(Inputs._fields)
 SAMPLE_ROWS = len(Sample._fields)
 
 
 def parameter_row(path: str) -> int:
     """Return the row of a lane parameter, such as ``controller.k_p``, in a parameter array."""
-    group, _, field = path.partition(".")
-    index = _NAMES.index(group)
-    return sum(_SIZES[:index]) + _GROUPS[index]._fields.index(field)
+    return _PARAMETERS.index(path)
 
 
 def state_row(path: str) -> int:
     """Return the row of a field of the state, such as ``plant.p``, in an array of states."""
-    return _STATE_NAMES.index(path)
+    return _STATE.index(path)
+
+
+def column(par: Any) -> list[float]:
+    """Return the numbers of `Parameters` of one lane in the order of their rows."""
+    return [
+        float(value)
+        for entry in par
+        for value in (column(entry) if isinstance(entry, tuple) else [entry])
+    ]
+
+
+_, _MEMORY, _ACTING, _PENDING, _CLOCK = _first_rows(_STATE)
 
 
 @compiled
 def read_state(state: NDArray[np.float64], width: Lanes) -> State:
     """Return `State` from an array, (STATE_ROWS, lanes), as wide as other lanes."""
-    clock = unpack(_Clock, state, _S5, width)
+    clock = unpack(_Clock, state, _CLOCK, width)
     return State(
         unpack(PlantState, state, 0, width),
-        unpack(Memory, state, _S1, width),
-        unpack(Command, state, _S2, width),
-        unpack(Command, state, _S3, width),
-        unpack(Phases, state, _S4, width),
+        unpack(Memory, state, _MEMORY, width),
+        unpack(Command, state, _ACTING, width),
+        unpack(Command, state, _PENDING, width),
         clock.age,
         clock.failed,
     )
@@ -183,37 +175,66 @@ def read_state(state: NDArray[np.float64], width: Lanes) -> State:
 @compiled
 def write_state(s: State, state: NDArray[np.float64]) -> None:
     """Write `State` into an array, (STATE_ROWS, lanes)."""
-    pack(s.plant, state[:_S1])
-    pack(s.memory, state[_S1:_S2])
-    pack(s.acting, state[_S2:_S3])
-    pack(s.pending, state[_S3:_S4])
-    pack(s.pending_current, state[_S4:_S5])
-    pack(_Clock(s.age, s.failed), state[_S5:])
+    pack(s.plant, state[:_MEMORY])
+    pack(s.memory, state[_MEMORY:_ACTING])
+    pack(s.acting, state[_ACTING:_PENDING])
+    pack(s.pending, state[_PENDING:_CLOCK])
+    pack(_Clock(s.age, s.failed), state[_CLOCK:])
 
 
 FORCE_LIMIT_ROW = parameter_row("controller.force_limit")
-_TABLED = [parameter_row(path) for path in ("table.thrust", "model_table.thrust", "sharing.law")]
+_TABLED = [
+    parameter_row(path)
+    for path in (
+        "force_map.table.thrust",
+        "force_model.map.table.thrust",
+        "force_model.sharing.law",
+    )
+]
+(
+    _FRICTION,
+    _FORMULA,
+    _TABLE,
+    _AMPLIFIERS,
+    _ENCODER,
+    _MECHANICS,
+    _RESONANCE,
+    _CONTROLLER,
+    _NOTCH,
+    _COMPENSATION,
+    _MODEL_FRICTION,
+    _MODEL_FORMULA,
+    _MODEL_TABLE,
+    _SHARING,
+    _LIMITS,
+) = _first_rows(_PARAMETERS)
 
 
 @compiled
 def groups(parameters: NDArray[np.float64], width: Lanes) -> Parameters:
     """Return the groups of `Parameters` of an array, (PARAMETER_ROWS, lanes), as wide as others."""
     return Parameters(
-        unpack(LuGre, parameters, _R0, width),
-        unpack(ForceMap, parameters, _R1, width),
-        unpack(Amplifiers, parameters, _R2, width),
-        unpack(Encoder, parameters, _R3, width),
-        unpack(Mechanics, parameters, _R4, width),
-        unpack(Resonance, parameters, _R5, width),
-        unpack(PositionController, parameters, _R6, width),
-        unpack(Notch, parameters, _R7, width),
-        unpack(Compensation, parameters, _R8, width),
-        unpack(LuGre, parameters, _R9, width),
-        unpack(ForceMap, parameters, _R10, width),
-        unpack(Limits, parameters, _R11, width),
-        unpack(TableMap, parameters, _R12, width),
-        unpack(TableMap, parameters, _R13, width),
-        unpack(Sharing, parameters, _R14, width),
+        unpack(LuGre, parameters, _FRICTION, width),
+        MotorMap(
+            unpack(ForceMap, parameters, _FORMULA, width),
+            unpack(TableMap, parameters, _TABLE, width),
+        ),
+        unpack(Amplifiers, parameters, _AMPLIFIERS, width),
+        unpack(Encoder, parameters, _ENCODER, width),
+        unpack(Mechanics, parameters, _MECHANICS, width),
+        unpack(Resonance, parameters, _RESONANCE, width),
+        unpack(PositionController, parameters, _CONTROLLER, width),
+        unpack(Notch, parameters, _NOTCH, width),
+        unpack(Compensation, parameters, _COMPENSATION, width),
+        unpack(LuGre, parameters, _MODEL_FRICTION, width),
+        ForceModel(
+            MotorMap(
+                unpack(ForceMap, parameters, _MODEL_FORMULA, width),
+                unpack(TableMap, parameters, _MODEL_TABLE, width),
+            ),
+            unpack(Sharing, parameters, _SHARING, width),
+        ),
+        unpack(Limits, parameters, _LIMITS, width),
     )
 
 

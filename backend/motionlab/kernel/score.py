@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numba
 import numpy as np
 from numpy.typing import NDArray
@@ -59,20 +61,27 @@ def _measured(sample: Sample) -> Measured:
     )
 
 
+class Block(NamedTuple):
+    """Lanes that move side by side."""
+
+    parameters: Array  # (PARAMETER_ROWS, lanes)
+    state: Array  # (STATE_ROWS, lanes); overwritten by the state at the end
+
+
+class Window(NamedTuple):
+    """What is kept of the lanes' motion."""
+
+    target: Array  # position reference over the window, m, (ticks, 1, 2)
+    before: int  # ticks from the first input to the window's start; negative inside of it
+    tally: Array  # (TALLY_ROWS, lanes); what the window's ticks add to it is added
+    errors: NDArray[np.float32]  # following error at every tick, m, (ticks, lanes), or empty
+
+
 @compiled
-def _score(  # noqa: PLR0913, PLR0917 - the kernel's arguments, and where samples go
-    width: Lanes,
-    parameters: Array,
-    state: Array,
-    inputs: Array,
-    target: Array,
-    before: int,
-    tally: Array,
-    errors: NDArray[np.float32],
-    tables: Array | None,
-) -> None:
+def _score(width: Lanes, block: Block, inputs: Array, window: Window, tables: Array | None) -> None:
     """Advance as many lanes as `width` has; see `score_ticks`."""
-    par = groups(parameters, width)
+    state, (target, before, tally, errors) = block.state, window
+    par = groups(block.parameters, width)
     s = read_state(state, width)
     samples = np.empty((CHUNK, MEASURED_ROWS, state.shape[1]), dtype=np.float32)
     ticks = inputs.shape[0]
@@ -100,62 +109,16 @@ def _score(  # noqa: PLR0913, PLR0917 - the kernel's arguments, and where sample
 
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
-def _score_narrow(  # noqa: PLR0913, PLR0917 - as _score
-    parameters: Array,
-    state: Array,
-    inputs: Array,
-    target: Array,
-    before: int,
-    tally: Array,
-    errors: NDArray[np.float32],
-    tables: Array | None,
-) -> None:
-    _score(
-        unpack(PlantState, state, 0, WIDTH).p,
-        parameters,
-        state,
-        inputs,
-        target,
-        before,
-        tally,
-        errors,
-        tables,
-    )
+def _score_narrow(block: Block, inputs: Array, window: Window, tables: Array | None) -> None:
+    _score(unpack(PlantState, block.state, 0, WIDTH).p, block, inputs, window, tables)
 
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
-def _score_wide(  # noqa: PLR0913, PLR0917 - as _score
-    parameters: Array,
-    state: Array,
-    inputs: Array,
-    target: Array,
-    before: int,
-    tally: Array,
-    errors: NDArray[np.float32],
-    tables: Array | None,
-) -> None:
-    _score(
-        unpack(PlantState, state, 0, WIDE).p,
-        parameters,
-        state,
-        inputs,
-        target,
-        before,
-        tally,
-        errors,
-        tables,
-    )
+def _score_wide(block: Block, inputs: Array, window: Window, tables: Array | None) -> None:
+    _score(unpack(PlantState, block.state, 0, WIDE).p, block, inputs, window, tables)
 
 
-def score_ticks(  # noqa: PLR0913, PLR0917 - the kernel's arguments, and where samples go
-    parameters: Array,
-    state: Array,
-    inputs: Array,
-    target: Array,
-    before: int,
-    tally: Array,
-    errors: NDArray[np.float32],
-) -> None:
+def score_ticks(block: Block, inputs: Array, window: Window) -> None:
     """Advance eight or sixteen lanes by ``len(inputs)`` control periods and tally a window.
 
     Ends early once every lane has diverged. As in `motionlab.kernel.tick.run_ticks` lanes
@@ -163,27 +126,31 @@ def score_ticks(  # noqa: PLR0913, PLR0917 - the kernel's arguments, and where s
 
     Parameters
     ----------
-    parameters, state, inputs : ndarray
+    block : Block
+        The lanes.
+    inputs : ndarray, shape (ticks, INPUT_ROWS, 2)
         As `run_ticks` takes them.
-    target : ndarray, shape (ticks, 1, 2)
-        Position reference over the window, m.
-    before : int
-        Ticks from the first input to the window's start; negative inside of the window.
-    tally : ndarray, shape (TALLY_ROWS, lanes)
-        Overwritten with what the window's ticks add to it.
-    errors : ndarray of float32, shape (ticks or 0, lanes)
-        Overwritten with the following error at every tick, m; empty where it is not wanted.
+    window : Window
+        What to keep.
     """
+    parameters, state = block
     score = _score_narrow if parameters.shape[1] == WIDTH else _score_wide
     tabled = reads_tables(parameters)
     if not any(tabled):
-        score(parameters, state, inputs, target, before, tally, errors, None)
+        score(block, inputs, window, None)
         return
-    kept = state.copy(), tally.copy(), np.empty_like(errors)
-    score(parameters, state, inputs, target, before, tally, errors, TABLES.values)
+    kept = (
+        Block(parameters, state.copy()),
+        window._replace(tally=window.tally.copy(), errors=np.empty_like(window.errors)),
+    )
+    score(block, inputs, window, TABLES.values)
     if all(tabled):
         return
-    score(parameters, kept[0], inputs, target, before, kept[1], kept[2], None)
+    score(kept[0], inputs, kept[1], None)
     plain = [not lane for lane in tabled]
-    for own, other in zip((state, tally, errors), kept, strict=True):
+    for own, other in (
+        (state, kept[0].state),
+        (window.tally, kept[1].tally),
+        (window.errors, kept[1].errors),
+    ):
         own[:, plain] = other[:, plain]

@@ -12,18 +12,16 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.config.timing import CONTROL_PERIOD, PLANT_STEP, SUBSTEPS
+from motionlab.config.timing import PLANT_STEP, SUBSTEPS
 from motionlab.control.compensation import (
+    Balance,
+    Observer,
     adaptation,
     estimate_friction,
     residual_force,
 )
 from motionlab.control.notch import notched
-from motionlab.control.position import (
-    disturbance_estimate,
-    estimate_motion,
-    pd_force,
-)
+from motionlab.control.position import Last, disturbance_estimate, estimate_motion, pd_force
 from motionlab.force_sharing.functions import share_by_law
 from motionlab.kernel.layout import (
     Command,
@@ -54,12 +52,11 @@ from motionlab.plant.current import half_step, settled_current
 from motionlab.plant.encoder import measure
 from motionlab.plant.friction import friction_force
 from motionlab.plant.magnetics import Phases
-from motionlab.plant.mechanics import advance, end_stop_force
+from motionlab.plant.mechanics import Mover, advance, end_stop_force
 from motionlab.plant.resonance import ring
 from motionlab.plant.table_map import normal_force_of, thrust_of
 from motionlab.telemetry.channels import Sample
 
-T_S = CONTROL_PERIOD
 H = PLANT_STEP
 
 
@@ -85,29 +82,30 @@ def control(
     at: Inputs,
     p_meas: Lanes,
     tables: NDArray[np.float64] | None,
-) -> tuple[Memory, Command, Phases, Signals]:
-    """Return the controller's half of a period: its next memory, force and current commands.
+) -> tuple[Memory, Command, Signals]:
+    """Return the controller's half of a period: its next memory, and the command it makes.
 
     It reads the reference and the encoder, never the machine: of `s` the memory, the command in
     effect and the age, of `par` the controller's groups.
     """
-    controller, law, model = par.controller, par.compensation, par.model_friction
+    controller, law = par.controller, par.compensation
+    observer = Observer(law, par.model_friction)
     memory, acting = s.memory, s.acting
     first = s.age == 0.0
-    motion = estimate_motion(
-        at.p_ref, p_meas, memory.p_last, memory.v_last, memory.e_last, first, T_S
-    )
+    last = Last(memory.p_last, memory.v_last, memory.e_last)
+    motion = estimate_motion(at.p_ref, p_meas, last, first)
 
     # compensate
     u = pd_force(controller, motion)
     inertia = controller.M * motion.a
     residual = residual_force(
-        law, model, memory.residual, inertia, acting.force - acting.estimate, acting.K
+        observer, memory.residual, inertia, acting.force - acting.estimate, acting.K
     )
     residual = select(first, 0.0, residual)
     v_hat = select(law.from_reference > 0.0, at.v_ref, motion.v)
-    K = adaptation(law, model, motion, v_hat, u, controller.k_d, inertia, residual)
-    estimate = estimate_friction(law, model, memory.z_hat, v_hat, K, residual, T_S)
+    balance = Balance(u, inertia, residual)
+    K = adaptation(observer, motion, v_hat, controller.k_d, balance)
+    estimate = estimate_friction(observer, memory.z_hat, v_hat, K)
     added = select(law.enabled > 0.0, estimate.force, 0.0)
 
     # control
@@ -120,20 +118,12 @@ def control(
     f_command = clip(wanted, -controller.force_limit, controller.force_limit)
 
     # share
-    share = share_by_law(
-        par.model_force_map,
-        par.model_table,
-        par.sharing,
-        tables,
-        par.limits.current,
-        p_meas,
-        f_command,
-    )
+    share = share_by_law(par.force_model, tables, p_meas, f_command)
     realised = select(controller.ideal_force > 0.0, f_command, share.force)
+    i = share.current
     return (
         Memory(p_meas, motion.v, motion.error, estimate.z, residual, d, n_1, n_2),
-        Command(realised, estimate.force, added, K),
-        share.current,
+        Command(realised, estimate.force, added, K, i.a, i.b, i.c),
         Signals(motion.error, motion.v, u, d, f_command, share.limited),
     )
 
@@ -147,33 +137,36 @@ def in_effect(par: Parameters, pending: Command, made: Command) -> Command:
         select(late, pending.estimate, made.estimate),
         select(late, pending.added, made.added),
         select(late, pending.K, made.K),
+        select(late, pending.current_a, made.current_a),
+        select(late, pending.current_b, made.current_b),
+        select(late, pending.current_c, made.current_c),
     )
 
 
 @compiled
-def move(  # noqa: PLR0913, PLR0917 - state, command and what acts on the machine
+def move(
     par: Parameters,
     s: PlantState,
-    f_acting: Lanes,
-    command: Phases,
+    acting: Command,
     at: Inputs,
     tables: NDArray[np.float64] | None,
 ) -> PlantState:
     """Return the machine's half of a period: its state after currents followed their commands."""
     ideal = par.controller.ideal_force > 0.0
     disturbance = Phases(at.current_a, at.current_b, at.current_c)
+    command = Phases(acting.current_a, acting.current_b, acting.current_c)
     target = settled_current(par.amplifiers, command, disturbance)
-    p, v, z, y, y_rate = s.p, s.v, s.z, s.y, s.y_rate
+    mover, y, y_rate = Mover(s.p, s.v, s.z), s.y, s.y_rate
     current = Phases(s.i_a, s.i_b, s.i_c)
     for _ in range(SUBSTEPS):
         middle = half_step(par.amplifiers, current, target)
-        p_mid = p + (0.5 * H) * v
-        force = select(ideal, f_acting, thrust_of(par.force_map, par.table, tables, p_mid, middle))
-        net = force - at.load + end_stop_force(par.mechanics, p_mid, v)
-        p, v, z = advance(par.mechanics, par.friction, p, v, z, net, H)
+        p_mid = mover.p + (0.5 * H) * mover.v
+        force = select(ideal, acting.force, thrust_of(par.force_map, tables, p_mid, middle))
+        net = force - at.load + end_stop_force(par.mechanics, p_mid, mover.v)
+        mover = advance(par.mechanics, par.friction, mover, net, H)
         y, y_rate = ring(par.resonance, y, y_rate, force)
         current = half_step(par.amplifiers, middle, target)
-    return PlantState(p, v, z, y, y_rate, current.a, current.b, current.c)
+    return PlantState(mover.p, mover.v, mover.z, y, y_rate, current.a, current.b, current.c)
 
 
 @compiled
@@ -186,21 +179,15 @@ def tick(
     """
     machine = s.plant
     p_meas = measure(par.encoder, machine.p + machine.y, at.encoder_noise)
-    memory, made, current_made, signals = control(par, s, at, p_meas, tables)
+    memory, made, signals = control(par, s, at, p_meas, tables)
     acting = in_effect(par, s.pending, made)
-    late = par.controller.delay > 0.0
-    current_command = Phases(
-        select(late, s.pending_current.a, current_made.a),
-        select(late, s.pending_current.b, current_made.b),
-        select(late, s.pending_current.c, current_made.c),
-    )
 
     # record
     ideal = par.controller.ideal_force > 0.0
     current = Phases(machine.i_a, machine.i_b, machine.i_c)
-    thrust = thrust_of(par.force_map, par.table, tables, machine.p, current)
+    thrust = thrust_of(par.force_map, tables, machine.p, current)
     force = select(ideal, acting.force, thrust)
-    attraction = normal_force_of(par.force_map, par.table, tables, machine.p, current)
+    attraction = normal_force_of(par.force_map, tables, machine.p, current)
     f_friction = friction_force(par.friction, machine.v, machine.z)
     stop = end_stop_force(par.mechanics, machine.p, machine.v)
     limit = par.controller.force_limit
@@ -225,20 +212,19 @@ def tick(
         current_a=current.a,
         current_b=current.b,
         current_c=current.c,
-        current_command_a=current_made.a,
-        current_command_b=current_made.b,
-        current_command_c=current_made.c,
+        current_command_a=made.current_a,
+        current_command_b=made.current_b,
+        current_command_c=made.current_c,
         force_saturated=select(abs(signals.f_command) >= limit, 1.0, 0.0),
         current_saturated=select(signals.limited & ~ideal, 1.0, 0.0),
     )
 
     healthy = (abs(signals.error) <= par.limits.error) & (abs(signals.f_command) < np.inf)
     state = State(
-        plant=move(par, machine, acting.force, current_command, at, tables),
+        plant=move(par, machine, acting, at, tables),
         memory=memory,
         acting=acting,
         pending=made,
-        pending_current=current_made,
         age=s.age + 1.0,
         failed=select((s.failed < 0.0) & ~healthy, s.age, s.failed),
     )
@@ -268,10 +254,10 @@ def control_once(
     s = read_state(state, width)
     mode = flush_subnormals()
     measured = unpack(_Measured, p_meas, 0, width).p
-    memory, made, current, _ = control(par, s, axes_at(Inputs, inputs, 0), measured, None)
+    memory, made, _ = control(par, s, axes_at(Inputs, inputs, 0), measured, None)
     acting = in_effect(par, s.pending, made)
     restore_mode(mode)
-    write_state(State(s.plant, memory, acting, made, current, s.age, s.failed), state)
+    write_state(State(s.plant, memory, acting, made, s.age, s.failed), state)
 
 
 def run_ticks(

@@ -35,12 +35,13 @@ from motionlab.kernel.layout import (
     Inputs,
     Memory,
     Parameters,
+    column,
     state_row,
 )
 from motionlab.kernel.tick import control_once
 from motionlab.lanes import WIDTH
 from motionlab.lanes.bank import TABLES
-from motionlab.plant.friction import LuGre
+from motionlab.plant.friction import LuGre, stribeck_fade, stribeck_level
 from motionlab.plant.resonance import natural
 
 Array = NDArray[np.float64]
@@ -63,10 +64,15 @@ _CREEP = 1e-3
 
 _REMEMBERED = (
     *(f"memory.{name}" for name in Memory._fields if name != "e_last"),
-    *(f"acting.{name}" for name in Command._fields),
-    *(f"pending.{name}" for name in Command._fields),
+    *(
+        f"{when}.{name}"
+        for when in ("acting", "pending")
+        for name in Command._fields
+        if not name.startswith("current_")
+    ),
 )
-"""States of the linearised controller; the reference is zero, so the last error is a position."""
+"""States of the linearised controller, whose force needs no currents; the reference is zero, so the
+last error is a position."""
 _ROWS = [state_row(path) for path in _REMEMBERED]
 
 
@@ -272,7 +278,7 @@ def _bristle(f: LuGre, v: float) -> _Bristle:
     if v == 0.0:
         return _Bristle(slope=1.0, rate=_CREEP)
     speed = abs(v)
-    dip = (f.F_s - f.F_c) * math.exp(-((speed / f.v_s) ** 2)) / f.sigma_0
+    dip = (f.F_s - f.F_c) * float(stribeck_fade(speed, f.v_s)) / f.sigma_0
     g = f.F_c / f.sigma_0 + dip
     bend = -2.0 * speed / f.v_s**2 * dip  # g'(v_0), s
     return _Bristle(slope=speed / g * bend, rate=speed / g)
@@ -281,7 +287,7 @@ def _bristle(f: LuGre, v: float) -> _Bristle:
 def _force(f: LuGre, v: float) -> float:
     """Return the force that sliding at a velocity takes, N; stuck, what it takes to slide."""
     speed = abs(v)
-    return f.F_c + (f.F_s - f.F_c) * math.exp(-((speed / f.v_s) ** 2)) + f.sigma_2 * speed
+    return float(stribeck_level(speed, f.F_c, f.F_s, f.v_s)) + f.sigma_2 * speed
 
 
 def plant_about(par: Parameters, v: float) -> StateSpace:
@@ -332,7 +338,7 @@ def controller_about(par: Parameters, v: float) -> StateSpace:
     for path, step in (("p_last", speed * T_S), ("v_last", speed), ("z_hat", 1e-9)):
         steps[_REMEMBERED.index(f"memory.{path}")] = step
     steps[-1] = speed * T_S
-    column = np.array([value for group in _unbounded(par) for value in group])
+    numbers = np.array(column(_unbounded(par)))
 
     about = np.zeros(STATE_ROWS)
     about[state_row("age")] = 2.0  # differences of the encoder are taken from the second tick on
@@ -355,7 +361,7 @@ def controller_about(par: Parameters, v: float) -> StateSpace:
     states = np.tile(about, (len(probes), 1))
     states[:, _ROWS] += probes[:, :n]
     states[:, state_row("memory.e_last")] = -probes[:, _REMEMBERED.index("memory.p_last")]
-    parameters = np.tile(column[:, None], WIDTH)
+    parameters = np.tile(numbers[:, None], WIDTH)
     after = np.empty_like(states)
     for block in range(blocks):
         lanes = slice(block * WIDTH, (block + 1) * WIDTH)
@@ -376,5 +382,7 @@ def _unbounded(par: Parameters) -> Parameters:
     return par._replace(
         controller=par.controller._replace(force_limit=math.inf, ideal_force=1.0),
         compensation=par.compensation._replace(z_limit=math.inf),
-        sharing=par.sharing._replace(law=LEAST_NORM),
+        force_model=par.force_model._replace(
+            sharing=par.force_model.sharing._replace(law=LEAST_NORM)
+        ),
     )

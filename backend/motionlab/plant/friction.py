@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from motionlab.lanes import Lanes, compiled
 from motionlab.lanes.functions import exponential
@@ -40,3 +42,24 @@ def friction_force(friction: LuGre, v: Lanes, z: Lanes) -> Lanes:
     """
     z_rate = v - bristle_decay(friction, v) * z
     return friction.sigma_0 * z + friction.sigma_1 * z_rate + friction.sigma_2 * v
+
+
+# The same curve on floats and arrays, which lanes are not.
+
+
+def stribeck_fade(v: Any, v_s: float) -> Any:
+    """Return ``exp(-(v/v_s)^2)``, the share of stiction above Coulomb friction left at `v`, m/s."""
+    return np.exp(-((v / v_s) ** 2))
+
+
+def stribeck_level(v: Any, F_c: float, F_s: float, v_s: float) -> Any:
+    """Return the sliding force ``sigma_0 g(v)`` of eq. (22), N, a magnitude without viscosity."""
+    return F_c + (F_s - F_c) * stribeck_fade(v, v_s)
+
+
+def steady_friction(v: Any, F_c: float, F_s: float, v_s: float, sigma_2: float) -> Any:
+    """Return the friction at constant velocity, N: eqs (20) to (22) with dz/dt = 0; 0 at rest.
+
+    ``f = sgn(v) (F_c + (F_s - F_c) exp(-(v/v_s)^2)) + sigma_2 v``
+    """
+    return np.sign(v) * stribeck_level(v, F_c, F_s, v_s) + sigma_2 * v

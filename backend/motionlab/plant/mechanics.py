@@ -18,6 +18,14 @@ class Mechanics(NamedTuple):
     stop_damping: Lanes  # N s/m
 
 
+class Mover(NamedTuple):
+    """State of the mover of each lane."""
+
+    p: Lanes  # position, m
+    v: Lanes  # velocity, m/s
+    z: Lanes  # bristle state, m
+
+
 @compiled
 def end_stop_force(mechanics: Mechanics, position: Lanes, v: Lanes) -> Lanes:
     """Return the force of the end stops on the mover, N: it pushes back and never pulls."""
@@ -29,16 +37,8 @@ def end_stop_force(mechanics: Mechanics, position: Lanes, v: Lanes) -> Lanes:
 
 
 @compiled
-def advance(  # noqa: PLR0913, PLR0917 - one argument for each state and input of the equation
-    mechanics: Mechanics,
-    friction: LuGre,
-    position: Lanes,
-    v: Lanes,
-    z: Lanes,
-    force: Lanes,
-    h: float,
-) -> tuple[Lanes, Lanes, Lanes]:
-    """Advance position, velocity and bristle state by `h` seconds under a constant `force`, N.
+def advance(mechanics: Mechanics, friction: LuGre, s: Mover, force: Lanes, h: float) -> Mover:
+    """Advance a mover by `h` seconds under a constant `force`, N.
 
     At constant velocity the bristle relaxes exactly, ``z(t) = g + (z - g) exp(-lambda t)`` with
     ``lambda = abs(v)/g(v)`` at up to 5e5 1/s and g signed like v; its mean over a step is
@@ -57,6 +57,7 @@ def advance(  # noqa: PLR0913, PLR0917 - one argument for each state and input o
     """
     M, s0, s1, s2 = mechanics.M, friction.sigma_0, friction.sigma_1, friction.sigma_2
     half = 0.5 * h
+    v, z = s.v, s.z
 
     level = stribeck(friction, v)
     g = select(v < 0.0, -level, level) * (1.0 / s0)
@@ -73,4 +74,4 @@ def advance(  # noqa: PLR0913, PLR0917 - one argument for each state and input o
     heavier = 1.0 / (M + half * s2)
     v_free = (M * v + h * force - (half * s2) * v + s1 * z) * heavier
     v_new = v_free - (h * s0 * heavier) * z_mean - (s1 * heavier) * z_new
-    return position + half * (v + v_new), v_new, z_new
+    return Mover(s.p + half * (v + v_new), v_new, z_new)

@@ -36,6 +36,13 @@ class TableMap(NamedTuple):
     gain: Lanes  # factor on both forces, 1
 
 
+class MotorMap(NamedTuple):
+    """The force map of each lane: a formula, and the table that may take its place."""
+
+    formula: ForceMap
+    table: TableMap
+
+
 ANALYTIC = TableMap(-1.0, -1.0, 1.0, 1.0, 1.0, 1.0)
 """A lane that has no table."""
 
@@ -82,17 +89,16 @@ def phase_normal(table: TableMap, tables: Array, turns: Lanes, i: Lanes) -> Lane
 
 
 @compiled
-def thrust_of(
-    force_map: ForceMap, table: TableMap, tables: Array | None, position: Lanes, current: Phases
-) -> Lanes:
+def thrust_of(motor_map: MotorMap, tables: Array | None, position: Lanes, current: Phases) -> Lanes:
     """Return the thrust of the three phases, N, by each lane's own kind of map.
 
     Without tables every lane's map is analytic, and nothing else is compiled.
     """
-    analytic = thrust(force_map, position, current)
+    table = motor_map.table
+    analytic = thrust(motor_map.formula, position, current)
     if tables is None:
         return analytic
-    turns = phase_turns(force_map, position)
+    turns = phase_turns(motor_map.formula, position)
     found = (
         phase_thrust(table, tables, turns.a, current.a)
         + phase_thrust(table, tables, turns.b, current.b)
@@ -103,13 +109,14 @@ def thrust_of(
 
 @compiled
 def normal_force_of(
-    force_map: ForceMap, table: TableMap, tables: Array | None, position: Lanes, current: Phases
+    motor_map: MotorMap, tables: Array | None, position: Lanes, current: Phases
 ) -> Lanes:
     """Return the normal force of the three phases, N, by each lane's own kind of map."""
-    analytic = normal_force(force_map, position, current)
+    table = motor_map.table
+    analytic = normal_force(motor_map.formula, position, current)
     if tables is None:
         return analytic
-    turns = phase_turns(force_map, position)
+    turns = phase_turns(motor_map.formula, position)
     found = (
         phase_normal(table, tables, turns.a, current.a)
         + phase_normal(table, tables, turns.b, current.b)

@@ -19,7 +19,7 @@ from motionlab.config.planar import AXES
 from motionlab.kernel.accumulator import new_tally, tally_metrics
 from motionlab.kernel.build import LANES_PER_VARIANT, initial_state
 from motionlab.kernel.layout import state_row
-from motionlab.kernel.score import score_ticks
+from motionlab.kernel.score import Block, Window, score_ticks
 from motionlab.lanes import WIDE, WIDTH
 from motionlab.results.metrics import DEFINITIONS, hold_metrics
 from motionlab.simulation.inputs import PAGE, page_inputs
@@ -140,13 +140,9 @@ class Course:
         for phase, (start, end) in enumerate(zip(self.starts, ends, strict=True)):
             rows = lanes[phase, seats].transpose(1, 0, 2).reshape(-1, width)
             score_ticks(
-                np.ascontiguousarray(rows),
-                state,
+                Block(np.ascontiguousarray(rows), state),
                 self._inputs[start:end],
-                self._target,
-                self.window[0] - start,
-                tally,
-                errors[start:end],
+                Window(self._target, self.window[0] - start, tally, errors[start:end]),
             )
         used = count * LANES_PER_VARIANT
         failed = state[_FAILED, :used].astype(np.int64)

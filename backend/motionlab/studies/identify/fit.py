@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.timing import PLANT_STEP
-from motionlab.plant.friction import LuGre
+from motionlab.plant.friction import LuGre, stribeck_fade
 from motionlab.studies.identify.covariance import correlation_of, scatter
 from motionlab.studies.identify.presliding import model_response
 from motionlab.studies.identify.stribeck import Fitted, stribeck_curve
@@ -199,7 +199,7 @@ def _guess(velocity: Array, force: Array) -> Array:
     sign = np.sign(velocity)
     best, guess = np.inf, np.zeros(5)
     for v_s in np.geomspace(0.3 * speed.min(), speed.max(), _CANDIDATES):
-        falling = np.exp(-((velocity / v_s) ** 2))
+        falling = stribeck_fade(velocity, v_s)
         columns = np.stack([sign * (1.0 - falling), sign * falling, velocity, np.ones_like(sign)])
         linear, *_ = np.linalg.lstsq(columns.T, force, rcond=None)
         rest = float(np.sum((linear @ columns - force) ** 2))

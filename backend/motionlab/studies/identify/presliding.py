@@ -15,7 +15,7 @@ from motionlab.kernel.build import AXES
 from motionlab.kernel.force_maps import pole_pitch
 from motionlab.lanes import WIDTH, Lanes, pack, unpack
 from motionlab.plant.friction import LuGre
-from motionlab.plant.mechanics import Mechanics, advance
+from motionlab.plant.mechanics import Mechanics, Mover, advance
 from motionlab.simulation.inputs import load_force
 from motionlab.simulation.prepare import Prepared
 from motionlab.studies.identify.current_smoother import CurrentLoops
@@ -136,12 +136,6 @@ def displacement(ramp: Ramp, record: VariantRecord, axis: str) -> tuple[Array, s
     return way, None
 
 
-class _Mover(NamedTuple):
-    p: Lanes
-    v: Lanes
-    z: Lanes
-
-
 class _Force(NamedTuple):
     f: Lanes
 
@@ -151,14 +145,12 @@ def _respond(mechanics: Array, friction: Array, forces: Array, position: Array) 
     """Move eight masses on LuGre friction from rest; writes their positions, (ticks, 1, WIDTH)."""
     m = unpack(Mechanics, mechanics, 0)
     f = unpack(LuGre, friction, 0)
-    s = unpack(_Mover, np.zeros((3, WIDTH)), 0)
+    s = unpack(Mover, np.zeros((3, WIDTH)), 0)
     for k in range(len(forces)):
         pack(_Force(s.p), position[k])
-        p, v, z = s.p, s.v, s.z
         for j in range(SUBSTEPS):
             force = unpack(_Force, forces[k, j], 0).f
-            p, v, z = advance(m, f, p, v, z, force, PLANT_STEP)
-        s = _Mover(p, v, z)
+            s = advance(m, f, s, force, PLANT_STEP)
 
 
 def model_response(friction: LuGre, mass: float, forces: Sequence[Array]) -> list[Array]:

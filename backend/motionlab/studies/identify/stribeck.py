@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from motionlab.plant.friction import steady_friction, stribeck_fade
+
 Array = NDArray[np.float64]
 
 
@@ -47,10 +49,10 @@ class Fitted:
 def stribeck_curve(v: Array, parameters: Sequence[float] | Array) -> Array:
     """Return the force of uniform motion, N, eqs (20) to (22) with dz/dt = 0, and an offset.
 
-    ``f = sgn(v) (F_c + (F_s - F_c) exp(-(v/v_s)^2)) + sigma_2 v + f_0``
+    Parameters are F_c, F_s, v_s, sigma_2 and the offset.
     """
-    F_c, F_s, v_s, sigma_2, f_0 = parameters
-    return np.sign(v) * (F_c + (F_s - F_c) * np.exp(-((v / v_s) ** 2))) + sigma_2 * v + f_0
+    *friction, f_0 = parameters
+    return steady_friction(v, *friction) + f_0
 
 
 def curve_half_width(v: Array, fitted: Fitted) -> Array | None:
@@ -74,7 +76,7 @@ def curve_half_width(v: Array, fitted: Fitted) -> Array | None:
     if not np.isfinite(fitted.half_width).all():
         return None
     F_c, F_s, v_s, _, _ = fitted.values
-    falling = np.exp(-((v / v_s) ** 2))
+    falling = stribeck_fade(v, v_s)
     sign = np.sign(v)
     gradient = np.stack(
         [

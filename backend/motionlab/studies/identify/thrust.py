@@ -79,8 +79,7 @@ def thrust_within(
         deviation = np.sqrt(np.maximum(P, 0.0))
         sides = (deviation, -deviation) if variance.any() else (0.0,)
         thrust[:, column] = sum(
-            forces_over(model.force_map, model.table, position=place, current=i + d).thrust
-            for d in sides
+            forces_over(model, position=place, current=i + d).thrust for d in sides
         ) / len(sides)
     return thrust
 

@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from motionlab.config.load import load_scenario
-from motionlab.force_sharing.least_norm import reachable_force
-from motionlab.kernel.force_maps import map_lanes
+from motionlab.force_sharing.pole_pitch import share_over
+from motionlab.kernel.force_maps import force_model
 from motionlab.loop.steady_state_error import sine_error
 from motionlab.studies.paper import circle, tracking
 from motionlab.studies.paper.document import Erratum, ErratumStep
@@ -40,10 +40,11 @@ def force_data(_: Experiments) -> Erratum:
 
 def force_limit(_: Experiments) -> Erratum:
     """Return what a command of 40 N gives."""
-    believed = load_scenario("circle").variants["B"].controller.model.x.force_map
-    force_map = map_lanes(believed).force_map
-    position = np.linspace(0.0, force_map.tau, 721)
-    reached = reachable_force(force_map, 10.0, position, np.full(len(position), 40.0))
+    controller = load_scenario("circle").variants["B"].controller
+    believed = controller.model.x.force_map
+    model = force_model(believed, controller.sharing, controller.current_limit)
+    position = np.linspace(0.0, model.map.formula.tau, 721)
+    reached = share_over(model, position=position, force=controller.force_limit).force
     return Erratum(
         id="force-limit",
         place="IV-A",

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from motionlab.config.plant import FrictionConfig
 from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.plant.friction import stribeck_level
 from motionlab.telemetry.recording import VariantRecord
 
 Array = NDArray[np.float64]
@@ -133,7 +134,7 @@ def lyapunov(  # noqa: PLR0913 - all that the argument names
     )
     if len(e) < 3 or not np.isfinite([e, z, z_hat, v, u]).all():
         raise ValueError("a window needs three ticks, all of them before a divergence")
-    steady = friction.F_c + (friction.F_s - friction.F_c) * np.exp(-((v / friction.v_s) ** 2))
+    steady = stribeck_level(v, friction.F_c, friction.F_s, friction.v_s)
     decay = friction.sigma_0 * np.abs(v) / steady
     e_z = z - z_hat
     beta = e * e_z

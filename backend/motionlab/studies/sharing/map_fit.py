@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from motionlab.design.fem.force_map import ForceMap as Table
 from motionlab.force_sharing.pole_pitch import forces_over
 from motionlab.plant.magnetics import ForceMap
-from motionlab.plant.table_map import ANALYTIC
+from motionlab.plant.table_map import ANALYTIC, MotorMap
 
 Array = NDArray[np.float64]
 
@@ -69,7 +69,9 @@ def fit_analytic(table: Table) -> MapFit:
         )
 
     def difference(parameters: Array) -> Array:
-        found = forces_over(analytic(parameters), ANALYTIC, position=position, current=current)
+        found = forces_over(
+            MotorMap(analytic(parameters), ANALYTIC), position=position, current=current
+        )
         return (found.thrust - wanted) / largest
 
     found = least_squares(difference, _START, bounds=(_LOW, _HIGH))

@@ -20,13 +20,12 @@ from motionlab.config.quantity import OURS, Config, quantity
 from motionlab.config.shipped import names
 from motionlab.errors import ConfigError, FieldError
 from motionlab.force_sharing.ripple import (
-    Model,
     OverPitch,
     Ripple,
     ripple,
     share_over_pitch,
 )
-from motionlab.kernel.force_maps import map_lanes, sharing_lanes
+from motionlab.kernel.force_maps import force_model, map_lanes
 from motionlab.lanes.bank import TABLES
 from motionlab.store.maps import named_map
 from motionlab.studies.sharing.map_fit import fit_analytic
@@ -275,15 +274,9 @@ def _over_pitch(
     law: SharingLaw,
 ) -> OverPitch:
     config = SharingConfig(law=law, overlap=request.overlap)
-
-    def model(chosen: AnyForceMapConfig) -> Model:
-        lanes = map_lanes(chosen)
-        return Model(lanes.force_map, lanes.table, sharing_lanes(config, chosen))
-
     return share_over_pitch(
-        model(controller),
-        model(plant),
-        current_limit=request.current_limit,
+        force_model(controller, config, request.current_limit),
+        map_lanes(plant),
         force=request.force,
         points=request.points,
     )
