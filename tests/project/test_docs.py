@@ -12,7 +12,9 @@ from tests.paths import ROOT
 
 PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
 CALL = re.compile(r"`([A-Z]+) (/[^`? ]*)")
-LINK = re.compile(r"\]\(([^)#:]+)(?:#[^)]*)?\)")
+LINK = re.compile(r"""(?:\]\(|src(?:set)?=")([^)"#:]+)(?:#[^)"]*)?[)"]""")
+SECTION = re.compile(r"\]\(([\w./-]*\.md)?#([^)]+)\)")
+HEADING = re.compile(r"^#+ (.+)$", re.MULTILINE)
 NAMED = re.compile(r"\bdocs/[a-z-]+\.md\b")
 
 
@@ -20,6 +22,16 @@ NAMED = re.compile(r"\bdocs/[a-z-]+\.md\b")
 def test_links_lead_somewhere(page):
     for target in LINK.findall(page.read_text()):
         assert (page.parent / target).exists(), target
+
+
+def test_sections_that_links_name_exist():
+    for page in PAGES:
+        for file, section in SECTION.findall(page.read_text()):
+            text = (page.parent / (file or page.name)).read_text()
+            titles = [re.sub(r"[^\w -]", "", title).lower() for title in HEADING.findall(text)]
+            assert section in [title.replace(" ", "-") for title in titles], (
+                f"{page.name}: {section}"
+            )
 
 
 def test_every_page_can_be_reached_from_the_readme():

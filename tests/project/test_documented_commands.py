@@ -14,6 +14,7 @@ import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import httpx
 import pytest
@@ -281,14 +282,27 @@ def test_every_call_of_the_page_exists(server: Server) -> None:
     paths = Contract(server.app.openapi()).document["paths"]
     known = {(m.upper(), re.sub(r"\{\w+\}", "{}", path)) for path in paths for m in paths[path]}
     text = (ROOT / "docs" / "rest.md").read_text()
-    calls = re.findall(r"`(GET|POST|PUT|PATCH|DELETE) (/[^` ]*)`?", text.split("\n## ")[0])
-    assert len(calls) > 25
+    calls = re.findall(r"`(GET|POST|PUT|PATCH|DELETE) (/[^` ]*)`?", text)
+    assert len(calls) > 50
     metrics = httpx.get(f"{server.url}/metrics", timeout=PATIENCE)
     assert metrics.status_code == 200  # not of the API: no OpenAPI
     calls.remove(("GET", "/metrics"))
     for method, path in calls:
         bare = re.sub(r"\{\w+\}", "{}", path)
         assert {(method, bare), (method, f"/api/v1{bare}")} & known, f"{method} {path}"
+
+
+def test_the_decoder_of_the_page_decodes(server: Server) -> None:
+    (script,) = (
+        body
+        for kind, body in FENCE.findall((ROOT / "docs" / "rest.md").read_text())
+        if kind == "python"
+    )
+    names: dict[str, Any] = {}
+    exec(script.replace("127.0.0.1:8000", f"127.0.0.1:{server.port}"), names)
+    lowest, highest = names["curves"]["B.x.following_error"]
+    assert len(lowest) == len(highest) == names["count"]
+    assert 2e-6 < float(highest.max()) < 3e-6
 
 
 def test_the_path_of_the_page_can_be_followed(tmp_path: Path) -> None:

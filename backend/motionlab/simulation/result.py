@@ -43,7 +43,7 @@ def document(prepared: Prepared, recording: Recording) -> dict[str, Any]:
     Returns
     -------
     dict
-        Metrics in SI units; see docs/results.md.
+        Metrics in SI units; see docs/metrics.md.
     """
     scenario = prepared.scenario
     window = prepared.window
