@@ -109,11 +109,6 @@ export class AxisScale {
     return value >= this.from && value <= this.to;
   }
 
-  /** Pixels per unit, of a linear axis. */
-  get slope(): number {
-    return Math.abs(this.b);
-  }
-
   /** Round values about `apart` pixels from each other. */
   ticks(apart: number): Tick[] {
     const room = Math.max(1, Math.abs(this.pixels[1] - this.pixels[0]) / apart);
@@ -137,17 +132,22 @@ export class AxisScale {
     return { number: this.text(value), unit: this.shown.unit };
   }
 
+  /** Ticks at some values, with as many decimals as tell them apart. */
+  named(values: readonly number[]): Tick[] {
+    const shown = values.map((value) => value * this.shown.factor);
+    const exact = (digits: number) =>
+      shown.every((value) => {
+        const large = value * 10 ** digits;
+        return Math.abs(large - Math.round(large)) <= 1e-6 * Math.max(1, Math.abs(large));
+      });
+    let places = 0;
+    while (places < 12 && !exact(places)) places++;
+    return values.map((value, i) => ({ value, text: minus((shown[i] ?? 0).toFixed(places)) }));
+  }
+
   private linearTicks(room: number): Tick[] {
     const { from, to } = this;
-    const step = roundStep((to - from) / room);
-    const places = Math.min(
-      12,
-      Math.max(0, Math.ceil(-Math.log10(step * this.shown.factor) - 1e-9)),
-    );
-    return multiples({ from, to }, step).map((value) => ({
-      value,
-      text: minus((value * this.shown.factor).toFixed(places)),
-    }));
+    return this.named(multiples({ from, to }, roundStep((to - from) / room)));
   }
 
   private logTicks(room: number): Tick[] {

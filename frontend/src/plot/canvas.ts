@@ -1,6 +1,7 @@
-/** What all canvases share: sharp pixels, the page's font and colours, clipping, dots. */
+/** The layer that all plots are drawn on: sharp pixels, colours of the theme, lines, texts, hatching. */
 
-import type { Palette } from './palette';
+import type { Ink, Palette } from './palette';
+import { DASHES, type Dash, type Marker } from './types';
 
 /** Edges of the part that is drawn in, CSS pixels. */
 export interface Box {
@@ -10,12 +11,36 @@ export interface Box {
   bottom: number;
 }
 
+export type Segment = readonly [x: number, y: number, toX: number, toY: number];
+
+const SHAPES: Record<Marker, (r: number) => string> = {
+  dot: (r) => `m${-r} 0a${r} ${r} 0 1 0 ${2 * r} 0a${r} ${r} 0 1 0 ${-2 * r} 0z`,
+  circle: (r) => SHAPES.dot(r),
+  square: (r) => `m${-r} ${-r}h${2 * r}v${2 * r}h${-2 * r}z`,
+  triangle: (r) => `m0 ${-1.2 * r}l${1.2 * r} ${2 * r}h${-2.4 * r}z`,
+  diamond: (r) =>
+    `m0 ${-1.3 * r}l${1.3 * r} ${1.3 * r}l${-1.3 * r} ${1.3 * r}l${-1.3 * r} ${-1.3 * r}z`,
+  cross: (r) => `m${-r} ${-r}l${2 * r} ${2 * r}m0 ${-2 * r}l${-2 * r} ${2 * r}`,
+  plus: (r) => `m${-r} 0h${2 * r}m${-r} ${-r}v${2 * r}`,
+};
+
+/** The path of one marker, as svg and canvas take it. */
+export function markerAt(marker: Marker, px: number, py: number, radius = 3): string {
+  return `M${px.toFixed(1)} ${py.toFixed(1)}${SHAPES[marker](radius)}`;
+}
+
+/** Pixel of a line one pixel wide. */
+export function crisp(px: number): number {
+  return Math.round(px) + 0.5;
+}
+
 export class Canvas {
   readonly c: CanvasRenderingContext2D;
   /** CSS pixels. */
   width = 1;
   height = 1;
   private readonly family: string;
+  private readonly hatches = new Map<string, CanvasPattern | string>();
 
   constructor(
     readonly element: HTMLCanvasElement,
@@ -29,6 +54,7 @@ export class Canvas {
     [this.width, this.height] = [Math.max(1, width), Math.max(1, height)];
     this.element.width = Math.round(this.width * devicePixelRatio);
     this.element.height = Math.round(this.height * devicePixelRatio);
+    this.hatches.clear();
   }
 
   clear(): void {
@@ -38,6 +64,33 @@ export class Canvas {
 
   font(size = 11, weight = 400): void {
     this.c.font = `${weight} ${size}px ${this.family}`;
+  }
+
+  /** Chooses how the next lines look. */
+  pen(ink: Ink, width = 1, dash: Dash = 'solid'): void {
+    this.c.strokeStyle = this.palette[ink];
+    this.c.lineWidth = width;
+    this.c.setLineDash(DASHES[dash]);
+  }
+
+  write(
+    text: string,
+    x: number,
+    y: number,
+    { align = 'left', baseline = 'middle', ink, rim }: Partial<Lettering> = {},
+  ): void {
+    const { c } = this;
+    c.textAlign = align;
+    c.textBaseline = baseline;
+    if (rim !== undefined) {
+      c.lineWidth = 3;
+      c.lineJoin = 'round';
+      c.setLineDash([]);
+      c.strokeStyle = rim;
+      c.strokeText(text, x, y);
+    }
+    if (ink) c.fillStyle = this.palette[ink];
+    c.fillText(text, x, y);
   }
 
   /** Draws what stays within a box. */
@@ -51,17 +104,18 @@ export class Canvas {
     c.restore();
   }
 
-  /** A straight line, sharp where it is upright or level. */
-  line(from: readonly [number, number], to: readonly [number, number], colour: string): void {
+  /** Straight lines with the pen as it is. */
+  lines(segments: readonly Segment[]): void {
     const { c } = this;
-    c.strokeStyle = colour;
     c.beginPath();
-    c.moveTo(...from);
-    c.lineTo(...to);
+    for (const [x, y, toX, toY] of segments) {
+      c.moveTo(x, y);
+      c.lineTo(toX, toY);
+    }
     c.stroke();
   }
 
-  /** A line through points; where a coordinate is none, it has a gap. */
+  /** A path through points; where a coordinate is none, it has a gap. */
   trace(count: number, at: (i: number) => readonly [number, number], first = 0): void {
     const { c } = this;
     let pen = false;
@@ -76,29 +130,41 @@ export class Canvas {
     }
   }
 
-  dot(x: number, y: number, radius: number, colour: string): void {
+  dot(x: number, y: number, radius: number, ink: Ink): void {
     const { c } = this;
     c.beginPath();
     c.arc(x, y, radius, 0, 2 * Math.PI);
-    c.fillStyle = colour;
+    c.fillStyle = this.palette[ink];
     c.fill();
+  }
+
+  /** A pattern of slanted lines, so that what it marks does not depend on colour. */
+  hatch(ink: Ink, width = 1.6): CanvasPattern | string {
+    const key = `${ink} ${width}`;
+    const known = this.hatches.get(key);
+    if (known !== undefined) return known;
+    const made = hatching(this.c, this.palette[ink], width) ?? this.palette[ink];
+    this.hatches.set(key, made);
+    return made;
   }
 }
 
-/** Pixel of a line one pixel wide. */
-export function crisp(px: number): number {
-  return Math.round(px) + 0.5;
+interface Lettering {
+  align: CanvasTextAlign;
+  baseline: CanvasTextBaseline;
+  ink: Ink;
+  /** Colour around the letters, so that they can be read over curves. */
+  rim: string;
 }
 
-/** Returns a pattern of slanted lines, so that what it marks does not depend on colour. */
-export function hatching(context: CanvasRenderingContext2D, colour: string): CanvasPattern | null {
+function hatching(context: CanvasRenderingContext2D, colour: string, width: number) {
   const side = 6 * devicePixelRatio;
   const tile = document.createElement('canvas');
   tile.width = tile.height = side;
   const c = tile.getContext('2d');
   if (!c) return null;
   c.strokeStyle = colour;
-  c.lineWidth = 1.6 * devicePixelRatio;
+  c.lineWidth = width * devicePixelRatio;
   c.beginPath();
   for (const shift of [-side, 0, side]) {
     c.moveTo(shift - 1, side + 1);

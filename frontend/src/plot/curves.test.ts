@@ -1,6 +1,6 @@
 import { describe, expect, it } from 'vitest';
 import { AxisScale } from './axis-scale';
-import { bandPath, errorEnds, extentOf, linePath, nearest, stepped } from './curves';
+import { errorEnds, extentOf, nearest, stepped } from './curves';
 import { columnsOf } from './table-columns';
 import type { Series } from './types';
 
@@ -8,26 +8,12 @@ const x = new AxisScale({ label: 'x', unit: 'm' }, 0, 10, [0, 100]);
 const y = new AxisScale({ label: 'y', unit: 'N' }, 0, 10, [100, 0]);
 
 describe('a curve', () => {
-  it('leaves a gap where a value is missing', () => {
-    const line = { x: [0, 1, 2, 3, 4], y: [1, 2, null, Number.NaN, 4] };
-    expect(linePath(line, x, y)).toBe('M0 90L10 80M40 60');
-  });
-
-  it('holds its value as steps', () => {
-    expect(linePath({ x: [0, 1], y: [1, 2], kind: 'step' }, x, y)).toBe('M0 90H10V80');
-  });
-
   it('has room for its error bars', () => {
     const one: Series = { name: 'a', x: [1, 2], y: [5, 6], error: [1, null] };
     expect(errorEnds(one, 0)).toEqual([4, 6]);
     expect(errorEnds(one, 1)).toBeNull();
     expect(extentOf('y', { label: 'y' }, [one], [])).toEqual({ low: 4, high: 6 });
   });
-});
-
-it('a band is cut at its gaps', () => {
-  const band = { name: 'b', x: [0, 1, 2, 3, 4], low: [0, 0, null, 0, 0], high: [1, 1, 1, 1, 1] };
-  expect(bandPath(band, x, y).match(/Z/g)).toHaveLength(2);
 });
 
 describe('the cursor', () => {

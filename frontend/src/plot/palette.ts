@@ -11,10 +11,13 @@ const INKS = [
   'grid',
   'axis',
   'text',
+  'muted',
+  'border',
   'panel',
   'well',
   'strong',
   'focus',
+  'good',
   'bad',
 ] as const;
 

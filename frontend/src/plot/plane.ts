@@ -1,13 +1,15 @@
 /** A plane seen from above: a metre is as long on both axes; a round grid with numbers. */
 
-import { minus, scaleFor } from '../ui/units';
-import { crisp, type Box, type Canvas } from './canvas';
-import { multiples, roundStep } from './range';
+import { scaleFor } from '../ui/units';
+import { drawAxes, withUnit } from './axes';
+import { AxisScale, type Tick } from './axis-scale';
+import type { Box, Canvas } from './canvas';
 
 /** Room for the numbers of both axes, CSS pixels. */
 const MARGIN = { left: 58, right: 14, top: 6, bottom: 20 };
 /** Least distance of two lines of the grid. */
 const APART = 46;
+const METRES = { label: '', unit: 'm' };
 
 export type Point = readonly [x: number, y: number];
 
@@ -50,41 +52,22 @@ export class Plane {
     return [(px - this.px(0)) / this.scale, (this.py(0) - py) / this.scale];
   }
 
+  /** A round grid with numbers, each where there is room for it. */
   grid(): void {
-    const { c, palette } = this.canvas;
     const { left, right, top, bottom } = this.box;
     const [west, north] = this.place([left, top]);
     const [east, south] = this.place([right, bottom]);
-    const step = roundStep(APART / this.scale);
-    const { factor, unit } = scaleFor(Math.max(step * 2, Math.abs(north)), 'm');
-    const places = Math.max(0, Math.ceil(-Math.log10(step * factor) - 1e-9));
-    const text = (value: number, last: boolean) =>
-      minus((value * factor).toFixed(places)) + (last ? ` ${unit}` : '');
-    c.strokeStyle = palette.grid;
-    c.fillStyle = palette.axis;
-    c.lineWidth = 1;
-    c.setLineDash([]);
-    this.canvas.font();
-    c.textBaseline = 'middle';
-    c.textAlign = 'right';
-    c.beginPath();
-    const levels = multiples({ from: south, to: north }, step).filter((y) => this.py(y) > 8);
-    levels.forEach((y, i) => {
-      const at = crisp(this.py(y));
-      c.moveTo(left, at);
-      c.lineTo(right, at);
-      c.fillText(text(y, i === levels.length - 1), left - 6, at);
-    });
-    c.textAlign = 'center';
-    const columns = multiples({ from: west, to: east }, step);
-    const fits = (x: number) => this.px(x) > left + 8 && this.px(x) < right - 10;
-    const last = columns.filter(fits).at(-1);
-    for (const x of columns) {
-      const at = crisp(this.px(x));
-      c.moveTo(at, top);
-      c.lineTo(at, bottom);
-      if (fits(x)) c.fillText(text(x, x === last), at, bottom + 12);
-    }
-    c.stroke();
+    const shown = scaleFor(Math.max((2 * APART) / this.scale, Math.abs(north)), 'm');
+    const x = new AxisScale(METRES, west, east, [left, right], shown);
+    const y = new AxisScale(METRES, south, north, [bottom, top], shown);
+    const fits = ({ value }: Tick) => x.px(value) > left + 8 && x.px(value) < right - 10;
+    const columns = x.ticks(APART);
+    const named = new Map(withUnit(columns.filter(fits), x).map((tick) => [tick.value, tick]));
+    const levels = y.ticks(APART).filter(({ value }) => y.px(value) > 8);
+    const ticks = {
+      x: columns.map((tick) => named.get(tick.value) ?? { ...tick, text: ' ' }),
+      y: withUnit(levels, y),
+    };
+    drawAxes(this.canvas, x, y, ticks, { zero: false });
   }
 }

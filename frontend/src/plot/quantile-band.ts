@@ -1,12 +1,15 @@
 /** Bands behind the curves of a scope: how one quantity is spread over many runs. */
 
+import type { AxisScale } from './axis-scale';
+import type { Canvas } from './canvas';
 import type { Ink } from './palette';
 import type { Range } from './range';
+import type { Dash } from './types';
 
 export interface QuantileBand {
   ink: Ink;
-  /** Lengths of dash and gap of the edges: what tells B from A without colour. */
-  dash: number[];
+  /** Dashes of the edges: what tells B from A without colour. */
+  dash: Dash;
   time: readonly number[];
   least: readonly number[];
   low: readonly number[];
@@ -32,16 +35,16 @@ export function bandExtremes({ time, least, most }: QuantileBand, { from, to }: 
 
 /** Draws from least to most, faint, and from low to high, stronger and with edges. */
 export function drawQuantileBand(
-  c: CanvasRenderingContext2D,
-  { dash, time, least, low, high, most }: QuantileBand,
-  colour: string,
-  x: (time: number) => number,
-  y: (value: number) => number,
+  canvas: Canvas,
+  { ink, dash, time, least, low, high, most }: QuantileBand,
+  x: AxisScale,
+  y: AxisScale,
 ): void {
+  const { c, palette } = canvas;
   const line = (values: readonly number[], back = false) => {
     for (let i = 0; i < time.length; i++) {
       const k = back ? time.length - 1 - i : i;
-      c.lineTo(x(time[k] as number), y(values[k] as number));
+      c.lineTo(x.px(time[k]), y.px(values[k]));
     }
   };
   const area = (bottom: readonly number[], top: readonly number[], alpha: number) => {
@@ -51,10 +54,8 @@ export function drawQuantileBand(
     line(top, true);
     c.fill();
   };
-  c.fillStyle = colour;
-  c.strokeStyle = colour;
-  c.lineWidth = 1;
-  c.setLineDash(dash);
+  c.fillStyle = palette[ink];
+  canvas.pen(ink, 1, dash);
   area(least, most, FAINT);
   area(low, high, SHADE);
   c.globalAlpha = EDGES;

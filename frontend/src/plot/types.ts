@@ -1,26 +1,31 @@
-/** What Plot and HeatMap are given. All numbers are SI; the axes choose prefixes. */
+/** What plots are given. All numbers are SI; the axes choose prefixes. */
 
 import type { Scale } from '../ui/units';
+import type { Ink } from './palette';
 
-/** A token of app.css: the colour follows the theme. */
-export type PlotInk =
-  | 'a'
-  | 'b'
-  | 'difference'
-  | 'reference'
-  | 'phase-a'
-  | 'phase-b'
-  | 'phase-c'
-  | 'text'
-  | 'muted'
-  | 'good'
-  | 'bad'
-  | 'focus';
+/** Lengths of dash and gap, CSS pixels. */
+export const DASHES = {
+  solid: [],
+  dash: [6, 4],
+  dot: [1.5, 3],
+  dashdot: [7, 3, 1.5, 3],
+} as const satisfies Record<string, readonly number[]>;
 
-export type Dash = 'solid' | 'dash' | 'dot' | 'dashdot';
-export type Marker = 'circle' | 'square' | 'triangle' | 'diamond' | 'cross' | 'plus';
+export type Dash = keyof typeof DASHES;
+export type Marker = 'dot' | 'circle' | 'square' | 'triangle' | 'diamond' | 'cross' | 'plus';
 /** Numbers of a curve; null and NaN are gaps. */
 export type Numbers = ArrayLike<number | null>;
+
+/** How a curve looks, on every plot and in every legend. */
+export interface Look {
+  ink?: Ink;
+  dash?: Dash;
+  /** Drawn at each point, over time at round times; points without one are circles. */
+  marker?: Marker;
+  width?: number;
+  /** `line` joins the points, `step` holds each value until the next, `bars` stand on zero. */
+  kind?: 'line' | 'points' | 'step' | 'bars';
+}
 
 export interface Axis {
   label: string;
@@ -34,17 +39,10 @@ export interface Axis {
   to?: number;
 }
 
-export interface Series {
+export interface Series extends Look {
   name: string;
   x: Numbers;
   y: Numbers;
-  ink?: PlotInk;
-  /** `line` joins the points, `step` holds each value until the next, `bars` stand on zero. */
-  kind?: 'line' | 'points' | 'step' | 'bars';
-  dash?: Dash;
-  /** Drawn at each point; points without one are circles. */
-  marker?: Marker;
-  width?: number;
   /** Half lengths of error bars, or their two ends. */
   error?: Numbers;
   low?: Numbers;
@@ -57,7 +55,7 @@ export interface Band {
   x: Numbers;
   low: Numbers;
   high: Numbers;
-  ink?: PlotInk;
+  ink?: Ink;
   /** Hatched besides being tinted, to tell two bands apart. */
   hatched?: boolean;
 }
@@ -67,7 +65,7 @@ export interface Mark {
   axis: 'x' | 'y';
   at: number;
   label: string;
-  ink?: PlotInk;
+  ink?: Ink;
   dash?: Dash;
 }
 
@@ -83,17 +81,10 @@ export interface Spot {
   y: number;
   /** Written beside the marker. */
   label?: string;
-  ink?: PlotInk;
+  ink?: Ink;
   marker?: Marker;
   /** One entry of the legend for all points of a family, which look alike: "movers". */
   family?: string;
 }
 
 export type Line = Pick<Series, 'name' | 'x' | 'y' | 'ink' | 'dash' | 'width'>;
-
-export const DASHES: Record<Dash, string | undefined> = {
-  solid: undefined,
-  dash: '6 4',
-  dot: '1.5 3',
-  dashdot: '7 3 1.5 3',
-};

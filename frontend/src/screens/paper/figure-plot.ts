@@ -1,12 +1,13 @@
 /** A figure of the paper as Plot takes it. */
 
 import type { PaperFigure } from '../../app/api/types';
-import type { Axis, Band, Dash, Mark, PlotInk, Series } from '../../plot/types';
+import type { Ink } from '../../plot/palette';
+import type { Axis, Band, Dash, Mark, Series } from '../../plot/types';
 
 type Role = PaperFigure['series'][number]['role'];
 
 /** Each role has a colour and, beside it, a dash or a marker of its own. */
-const DRAWN: Readonly<Record<Role, { ink: PlotInk; dash: Dash; marker: Series['marker'] }>> = {
+const DRAWN: Readonly<Record<Role, { ink: Ink; dash: Dash; marker: Series['marker'] }>> = {
   A: { ink: 'a', dash: 'solid', marker: 'square' },
   B: { ink: 'b', dash: 'dash', marker: 'circle' },
   reference: { ink: 'reference', dash: 'dot', marker: 'plus' },

@@ -1,7 +1,6 @@
 /** The stroke from above at equal scales: grid, path, points, and what is infeasible on it. */
 
-import { Canvas, hatching } from '../../plot/canvas';
-import type { Palette } from '../../plot/palette';
+import type { Canvas } from '../../plot/canvas';
 import { Plane } from '../../plot/plane';
 import { outside, type DrawnPath, type Point } from './drawn-path';
 import { stretches, type Checked } from './feasibility';
@@ -30,16 +29,12 @@ export interface Scene {
 export class PathView {
   private stroke: Point = [0.085, 0.145];
   private zoom = 1;
-  private readonly canvas: Canvas;
   private readonly plane: Plane;
-  private readonly hatch: CanvasPattern | null;
   /** Pictures of a point by its size. */
   private readonly dots = new Map<number, HTMLCanvasElement>();
 
-  constructor(element: HTMLCanvasElement, palette: Palette) {
-    this.canvas = new Canvas(element, palette);
-    this.plane = new Plane(this.canvas);
-    this.hatch = hatching(this.canvas.c, palette.bad);
+  constructor(private readonly canvas: Canvas) {
+    this.plane = new Plane(canvas);
   }
 
   /** CSS pixels per metre. */
@@ -48,15 +43,10 @@ export class PathView {
     return Math.max(1, whole) * this.zoom;
   }
 
-  resize(width: number, height: number): void {
-    this.canvas.resize(width, height);
-    this.dots.clear();
-    this.plane.scale = this.scale;
-  }
-
-  /** Keeps zoom and centre when the view is made anew, for another theme. */
+  /** Keeps zoom and centre when the view is made anew, for another theme or size. */
   like(other: PathView | null): this {
     if (other) [this.zoom, this.plane.centre] = [other.zoom, other.plane.centre];
+    this.plane.scale = this.scale;
     return this;
   }
 
@@ -107,8 +97,7 @@ export class PathView {
     canvas.clipped(plane.box, () => c.fillRect(west, north, east - west, south - north));
     plane.grid();
     canvas.clipped(plane.box, () => {
-      c.strokeStyle = palette.strong;
-      c.lineWidth = 1.5;
+      canvas.pen('strong', 1.5);
       c.strokeRect(west, north, east - west, south - north);
       const { found, path } = scene;
       if (found) this.infeasible(found, scene.fresh);
@@ -124,12 +113,10 @@ export class PathView {
   }
 
   private path(path: DrawnPath): void {
-    const { c, palette } = this.canvas;
+    const { c } = this.canvas;
     const { curve } = outline(path, SEGMENT / this.scale);
-    c.strokeStyle = palette.text;
-    c.lineWidth = 1.5;
+    this.canvas.pen('text', 1.5);
     c.lineJoin = 'round';
-    c.setLineDash([]);
     c.beginPath();
     this.canvas.trace(curve.length, (i) => this.at(curve[i] as Point));
     c.stroke();
@@ -137,11 +124,10 @@ export class PathView {
 
   /** The path as the server sampled it, from one bin to another. */
   private trail(found: Checked, from: number, to: number): void {
-    const { c, palette: inks } = this.canvas;
+    const { c } = this.canvas;
     const [x, y] = places(found);
     if (!x || !y) return;
-    c.strokeStyle = inks.text;
-    c.lineWidth = 1.5;
+    this.canvas.pen('text', 1.5);
     c.beginPath();
     this.trace(x, y, from, to);
     c.stroke();
@@ -153,7 +139,7 @@ export class PathView {
   }
 
   private infeasible(found: Checked, fresh: boolean): void {
-    const { c, palette: inks } = this.canvas;
+    const { c } = this.canvas;
     const [x, y] = places(found);
     if (!x || !y || found.feasible) return;
     c.save();
@@ -161,7 +147,7 @@ export class PathView {
     c.lineWidth = 13;
     c.lineCap = 'round';
     c.lineJoin = 'round';
-    c.strokeStyle = this.hatch ?? inks.bad;
+    c.strokeStyle = this.canvas.hatch('bad');
     c.beginPath();
     // A bin further than the last that is bad, so that one of a single bin has a length.
     for (const [from, to] of stretches(found)) this.trace(x, y, from, to + 1);
@@ -194,12 +180,10 @@ export class PathView {
       c.strokeStyle = beyond.has(i) ? inks.bad : chosen ? inks.focus : inks.text;
       c.stroke();
       if (!beyond.has(i)) return;
-      c.beginPath();
-      c.moveTo(px - 9, py - 9);
-      c.lineTo(px + 9, py + 9);
-      c.moveTo(px - 9, py + 9);
-      c.lineTo(px + 9, py - 9);
-      c.stroke();
+      this.canvas.lines([
+        [px - 9, py - 9, px + 9, py + 9],
+        [px - 9, py + 9, px + 9, py - 9],
+      ]);
     });
   }
 
@@ -224,11 +208,11 @@ export class PathView {
 
   /** Numbers at the worst places, as in the list, and where the cursor of the plots is. */
   private marks(found: Checked, { cursor, fresh }: Scene): void {
-    const { c, palette: inks } = this.canvas;
+    const { canvas } = this;
     const [x, y] = places(found);
     if (cursor !== null && x && y && cursor < x.length) {
       const [px, py] = this.at([x[cursor] as number, y[cursor] as number]);
-      this.canvas.dot(px, py, 5, inks.focus);
+      canvas.dot(px, py, 5, 'focus');
     }
     if (!fresh) return;
     const taken: Point[] = [];
@@ -237,14 +221,11 @@ export class PathView {
       if (taken.some(([x, y]) => Math.hypot(x - px, y - py) < APART)) return;
       taken.push([px, py]);
       const [bx, by] = [px + 14, py - 14];
-      c.lineWidth = 1;
-      this.canvas.line([px, py], [bx, by], inks.bad);
-      this.canvas.dot(bx, by, 8, inks.bad);
-      c.fillStyle = inks.panel;
-      this.canvas.font(11, 600);
-      c.textAlign = 'center';
-      c.textBaseline = 'middle';
-      c.fillText(String(i + 1), bx, by + 0.5);
+      canvas.pen('bad');
+      canvas.lines([[px, py, bx, by]]);
+      canvas.dot(bx, by, 8, 'bad');
+      canvas.font(11, 600);
+      canvas.write(String(i + 1), bx, by + 0.5, { align: 'center', ink: 'panel' });
     });
   }
 }

@@ -14,8 +14,8 @@ export interface Share {
 }
 
 const LOOKS: readonly Pick<QuantileBand, 'ink' | 'dash'>[] = [
-  { ink: 'a', dash: [] },
-  { ink: 'b', dash: [3, 3] },
+  { ink: 'a', dash: 'solid' },
+  { ink: 'b', dash: 'dot' },
 ];
 const Z = 1.959964;
 

@@ -1,5 +1,5 @@
 import { expect, it, vi } from 'vitest';
-import type { Palette } from '../../../plot/palette';
+import { recorder } from '../../../plot/recorder';
 import { StillSource } from '../../../plot/source';
 import { magnification, PlaneView } from './mover-plane';
 
@@ -14,22 +14,10 @@ it('magnifies nothing when there is no error', () => {
   expect(magnification(0, Number.NaN)).toBe(1);
 });
 
-/** A canvas that writes down what is drawn. */
-function recorder(): { canvas: HTMLCanvasElement; calls: [string, ...number[]][] } {
-  const calls: [string, ...number[]][] = [];
-  const context = new Proxy({} as Record<string, unknown>, {
-    get: (own, name: string) =>
-      name in own ? own[name] : (...args: number[]) => void calls.push([name, ...args]),
-  });
-  return { canvas: { getContext: () => context } as unknown as HTMLCanvasElement, calls };
-}
-
 it('draws no trace over the axes', () => {
-  vi.stubGlobal('getComputedStyle', () => ({ fontFamily: 'sans-serif' }));
-  vi.stubGlobal('devicePixelRatio', 1);
   const { canvas, calls } = recorder();
-  const view = new PlaneView(canvas, ['A'], {} as Palette);
-  view.resize(400, 300);
+  vi.stubGlobal('devicePixelRatio', 1);
+  const view = new PlaneView(canvas, ['A']);
   const columns = new Map(
     ['x.position_reference', 'y.position_reference', 'A.x.following_error', 'A.y.following_error']
       .map((column) => [column, Float32Array.from({ length: 9 }, (_, i) => Math.sin(i))] as const)

@@ -3,8 +3,8 @@
  * thousandth of the path, so they are magnified: a mover is drawn at reference − factor × error.
  */
 
-import { Canvas } from '../../../plot/canvas';
-import type { Palette } from '../../../plot/palette';
+import type { Canvas } from '../../../plot/canvas';
+import type { Ink } from '../../../plot/palette';
 import { Plane } from '../../../plot/plane';
 import { roundStep, type Range } from '../../../plot/range';
 import type { Source } from '../../../plot/source';
@@ -14,6 +14,7 @@ const MARGIN = 0.04;
 /** The largest error is drawn about this long, as a share of the path's size. */
 const SHARE = 0.18;
 const MARK_SPACING = 70;
+const INKS: readonly Ink[] = ['a', 'b'];
 
 interface Extent {
   x: Range;
@@ -47,25 +48,17 @@ export class PlaneView {
   private readonly high = new Float32Array(POINTS + 2);
   private count = 0;
   private box: Extent | null = null;
-  private readonly canvas: Canvas;
   private readonly plane: Plane;
 
   constructor(
-    element: HTMLCanvasElement,
+    private readonly canvas: Canvas,
     private readonly variants: readonly string[],
-    palette: Palette,
   ) {
-    this.canvas = new Canvas(element, palette);
-    this.plane = new Plane(this.canvas);
-  }
-
-  resize(width: number, height: number): void {
-    this.canvas.resize(width, height);
+    this.plane = new Plane(canvas);
   }
 
   draw(source: Source, range: Range, at: number): void {
     const { canvas, plane } = this;
-    const { palette } = canvas;
     this.read(source, range);
     canvas.clear();
     if (!this.box) return;
@@ -73,15 +66,14 @@ export class PlaneView {
     plane.centre = [(x.from + x.to) / 2, (y.from + y.to) / 2];
     plane.scale = plane.fitting(x.to - x.from, y.to - y.from);
     plane.grid();
-    const inks = [palette.a, palette.b];
     canvas.clipped(plane.box, () => {
-      this.path(this.reference, palette.reference, 1);
+      this.path(this.reference, 'reference', 1);
       this.variants.slice(0, 2).forEach((_, i) => {
         const mover = this.movers[i] as Trail;
-        this.path(mover, inks[i] as string, 1.75);
-        if (i === 1) this.markers(mover, inks[i] as string);
+        this.path(mover, INKS[i] as Ink, 1.75);
+        if (i === 1) this.markers(mover, INKS[i] as Ink);
       });
-      this.places(source, at, inks);
+      this.places(source, at);
     });
   }
 
@@ -160,18 +152,17 @@ export class PlaneView {
     if (!stays) this.factor = wanted;
   }
 
-  private path({ x, y }: Trail, colour: string, width: number): void {
+  private path({ x, y }: Trail, ink: Ink, width: number): void {
     const { canvas, plane } = this;
     const { c } = canvas;
-    c.strokeStyle = colour;
-    c.lineWidth = width;
+    canvas.pen(ink, width);
     c.lineJoin = 'bevel';
     c.beginPath();
     canvas.trace(this.count, (i) => [plane.px(x[i] as number), plane.py(y[i] as number)]);
     c.stroke();
   }
 
-  private markers({ x, y }: Trail, colour: string): void {
+  private markers({ x, y }: Trail, ink: Ink): void {
     const { plane } = this;
     let run = 0;
     for (let i = 1; i < this.count; i++) {
@@ -184,30 +175,29 @@ export class PlaneView {
       run += ahead;
       if (run < MARK_SPACING) continue;
       run = 0;
-      this.canvas.dot(px, py, 2.5, colour);
+      this.canvas.dot(px, py, 2.5, ink);
     }
   }
 
   /** Where reference and movers are at one moment. */
-  private places(source: Source, at: number, inks: readonly string[]): void {
+  private places(source: Source, at: number): void {
     const x = source.at('x.position_reference', at);
     const y = source.at('y.position_reference', at);
     if (!Number.isFinite(x) || !Number.isFinite(y)) return;
-    this.dot(x, y, 3.5, this.canvas.palette.reference);
+    this.dot(x, y, 3.5, 'reference');
     this.variants.slice(0, 2).forEach((variant, i) => {
       const ex = source.at(`${variant}.x.following_error`, at);
       const ey = source.at(`${variant}.y.following_error`, at);
       if (!Number.isFinite(ex) || !Number.isFinite(ey)) return;
-      this.dot(x - this.factor * ex, y - this.factor * ey, 5, inks[i] as string);
+      this.dot(x - this.factor * ex, y - this.factor * ey, 5, INKS[i] as Ink);
     });
   }
 
-  private dot(x: number, y: number, radius: number, colour: string): void {
-    const { c, palette } = this.canvas;
-    this.canvas.dot(this.plane.px(x), this.plane.py(y), radius, colour);
-    c.lineWidth = 1.5;
-    c.strokeStyle = palette.panel;
-    c.stroke();
+  private dot(x: number, y: number, radius: number, ink: Ink): void {
+    const { canvas, plane } = this;
+    canvas.dot(plane.px(x), plane.py(y), radius, ink);
+    canvas.pen('panel', 1.5);
+    canvas.c.stroke();
   }
 }
 

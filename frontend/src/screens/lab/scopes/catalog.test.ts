@@ -7,7 +7,7 @@ describe('scopes', () => {
   it('tell B from A without colour', () => {
     const [a, b, difference] = all[0]?.traces ?? [];
     expect(difference?.dash).toBeDefined();
-    expect([a?.marked, b?.marked]).toEqual([false, true]);
+    expect([a?.marker, b?.marker]).toEqual([undefined, 'dot']);
   });
   it('need each column once, and nothing that is computed here', () => {
     const columns = columnsOf(all, ['A', 'B']);

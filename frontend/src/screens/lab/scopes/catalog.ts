@@ -2,9 +2,9 @@
 
 import { AXES, type Axis } from '../../../app/api/types';
 import type { Difference } from '../../../app/stream/ring';
-import type { Ink } from '../../../plot/palette';
 import type { Trace, Traces } from '../../../plot/scope-chart';
 import { differenceName } from '../../../plot/source';
+import type { Look } from '../../../plot/types';
 
 export interface Scope extends Traces {
   id: ScopeId;
@@ -25,20 +25,23 @@ export type ScopeId = (typeof SCOPES)[number]['id'];
 
 export const DEFAULT_SCOPES: readonly ScopeId[] = ['ex', 'ey', 'i', 'f'];
 
-const INKS: readonly Ink[] = ['a', 'b'];
-const PHASES: readonly { phase: string; ink: Ink; dash?: number[] }[] = [
+const PHASES: readonly ({ phase: string } & Look)[] = [
   { phase: 'a', ink: 'phase-a' },
-  { phase: 'b', ink: 'phase-b', dash: [7, 3] },
-  { phase: 'c', ink: 'phase-c', dash: [2, 2] },
+  { phase: 'b', ink: 'phase-b', dash: 'dash' },
+  { phase: 'c', ink: 'phase-c', dash: 'dot' },
 ];
+
+/** How the first variant and the second look: markers tell B from A without colour. */
+export function looksOf(variant: number): Look {
+  return variant === 1 ? { ink: 'b', marker: 'dot' } : { ink: 'a' };
+}
 
 /** Traces of one channel for A and B. */
 function both(variants: readonly string[], rest: string): Trace[] {
   return variants.slice(0, 2).map((variant, i) => ({
     column: `${variant}.${rest}`,
     label: variant,
-    ink: INKS[i] ?? 'a',
-    marked: i === 1,
+    ...looksOf(i),
   }));
 }
 
@@ -68,7 +71,7 @@ function followingError(axis: Axis, variants: readonly string[]): Scope {
   if (a === undefined || b === undefined) return scope;
   const name = differenceName(channel, a, b);
   scope.difference = { name, minuend: `${a}.${channel}`, subtrahend: `${b}.${channel}` };
-  traces.push({ column: name, label: `${a}−${b}`, ink: 'difference', dash: [5, 4] });
+  traces.push({ column: name, label: `${a}−${b}`, ink: 'difference', dash: 'dash' });
   return scope;
 }
 
@@ -111,7 +114,7 @@ export function scopeOf(
             column: `${variant}.${axis}.friction_estimate`,
             label: 'estimate',
             ink: 'phase-a',
-            dash: [5, 4],
+            dash: 'dash',
           },
         ],
       };

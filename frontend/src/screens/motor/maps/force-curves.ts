@@ -1,14 +1,15 @@
 /** Curves over position from the tables of a force map, as the paper's Fig. 2. */
 
 import type { MapTables } from '../../../app/api/types';
-import type { Band, Dash, PlotInk, Series } from '../../../plot/types';
+import type { Ink } from '../../../plot/palette';
+import type { Band, Dash, Series } from '../../../plot/types';
 import { computed } from '../quantity-fields';
 import { normalForce, thrust, type Analytic } from './analytic-map';
 
 export type Force = 'thrust' | 'normal_force';
 
 /** Currents from the largest down, told apart by colour and dashes; A and B keep theirs. */
-const STYLES: readonly { ink: PlotInk; dash: Dash; width?: number }[] = [
+const STYLES: readonly { ink: Ink; dash: Dash; width?: number }[] = [
   { ink: 'text', dash: 'solid', width: 2 },
   { ink: 'phase-a', dash: 'dash' },
   { ink: 'phase-c', dash: 'dashdot' },

@@ -1,42 +1,42 @@
 /** Laws of force sharing side by side: what is asked, what is drawn, what is compared. */
 
 import type { MapFit, SharingDocument } from '../../../app/api/types';
-import type { Dash, PlotInk, Series } from '../../../plot/types';
+import type { Ink } from '../../../plot/palette';
+import type { Dash, Series } from '../../../plot/types';
 import { minus } from '../../../ui/units';
 
 export type Law = SharingDocument['law'];
 
-export const LAWS: readonly { law: Law; name: string; title: string; dash: Dash; ink: PlotInk }[] =
-  [
-    {
-      law: 'least-norm',
-      name: 'least norm',
-      title: 'In proportion to the square of what each phase can give',
-      dash: 'solid',
-      ink: 'text',
-    },
-    {
-      law: 'force-per-ampere',
-      name: 'force per ampere',
-      title: "Least copper loss for the force: the paper's reference [21]",
-      dash: 'dash',
-      ink: 'phase-b',
-    },
-    {
-      law: 'sine',
-      name: 'sine',
-      title: 'Classical, handing over along a sine',
-      dash: 'dashdot',
-      ink: 'phase-a',
-    },
-    {
-      law: 'cubic',
-      name: 'cubic',
-      title: 'Classical, handing over along a cubic',
-      dash: 'dot',
-      ink: 'difference',
-    },
-  ];
+export const LAWS: readonly { law: Law; name: string; title: string; dash: Dash; ink: Ink }[] = [
+  {
+    law: 'least-norm',
+    name: 'least norm',
+    title: 'In proportion to the square of what each phase can give',
+    dash: 'solid',
+    ink: 'text',
+  },
+  {
+    law: 'force-per-ampere',
+    name: 'force per ampere',
+    title: "Least copper loss for the force: the paper's reference [21]",
+    dash: 'dash',
+    ink: 'phase-b',
+  },
+  {
+    law: 'sine',
+    name: 'sine',
+    title: 'Classical, handing over along a sine',
+    dash: 'dashdot',
+    ink: 'phase-a',
+  },
+  {
+    law: 'cubic',
+    name: 'cubic',
+    title: 'Classical, handing over along a cubic',
+    dash: 'dot',
+    ink: 'difference',
+  },
+];
 
 /** What the controller believes: the machine's own map, or the analytic one fitted to it. */
 export type Belief = 'same' | 'fit';
