@@ -22,6 +22,7 @@ from tests.bench.machine import AVX2_ENVIRONMENT, description, load
 from tests.bench.maps import maps
 from tests.bench.page import page
 from tests.bench.plates import plates
+from tests.bench.plots import plots
 from tests.bench.scene import scene
 from tests.bench.speed import speed
 from tests.bench.start import start
@@ -45,6 +46,7 @@ _LAB: dict[str, Callable[[], Iterator[Row]]] = {
     "start": start,
     "stream": stream,
     "page": page,
+    "plots": plots,
     "scene": scene,
     "hold": hold,
 }
