@@ -10,6 +10,7 @@ from typing import Any
 
 from motionlab.config.bounds import DEPTH_MAX
 from motionlab.config.includes import controller_name, resolve
+from motionlab.config.shipped import copied
 from motionlab.errors import ConfigError, FieldError
 
 SCHEDULABLE = ("plant", "variants", "load")
@@ -81,7 +82,7 @@ def apply_changes(document: dict[str, Any], changes: Mapping[str, Any]) -> dict[
     if too_long:
         rule = f"<= {DEPTH_MAX}"
         raise ConfigError(*(FieldError(p, "has too many parts", range=rule) for p in too_long))
-    tables = _copied(document)
+    tables = copied(document)
     for dots, group in groupby(sorted(labelled(changes).items(), key=_dots), key=_dots):
         names_parts = False
         for path, value in group:
@@ -93,13 +94,6 @@ def apply_changes(document: dict[str, Any], changes: Mapping[str, Any]) -> dict[
         if names_parts:
             tables = resolve(tables)
     return tables
-
-
-def _copied(value: Any) -> Any:
-    """Return a copy of tables and lists; quicker than `copy.deepcopy`, which looks for cycles."""
-    if isinstance(value, dict):
-        return {key: _copied(item) for key, item in value.items()}
-    return [_copied(item) for item in value] if isinstance(value, list) else value
 
 
 def as_tables(changes: Mapping[str, Any]) -> dict[str, Any]:

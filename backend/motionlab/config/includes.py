@@ -8,12 +8,11 @@ the name of a map; beside ``x`` and ``y`` it stands for that of both axes.
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Mapping
 from typing import Any
 
 from motionlab.config.planar import AXES
-from motionlab.config.shipped import Kind, read
+from motionlab.config.shipped import Kind, copied, read
 from motionlab.errors import ConfigError, FieldError
 
 _MODEL_KEYS = ("mass", "friction", "force_map")
@@ -110,12 +109,12 @@ def _merge(base: Any, own: Mapping[str, Any]) -> dict[str, Any]:
 
     A table of its own base or kind replaces what was there; upon a name, a table changes that part.
     """
-    merged = copy.deepcopy(base)
+    merged = copied(base)
     for key, value in own.items():
         below = merged.get(key)
         whole = not isinstance(value, Mapping) or "base" in value or "kind" in value
         if not whole and isinstance(below, str):
             below = {"base": below}
         mergeable = not whole and isinstance(below, Mapping)
-        merged[key] = _merge(below, value) if mergeable else copy.deepcopy(value)
+        merged[key] = _merge(below, value) if mergeable else copied(value)
     return merged

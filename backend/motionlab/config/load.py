@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -14,7 +13,7 @@ from motionlab.config.changes import apply_changes, check_schedulable
 from motionlab.config.includes import resolve
 from motionlab.config.quantity import Config
 from motionlab.config.scenario import Scenario
-from motionlab.config.shipped import is_name, parse, read
+from motionlab.config.shipped import copied, is_name, parse, read
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.config.validation_errors import field_errors
@@ -104,8 +103,10 @@ def epochs(scenario: Scenario, start: int = 0) -> list[tuple[int, Scenario]]:
     ConfigError
         If an event leads to a scenario that is not valid, or two events share a tick.
     """
-    document = scenario.model_dump(mode="json")
     result = [(start, scenario)]
+    if not scenario.schedule:
+        return result
+    document = scenario.model_dump(mode="json")
     order = sorted(enumerate(scenario.schedule), key=lambda item: item[1].time)
     for index, event in order:
         tick = to_ticks(event.time)
@@ -137,7 +138,7 @@ def epochs(scenario: Scenario, start: int = 0) -> list[tuple[int, Scenario]]:
 
 def _read_source(source: str | Path | Mapping[str, Any]) -> dict[str, Any]:
     if isinstance(source, Mapping):
-        return copy.deepcopy(dict(source))
+        return copied(dict(source))
     if isinstance(source, Path):
         named = {"name": source.stem} if is_name(source.stem) else {}
         return named | parse(source)

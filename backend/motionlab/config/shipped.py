@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import functools
 import os
 import re
 import tomllib
@@ -16,6 +17,7 @@ Kind = Literal["motors", "controllers", "trajectories", "scenarios"]
 
 _NAME = re.compile("[a-z0-9-]{1,64}")
 _WORD_MAX = 100  # characters of a word that is compared with others
+_PACKAGE = Path(__file__).resolve().parent.parent
 
 
 def config_root() -> Path:
@@ -23,9 +25,8 @@ def config_root() -> Path:
     override = os.environ.get("MOTIONLAB_CONFIGS")
     if override:
         return Path(override)
-    package = Path(__file__).resolve().parent.parent
-    installed = package / "configs"
-    return installed if installed.is_dir() else package.parent.parent / "configs"
+    installed = _PACKAGE / "configs"
+    return installed if installed.is_dir() else _PACKAGE.parent.parent / "configs"
 
 
 def is_name(text: str) -> bool:
@@ -60,8 +61,9 @@ def read(kind: Kind, name: str, *, loc: str) -> dict[str, Any]:
     ConfigError
         If nothing of that name ships.
     """
-    known = names(kind)
-    if not is_name(name) or name not in known:
+    path = config_root() / kind / f"{name}.toml"
+    if not is_name(name) or not path.is_file():
+        known = names(kind)
         raise ConfigError(
             FieldError(
                 loc=loc,
@@ -71,7 +73,19 @@ def read(kind: Kind, name: str, *, loc: str) -> dict[str, Any]:
                 range="one of " + ", ".join(known),
             )
         )
-    return parse(config_root() / kind / f"{name}.toml", loc=f"{kind}/{name}.toml")
+    return copied(_parsed(path, path.stat().st_mtime_ns))
+
+
+@functools.lru_cache(maxsize=64)
+def _parsed(path: Path, _changed: int) -> dict[str, Any]:
+    return parse(path, loc=f"{path.parent.name}/{path.name}")
+
+
+def copied(value: Any) -> Any:
+    """Return a copy of tables and lists; quicker than `copy.deepcopy`, which looks for cycles."""
+    if isinstance(value, dict):
+        return {key: copied(item) for key, item in value.items()}
+    return [copied(item) for item in value] if isinstance(value, list) else value
 
 
 def parse(path: Path, *, loc: str = "", size_max: int = FILE_MAX) -> dict[str, Any]:
