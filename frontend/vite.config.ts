@@ -30,5 +30,6 @@ export default defineConfig({
   test: {
     include: ['src/**/*.test.ts'],
     environment: 'node',
+    setupFiles: ['src/app/fields/example-fields.ts'],
   },
 });

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import reprlib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 SHOWN_MAX = 20
 """Errors that are told of; the others are counted."""
@@ -43,6 +43,10 @@ class MotionLabError(Exception):
     """Base of every failure that is reported to the user without a traceback."""
 
 
+SIGNS = {"minimum": ">=", "exclusive_minimum": ">", "maximum": "<=", "exclusive_maximum": "<"}
+"""Kinds of bounds, in the words of JSON schema."""
+
+
 @dataclass(frozen=True)
 class FieldError:
     """One input field that cannot be used.
@@ -56,9 +60,11 @@ class FieldError:
     value : object
         What was given.
     range : str
-        What is allowed, such as ``0 <= k_p <= 1e8``; empty where nothing can be said.
+        What is allowed, such as ``one of x, y``; left out: `bounds` as text, if there are any.
     unit : str
         Unit of the field; empty for names and switches.
+    bounds : dict of str to float
+        Ends of the allowed range by `SIGNS`.
     """
 
     loc: str
@@ -66,6 +72,17 @@ class FieldError:
     value: object = None
     range: str = ""
     unit: str = ""
+    bounds: dict[str, float] = field(default_factory=dict, hash=False)
+
+    def __post_init__(self) -> None:
+        """Write the bounds as text."""
+        if self.bounds and not self.range:
+            ends = (
+                f"{sign} {self.bounds[end]:.10g}"
+                for end, sign in SIGNS.items()
+                if end in self.bounds
+            )
+            object.__setattr__(self, "range", " and ".join(ends))
 
     def __str__(self) -> str:
         """Return one line that names field, value, range and unit."""

@@ -40,7 +40,7 @@ def refused(response: httpx.Response) -> list[dict[str, Any]]:
     assert problem["detail"]
     assert problem["errors"]
     for error in problem["errors"]:
-        assert set(error) == {"loc", "message", "value", "range", "unit"}
+        assert set(error) == {"loc", "message", "value", "range", "unit", "bounds"}
     return problem["errors"]
 
 

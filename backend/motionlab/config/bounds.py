@@ -62,7 +62,7 @@ def check_toml(text: str, *, loc: str) -> None:
         at_start = token == "\n"
         if keys > KEYS_MAX:
             raise ConfigError(
-                FieldError(loc, "has too many keys and tables", range=f"<= {KEYS_MAX}")
+                FieldError(loc, "has too many keys and tables", bounds={"maximum": KEYS_MAX})
             )
         if depth > DEPTH_MAX or parts >= DEPTH_MAX:
             raise _too_deep(loc)

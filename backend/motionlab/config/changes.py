@@ -80,8 +80,8 @@ def apply_changes(document: dict[str, Any], changes: Mapping[str, Any]) -> dict[
     """
     too_long = [path for path in changes if path.count(".") >= DEPTH_MAX]
     if too_long:
-        rule = f"<= {DEPTH_MAX}"
-        raise ConfigError(*(FieldError(p, "has too many parts", range=rule) for p in too_long))
+        most: dict[str, float] = {"maximum": DEPTH_MAX}
+        raise ConfigError(*(FieldError(p, "has too many parts", bounds=most) for p in too_long))
     tables = copied(document)
     for dots, group in groupby(sorted(labelled(changes).items(), key=_dots), key=_dots):
         names_parts = False

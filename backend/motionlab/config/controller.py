@@ -8,20 +8,48 @@ from pydantic import Field
 
 from motionlab.config.force_map import AnyForceMapConfig
 from motionlab.config.plant import FrictionConfig
-from motionlab.config.quantity import OURS, PAPER, Config, quantity
+from motionlab.config.quantity import OURS, PAPER, Config, choices, quantity
 
 Law = Literal["off", "lugre-observer", "published-k", "residual-k", "canudas-de-wit", "reversed-k"]
 SharingLaw = Literal["least-norm", "force-per-ampere", "sine", "cubic"]
+
+LAWS = choices(
+    ("off", "no compensation", "No friction is compensated; the observer runs all the same"),
+    ("lugre-observer", "LuGre observer, K = 0", "The LuGre model driven by the velocity alone"),
+    ("residual-k", "K from the residual", "K from the filtered residual of the force balance"),
+    ("canudas-de-wit", "Canudas de Wit", "K in proportion to the following error, 1995"),
+    ("reversed-k", "K, sign reversed", "Eq. (25) with the opposite sign and a filtered balance"),
+    ("published-k", "K as published", "Eq. (25) as printed, which does not work in discrete time"),
+)
+"""Laws of friction compensation, as the screen calls them; motionlab.control.compensation."""
+
+SHARINGS = choices(
+    ("least-norm", "least norm", "In proportion to the square of what each phase can give"),
+    ("force-per-ampere", "force per ampere", "Least copper loss for the force"),
+    ("sine", "sine", "Classical, one phase hands over to the next along a sine"),
+    ("cubic", "cubic", "Classical, one phase hands over to the next along a cubic"),
+)
+"""Force-sharing functions; motionlab.force_sharing.functions."""
+
+HAND_OVER = ["sine", "cubic"]
+"""Force-sharing functions of which the overlap is a parameter."""
 
 
 class NotchConfig(Config):
     """A notch filter on PD and disturbance observer, against a resonance; not in the paper."""
 
     frequency: float = quantity(
-        "Frequency that is held back", unit="Hz", source=OURS, default=250.0, ge=1, le=900
+        "Frequency that is held back",
+        label="notch frequency",
+        unit="Hz",
+        source=OURS,
+        default=250.0,
+        ge=1,
+        le=900,
     )
     damping: float = quantity(
         "Damping ratio of its poles: half its relative width",
+        label="notch damping",
         unit="1",
         source=OURS,
         default=0.5,
@@ -29,15 +57,37 @@ class NotchConfig(Config):
         le=2,
     )
     gain: float = quantity(
-        "Gain at its frequency; 1 is no notch", unit="1", source=OURS, default=1.0, ge=0, le=1
+        "Gain at its frequency; 1 is no notch",
+        label="notch gain",
+        unit="1",
+        source=OURS,
+        default=1.0,
+        ge=0,
+        le=1,
     )
 
 
 class GainsConfig(Config):
     """PD gains of one axis; the paper prints them in N/mm and N s/mm."""
 
-    k_p: float = quantity("Proportional gain", unit="N/m", source=f"{PAPER}, Table 1", ge=0, le=1e9)
-    k_d: float = quantity("Derivative gain", unit="N s/m", source=f"{PAPER}, Table 1", ge=0, le=1e7)
+    k_p: float = quantity(
+        "Proportional gain",
+        label="k_p",
+        shown="N/mm",
+        unit="N/m",
+        source=f"{PAPER}, Table 1",
+        ge=0,
+        le=1e9,
+    )
+    k_d: float = quantity(
+        "Derivative gain",
+        label="k_d",
+        shown="N s/mm",
+        unit="N s/m",
+        source=f"{PAPER}, Table 1",
+        ge=0,
+        le=1e7,
+    )
     notch: NotchConfig = NotchConfig()
 
 
@@ -61,8 +111,13 @@ class ModelConfig(Config):
 class CompensationConfig(Config):
     """Friction compensation; the laws are described in motionlab.control.compensation."""
 
-    law: Law = Field(default="off", description="How the friction estimate is corrected")
+    law: Law = Field(
+        default="off",
+        description="How the friction estimate is corrected",
+        json_schema_extra=LAWS,
+    )
     enabled: bool = Field(
+        title="compensation",
         default=True,
         description="Add the estimate to the command; off, the observer runs all the same",
     )
@@ -71,6 +126,7 @@ class CompensationConfig(Config):
     )
     gain: float | None = quantity(
         "Gain of K; left out: 100/s for residual-k, 300/s for canudas-de-wit",
+        label="gain of K",
         unit="1/s",
         source=OURS,
         default=None,
@@ -105,6 +161,7 @@ class CompensationConfig(Config):
     k_d_share: float = quantity(
         "Share of k_d in the denominator of (25) (reversed-k): 0 leaves K = -(M a - u)/sigma_1; "
         "0.001 takes the number of Table 1, in N s/mm, as N s/m",
+        label="share of k_d",
         unit="1",
         source=OURS,
         default=0.0,
@@ -116,9 +173,17 @@ class CompensationConfig(Config):
 class DisturbanceObserverConfig(Config):
     """Disturbance observer on the force balance, friction estimate excepted."""
 
-    enabled: bool = Field(default=False, description="Add its estimate to the command")
+    enabled: bool = Field(
+        title="disturbance observer", default=False, description="Add its estimate to the command"
+    )
     bandwidth: float = quantity(
-        "Bandwidth of its filter", unit="Hz", source=OURS, default=30.0, gt=0, le=500
+        "Bandwidth of its filter",
+        label="observer bandwidth",
+        unit="Hz",
+        source=OURS,
+        default=30.0,
+        gt=0,
+        le=500,
     )
 
 
@@ -126,17 +191,21 @@ class SharingConfig(Config):
     """How a force command is shared among the phases; docs/sharing.md."""
 
     law: SharingLaw = Field(
+        title="force sharing",
         default="least-norm",
         description="least-norm: in proportion to the square of what each phase can give; "
         "force-per-ampere: least copper loss; sine, cubic: classical sharing functions",
+        json_schema_extra=SHARINGS,
     )
     overlap: float = quantity(
         "Share of the pole pitch over which one phase hands over to the next (sine, cubic)",
+        shown="% of pitch",
         unit="1",
         source=f"{OURS}: a sixth is all that two phases have in common",
         default=1 / 6,
         ge=0.005,
         le=1 / 6,
+        used_with=HAND_OVER,
     )
 
 

@@ -26,7 +26,7 @@ class DrawnPath(Config):
 
     kind: Literal["path"] = "path"
     points: Annotated[tuple[Point, ...], Field(strict=False, min_length=2, max_length=1000)] = (
-        quantity("Points (x, y) in the order of the visit", unit="m", source=REQUIRED)
+        quantity("Points (x, y) in the order of the visit", shown="mm", unit="m", source=REQUIRED)
     )
     closed: bool = quantity(
         "Whether the last point is joined to the first", unit="", source=OURS, default=False
@@ -47,6 +47,7 @@ class DrawnPath(Config):
     a_max: float | None = a_max_field()
     j_max: float | None = quantity(
         "Largest jerk along the path, of jerk_limited only",
+        label="max jerk",
         unit="m/s^3",
         source=REQUIRED,
         default=None,

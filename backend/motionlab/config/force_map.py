@@ -16,9 +16,13 @@ class ForceMapConfig(Config):
     """Analytic thrust F(i) S(theta) of each phase; see docs/symbols.md."""
 
     kind: Literal["analytic"] = Field(default="analytic", description="A formula")
-    tau: float = quantity("Pole pitch", unit="m", source=f"{PAPER}, eq. (2)", gt=1e-4, le=0.1)
+    tau: float = quantity(
+        "Pole pitch", shown="mm", unit="m", source=f"{PAPER}, eq. (2)", gt=1e-4, le=0.1
+    )
     offset: float = quantity(
         "Commutation offset: by how much the map is shifted against the encoder",
+        label="commutation",
+        shown="µm",
         unit="m",
         source=OURS,
         default=0.0,
@@ -27,6 +31,7 @@ class ForceMapConfig(Config):
     )
     F_pk: float = quantity(
         "Thrust of one phase at the peak current",
+        label="peak thrust",
         unit="N",
         source=f"{PAPER}: finite elements 34.1 N, measured 38.4 N",
         gt=1e-3,
@@ -34,14 +39,23 @@ class ForceMapConfig(Config):
     )
     N_pk: float = quantity(
         "Normal force of one phase at the peak current, aligned",
+        label="peak normal force",
         unit="N",
         source=f"{PAPER}: finite elements 380.1 N, measured 427.4 N",
         ge=0,
         le=1e5,
     )
-    I_pk: float = quantity("Peak current", unit="A", source=f"{PAPER}, section II", gt=1e-3, le=100)
+    I_pk: float = quantity(
+        "Peak current",
+        label="peak current",
+        unit="A",
+        source=f"{PAPER}, section II",
+        gt=1e-3,
+        le=100,
+    )
     I_knee: float = quantity(
         "Current at which saturation sets in",
+        label="saturation I_knee",
         unit="A",
         source=f"{OURS}, from a finite-element model of the paper's geometry",
         gt=1e-3,
@@ -49,6 +63,7 @@ class ForceMapConfig(Config):
     )
     h_2: float = quantity(
         "Second harmonic of thrust over position",
+        label="harmonic h_2",
         unit="1",
         source=OURS,
         default=0.0,
@@ -57,6 +72,7 @@ class ForceMapConfig(Config):
     )
     h_3: float = quantity(
         "Third harmonic of thrust over position",
+        label="harmonic h_3",
         unit="1",
         source="0.039 follows from the paper's 43.1 N over 38.4 N = (1 + 2 h_3)/(1 - h_3)",
         default=0.0,
@@ -70,10 +86,14 @@ class TableMapConfig(Config):
 
     kind: Literal["table"] = Field(default="table", description="A table")
     name: MapName = Field(
-        description="A shipped map, or the file name without .json of one below MOTIONLAB_DATA/maps"
+        title="force map",
+        description="A shipped map, or the file name without .json of one below "
+        "MOTIONLAB_DATA/maps",
     )
     offset: float = quantity(
         "Commutation offset: by how much the map is shifted against the encoder",
+        label="commutation",
+        shown="µm",
         unit="m",
         source=OURS,
         default=0.0,
@@ -82,6 +102,7 @@ class TableMapConfig(Config):
     )
     gain: float = quantity(
         "Factor on thrust and normal force, such as 34.1/38.6 for the paper's own finite elements",
+        label="map gain",
         unit="1",
         source=OURS,
         default=1.0,

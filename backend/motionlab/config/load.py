@@ -118,7 +118,7 @@ def epochs(scenario: Scenario, start: int = 0) -> list[tuple[int, Scenario]]:
                     loc=f"schedule.{index}.time",
                     message="needs a control period of its own after the start and other events",
                     value=event.time,
-                    range=f">= {(result[-1][0] + 1) * CONTROL_PERIOD:g}",
+                    bounds={"minimum": (result[-1][0] + 1) * CONTROL_PERIOD},
                     unit="s",
                 )
             )

@@ -26,7 +26,9 @@ _HOUR = 3600.0
 
 
 def _start() -> PlanarLength:
-    return quantity("Where the motion starts", unit="m", source=OURS, default=PlanarLength())
+    return quantity(
+        "Where the motion starts", shown="mm", unit="m", source=OURS, default=PlanarLength()
+    )
 
 
 def dwell_field(description: str, *, gt: float | None = None, default: float = 1.0) -> float:
@@ -39,6 +41,8 @@ def v_max_field(*, default: float | None = None) -> float:
     """Declare the largest speed along a path; optional without a default."""
     return quantity(
         "Largest speed along the path",
+        label="max speed",
+        shown="mm/s",
         unit="m/s",
         source=f"{REQUIRED}; the paper's y motions stay below 0.15 m/s",
         default=default,
@@ -51,6 +55,7 @@ def a_max_field(*, default: float | None = None) -> float:
     """Declare the largest acceleration along a path; optional without a default."""
     return quantity(
         "Largest acceleration along the path",
+        label="max accel.",
         unit="m/s^2",
         source=f"{REQUIRED}; the thrust map reaches 28.1 N / 13.9 kg = 2.0 m/s^2 less friction "
         "on y",
@@ -65,7 +70,7 @@ class PointTarget(Config):
 
     kind: Literal["point"] = "point"
     position: PlanarLength = quantity(
-        "Where to stand", unit="m", source=OURS, default=PlanarLength()
+        "Where to stand", shown="mm", unit="m", source=OURS, default=PlanarLength()
     )
     duration: float = quantity("How long", unit="s", source=OURS, default=1.0, gt=0.0, le=_HOUR)
 
@@ -82,7 +87,7 @@ class Step(Config):
 
     kind: Literal["step"] = "step"
     start: PlanarLength = _start()
-    height: PlanarLength = quantity("Height of the step", unit="m", source=REQUIRED)
+    height: PlanarLength = quantity("Height of the step", shown="µm", unit="m", source=REQUIRED)
     delay: float = quantity(
         "Time at the start before the step", unit="s", source=OURS, default=0.1, gt=0.0, le=_HOUR
     )
@@ -94,10 +99,13 @@ class RampMove(Config):
 
     kind: Literal["ramp"] = "ramp"
     start: PlanarLength = _start()
-    velocity: PlanarVelocity = quantity("Velocity per axis", unit="m/s", source=REQUIRED)
+    velocity: PlanarVelocity = quantity(
+        "Velocity per axis", shown="mm/s", unit="m/s", source=REQUIRED
+    )
     lead_in: float = quantity(
         "Time in which the velocity is eased from rest, part of the duration; 0 jumps to it, which "
         "is feasible for slow ramps only",
+        label="lead-in",
         unit="s",
         source=OURS,
         default=0.1,
@@ -123,7 +131,7 @@ class Trapezoid(Config):
 
     kind: Literal["trapezoid"] = "trapezoid"
     start: PlanarLength = _start()
-    end: PlanarLength = quantity("Where the line ends", unit="m", source=REQUIRED)
+    end: PlanarLength = quantity("Where the line ends", shown="mm", unit="m", source=REQUIRED)
     v_max: float = v_max_field(default=0.15)
     a_max: float = a_max_field(default=1.6)
     dwell: float = dwell_field("Time at each end, before the first move too")
@@ -150,10 +158,13 @@ class Staircase(Config):
     start: PlanarLength = _start()
     step: PlanarLength = quantity(
         "Displacement of one step",
+        shown="µm",
         unit="m",
         source="Huang et al. 2019, Table 1, has 0.5 um and 50 mm; otherwise the scenario's",
     )
-    count: int = quantity("Steps up", unit="1", source=OURS, default=5, ge=1, le=1000)
+    count: int = quantity(
+        "Steps up", label="steps", unit="1", source=OURS, default=5, ge=1, le=1000
+    )
     there_and_back: bool = quantity("Come down again", unit="", source=OURS, default=True)
     dwell: float = dwell_field("Time on each level, the first included", gt=0.0)
     v_max: float | None = v_max_field()
@@ -176,6 +187,7 @@ class _Edges(Config):
     a_max: float | None = a_max_field()
     edge_time: float | None = quantity(
         "Time of every edge, instead of v_max and a_max",
+        label="time of an edge",
         unit="s",
         source=REQUIRED,
         default=None,
@@ -197,7 +209,7 @@ class Line(_Edges):
 
     kind: Literal["line"] = "line"
     start: PlanarLength = _start()
-    end: PlanarLength = quantity("Where the line ends", unit="m", source=REQUIRED)
+    end: PlanarLength = quantity("Where the line ends", shown="mm", unit="m", source=REQUIRED)
 
     @model_validator(mode="after")
     def _goes_somewhere(self) -> Self:
@@ -211,7 +223,7 @@ class Waypoints(_Edges):
 
     kind: Literal["waypoints"] = "waypoints"
     points: Annotated[tuple[Point, ...], Field(strict=False, min_length=2, max_length=10_000)] = (
-        quantity("Points (x, y) in the order of the visit", unit="m", source=REQUIRED)
+        quantity("Points (x, y) in the order of the visit", shown="mm", unit="m", source=REQUIRED)
     )
 
     @model_validator(mode="after")

@@ -81,6 +81,10 @@ class PlanarAngle(Config):
     )
 
 
+PAIRS = (PlanarLength, PlanarVelocity, PlanarAcceleration, PlanarAngle)
+"""Pairs whose components are called and shown as the field that has them."""
+
+
 def refuse_repeats(points: Sequence[Point]) -> None:
     """Refuse neighbours at the same place: an edge needs a length, and ``dwell`` is how to wait.
 

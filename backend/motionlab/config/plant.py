@@ -22,23 +22,60 @@ class FrictionConfig(Config):
     """LuGre friction, eqs (20) to (22); the paper identifies its values in eqs (43) to (48)."""
 
     enabled: bool = Field(
-        default=True, description="Friction acts at all; off is a frictionless axis"
+        title="friction",
+        default=True,
+        description="Friction acts at all; off is a frictionless axis",
     )
     sigma_0: float = quantity(
-        "Bristle stiffness", unit="N/m", source=f"{PAPER}, eqs (43), (46)", ge=1, le=1e8
+        "Bristle stiffness",
+        label="stiffness \u03c3_0",
+        shown="N/mm",
+        unit="N/m",
+        source=f"{PAPER}, eqs (43), (46)",
+        ge=1,
+        le=1e8,
     )
     sigma_1: float = quantity(
-        "Bristle damping", unit="N s/m", source=f"{PAPER}, eqs (43), (46)", ge=0, le=1e6
+        "Bristle damping",
+        label="damping \u03c3_1",
+        shown="N s/mm",
+        unit="N s/m",
+        source=f"{PAPER}, eqs (43), (46)",
+        ge=0,
+        le=1e6,
     )
     sigma_2: float = quantity(
-        "Viscous friction", unit="N s/m", source=f"{PAPER}, eqs (43), (46)", ge=0, le=1e4
+        "Viscous friction",
+        label="viscous \u03c3_2",
+        unit="N s/m",
+        source=f"{PAPER}, eqs (43), (46)",
+        ge=0,
+        le=1e4,
     )
     F_c: float = quantity(
-        "Coulomb friction", unit="N", source=f"{PAPER}, eqs (45), (48)", ge=1e-6, le=100
+        "Coulomb friction",
+        label="Coulomb F_c",
+        unit="N",
+        source=f"{PAPER}, eqs (45), (48)",
+        ge=1e-6,
+        le=100,
     )
-    F_s: float = quantity("Stiction", unit="N", source=f"{PAPER}, eqs (45), (48)", ge=1e-6, le=100)
+    F_s: float = quantity(
+        "Stiction",
+        label="stiction F_s",
+        unit="N",
+        source=f"{PAPER}, eqs (45), (48)",
+        ge=1e-6,
+        le=100,
+    )
     v_s: float = quantity(
-        "Stribeck velocity", unit="m/s", source=f"{PAPER}, eqs (45), (48)", gt=1e-5, le=10
+        "Stribeck velocity",
+        label="speed v_s",
+        shown="mm/s",
+        unit="m/s",
+        source=f"{PAPER}, eqs (45), (48)",
+        gt=1e-5,
+        le=10,
     )
 
     @model_validator(mode="after")
@@ -61,15 +98,21 @@ class AmplifierConfig(Config):
     )
     gain: Gains = quantity(
         "Current per commanded current, phases a, b, c",
+        label="amplifier gain",
         unit="1",
         source=OURS,
         default=(1.0, 1.0, 1.0),
     )
     offset: Offsets = quantity(
-        "Current at zero command, phases a, b, c", unit="A", source=OURS, default=(0.0, 0.0, 0.0)
+        "Current at zero command, phases a, b, c",
+        label="amplifier offset",
+        unit="A",
+        source=OURS,
+        default=(0.0, 0.0, 0.0),
     )
     ripple_amplitude: float = quantity(
         "Amplitude of a sinusoidal ripple; the phases are a third of its period apart",
+        label="ripple",
         unit="A",
         source=OURS,
         default=0.0,
@@ -94,6 +137,7 @@ class AmplifierConfig(Config):
     )
     limit: float = quantity(
         "Largest current either way",
+        label="current limit",
         unit="A",
         source=f"{PAPER}, section IV-A",
         default=10.0,
@@ -107,6 +151,8 @@ class EncoderConfig(Config):
 
     resolution: float = quantity(
         "Size of one count; 0 is an exact encoder",
+        label="encoder count",
+        shown="nm",
         unit="m",
         source=f"{PAPER}, section IV-A",
         default=50e-9,
@@ -114,10 +160,18 @@ class EncoderConfig(Config):
         le=1e-3,
     )
     sde_amplitude: float = quantity(
-        "Amplitude of the sub-divisional error", unit="m", source=OURS, default=0.0, ge=0, le=1e-5
+        "Amplitude of the sub-divisional error",
+        label="encoder error",
+        shown="nm",
+        unit="m",
+        source=OURS,
+        default=0.0,
+        ge=0,
+        le=1e-5,
     )
     sde_period: float = quantity(
         "Period of the subdivided scale",
+        shown="µm",
         unit="m",
         source="20 um scales are usual for optical encoders of this class",
         default=20e-6,
@@ -125,7 +179,14 @@ class EncoderConfig(Config):
         le=1e-2,
     )
     noise: float = quantity(
-        "White noise of the reading, rms", unit="m", source=OURS, default=0.0, ge=0, le=1e-4
+        "White noise of the reading, rms",
+        label="encoder noise",
+        shown="nm",
+        unit="m",
+        source=OURS,
+        default=0.0,
+        ge=0,
+        le=1e-4,
     )
     interface_rate: float = quantity(
         "Largest frequency the interface counts; a note warns above 4 rate resolution",
@@ -142,6 +203,7 @@ class ResonanceConfig(Config):
 
     frequency: float = quantity(
         "Undamped natural frequency of the mode",
+        label="resonance",
         unit="Hz",
         source=f"{OURS}; the paper prints none",
         default=150.0,
@@ -149,11 +211,18 @@ class ResonanceConfig(Config):
         le=2000,
     )
     damping: float = quantity(
-        "Damping ratio of the mode", unit="1", source=OURS, default=0.02, ge=0, le=0.9
+        "Damping ratio of the mode",
+        label="mode damping",
+        unit="1",
+        source=OURS,
+        default=0.02,
+        ge=0,
+        le=0.9,
     )
     coupling: float = quantity(
         "Deflection seen by the encoder per deflection of the mode; 0 is no resonance, -1 the far "
         "end of two masses on a spring, > 0 an encoder that moves with the thrust",
+        label="mode coupling",
         unit="1",
         source=OURS,
         default=0.0,
@@ -170,6 +239,7 @@ class AxisConfig(Config):
     )
     stroke: float = quantity(
         "Largest distance from mid-stroke, inclusive",
+        shown="mm",
         unit="m",
         source=f"{PAPER}: 170 mm by 290 mm",
         gt=0,
@@ -177,6 +247,8 @@ class AxisConfig(Config):
     )
     velocity_max: float = quantity(
         "Largest velocity of a trajectory",
+        label="max speed",
+        shown="mm/s",
         unit="m/s",
         source=f"{PAPER}, section II: specified 1 m/s",
         gt=0,
@@ -184,6 +256,7 @@ class AxisConfig(Config):
     )
     acceleration_max: float = quantity(
         "Largest acceleration of a trajectory",
+        label="max accel.",
         unit="m/s^2",
         source=f"{PAPER}, section IV-A: 43.1 N over the mass",
         gt=0,
@@ -191,6 +264,7 @@ class AxisConfig(Config):
     )
     stop_distance: float = quantity(
         "Distance of the end stops beyond the stroke",
+        shown="mm",
         unit="m",
         source=OURS,
         default=1e-3,
@@ -198,10 +272,22 @@ class AxisConfig(Config):
         le=0.1,
     )
     stop_stiffness: float = quantity(
-        "Stiffness of the end stops", unit="N/m", source=OURS, default=2e6, gt=0, le=1e7
+        "Stiffness of the end stops",
+        shown="N/mm",
+        unit="N/m",
+        source=OURS,
+        default=2e6,
+        gt=0,
+        le=1e7,
     )
     stop_damping: float = quantity(
-        "Damping of the end stops", unit="N s/m", source=OURS, default=2e3, ge=0, le=1e4
+        "Damping of the end stops",
+        shown="N s/mm",
+        unit="N s/m",
+        source=OURS,
+        default=2e3,
+        ge=0,
+        le=1e4,
     )
     friction: FrictionConfig
     force_map: AnyForceMapConfig = Field(description="Thrust over position and current")

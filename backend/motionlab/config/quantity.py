@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
@@ -15,6 +16,19 @@ def whole(value: Any) -> Any:
     return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
+FACTORS = {
+    "mm": 1e3,
+    "µm": 1e6,
+    "nm": 1e9,
+    "mm/s": 1e3,
+    "N/mm": 1e-3,
+    "N s/mm": 1e-3,
+    "°": 180.0 / math.pi,
+    "%": 100.0,
+    "% of pitch": 100.0,
+}
+"""Units on the screen: displayed number over SI number."""
+
 Whole = Annotated[int, BeforeValidator(whole)]
 """A whole number, be it written 145 or 145.0: JSON has one type of number."""
 
@@ -25,18 +39,36 @@ class Config(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
 
+class Choice(BaseModel):
+    """A value that a field can take, and how it is called."""
+
+    value: str
+    label: str = Field(description="Name on the screen")
+    description: str = ""
+    unit: str = ""
+
+
+def choices(*named: tuple[str, ...]) -> dict[str, Any]:
+    """Return what the JSON schema of a field says of its values: the fields of `Choice`."""
+    return {"choices": [dict(zip(Choice.model_fields, each, strict=False)) for each in named]}
+
+
 def quantity(  # noqa: PLR0913 - one keyword for each fact about a field
     description: str,
     *,
     unit: str,
     source: str,
+    label: str | None = None,
+    shown: str = "",
     default: Any = ...,
     ge: float | None = None,
     gt: float | None = None,
     le: float | None = None,
     lt: float | None = None,
+    example: Any = None,
+    used_with: list[str] | None = None,
 ) -> Any:
-    """Declare a number with its unit, range and source.
+    """Declare a number with its unit, range, source and name on the screen.
 
     Parameters
     ----------
@@ -46,22 +78,38 @@ def quantity(  # noqa: PLR0913 - one keyword for each fact about a field
         SI unit; ``1`` for a pure number.
     source : str
         Where the number or its range comes from.
+    label : str, optional
+        Name on the screen, which JSON schema calls ``title``.
+    shown : str
+        Unit on the screen, one of `FACTORS`; empty for `unit` itself.
     default : Any
         Value when the field is left out; required when not given.
     ge, gt, le, lt : float, optional
         Bounds of the allowed range, in `unit`.
+    example : Any
+        A usual value where the default is none.
+    used_with : list of str, optional
+        Choices of the field beside it with which the number matters.
 
     Returns
     -------
     Any
-        A pydantic field whose JSON schema holds ``unit`` and ``source``.
+        A pydantic field whose JSON schema holds ``unit`` and ``source``, and ``display_unit`` and
+        ``display_factor`` where people meet it in another unit.
     """
+    extra: dict[str, Any] = {"unit": unit, "source": source}
+    if shown:
+        extra |= {"display_unit": shown, "display_factor": FACTORS[shown]}
+    if used_with:
+        extra["used_with"] = used_with
     return Field(
         default,
+        examples=None if example is None else [example],
+        title=label,
         description=description,
         ge=ge,
         gt=gt,
         le=le,
         lt=lt,
-        json_schema_extra={"unit": unit, "source": source},
+        json_schema_extra=extra,
     )

@@ -33,10 +33,15 @@ class ForceStepConfig(Config):
 class LoadConfig(Config):
     """External load force f_d of eq. (16); positive forces push towards negative positions."""
 
-    x: float = quantity("Constant force on x", unit="N", source=OURS, default=0.0, ge=-100, le=100)
-    y: float = quantity("Constant force on y", unit="N", source=OURS, default=0.0, ge=-100, le=100)
+    x: float = quantity(
+        "Constant force on x", label="load x", unit="N", source=OURS, default=0.0, ge=-100, le=100
+    )
+    y: float = quantity(
+        "Constant force on y", label="load y", unit="N", source=OURS, default=0.0, ge=-100, le=100
+    )
     noise: float = quantity(
         "White force noise on each axis, held over each control period, rms",
+        label="load noise",
         unit="N",
         source=OURS,
         default=0.0,
@@ -81,7 +86,7 @@ class Scenario(Config):
     seed: int = quantity(
         "Seed of every noise source", unit="1", source=OURS, default=2019, ge=0, le=2**53 - 1
     )
-    plant: PlantConfig
+    plant: PlantConfig = Field(title="motor")
     variants: dict[VariantName, VariantConfig] = Field(
         description="Controllers by letter; B is compared with A", min_length=1, max_length=26
     )
@@ -95,6 +100,7 @@ class Scenario(Config):
     )
     settling_band: float = quantity(
         "Following error below which a move counts as settled",
+        shown="µm",
         unit="m",
         source=OURS,
         default=2e-6,
@@ -103,6 +109,7 @@ class Scenario(Config):
     )
     divergence_error: float = quantity(
         "Following error beyond which a variant has diverged",
+        shown="mm",
         unit="m",
         source=OURS,
         default=0.02,

@@ -18,13 +18,21 @@ from motionlab.config.quantity import Config, quantity
 
 
 def _center() -> PlanarLength:
-    return quantity("Centre of the figure", unit="m", source=OURS, default=PlanarLength())
+    return quantity(
+        "Centre of the figure",
+        label="centre",
+        shown="mm",
+        unit="m",
+        source=OURS,
+        default=PlanarLength(),
+    )
 
 
 def _lead_in() -> float | None:
     return quantity(
         "Time in which the phase rate is eased from rest to its full value; half a period when "
         "left out, 0 starts at full speed",
+        label="lead-in",
         unit="s",
         source=OURS,
         default=None,
@@ -42,7 +50,7 @@ class Sine(Config):
 
     kind: Literal["sine"] = "sine"
     center: PlanarLength = _center()
-    amplitude: PlanarLength = quantity("B per axis", unit="m", source=REQUIRED)
+    amplitude: PlanarLength = quantity("B per axis", shown="mm", unit="m", source=REQUIRED)
     frequency: float = quantity(
         "Cycles per second; 20 control periods a cycle at the limit",
         unit="Hz",
@@ -51,7 +59,7 @@ class Sine(Config):
         le=100.0,
     )
     phase: PlanarAngle = quantity(
-        "Phase per axis at the start", unit="rad", source=OURS, default=PlanarAngle()
+        "Phase per axis at the start", shown="°", unit="rad", source=OURS, default=PlanarAngle()
     )
     cycles: int = quantity(
         "Cycles after the lead-in", unit="1", source=OURS, default=3, ge=1, le=100_000
@@ -64,13 +72,14 @@ class Circle(Config):
 
     kind: Literal["circle"] = "circle"
     center: PlanarLength = _center()
-    radius: float = quantity("Radius", unit="m", source=REQUIRED, gt=0.0, le=1.0)
+    radius: float = quantity("Radius", shown="mm", unit="m", source=REQUIRED, gt=0.0, le=1.0)
     frequency: float = _frequency("Laps per second; one lap is rounded to whole control periods")
     direction: Literal["ccw", "cw"] = quantity(
         "Sense of rotation seen from above", unit="", source=OURS, default="ccw"
     )
     start_angle: float = quantity(
         "Angle of the start from the x axis",
+        shown="°",
         unit="rad",
         source=OURS,
         default=0.0,
@@ -93,7 +102,9 @@ class Polygon(Config):
 
     kind: Literal["polygon"] = "polygon"
     vertices: Annotated[tuple[Point, ...], Field(strict=False, min_length=3, max_length=256)] = (
-        quantity("Corners (x, y); the last is joined to the first", unit="m", source=REQUIRED)
+        quantity(
+            "Corners (x, y); the last is joined to the first", shown="mm", unit="m", source=REQUIRED
+        )
     )
     frequency: float = _frequency("Laps per second; one edge is rounded to whole control periods")
     laps: int = quantity(
@@ -116,6 +127,7 @@ class Star(Config):
     center: PlanarLength = _center()
     circumradius: float = quantity(
         "Distance of the points from the centre",
+        shown="mm",
         unit="m",
         source="30 mm inferred from Huang et al. 2019, Table 1: 57.06 mm = 2 R sin 72 deg; "
         "otherwise the scenario's",
@@ -140,6 +152,7 @@ class Star(Config):
     )
     start_angle: float = quantity(
         "Angle of the first point from the x axis",
+        shown="°",
         unit="rad",
         source=f"pi/2, a point straight up: {OURS}",
         default=math.pi / 2,

@@ -124,7 +124,9 @@ def parse_text(text: bytes, *, loc: str, size_max: int) -> dict[str, Any]:
         If it is too large or is not TOML, naming `loc`.
     """
     if len(text) > size_max:
-        raise ConfigError(FieldError(loc, "is too large", range=f"<= {size_max}", unit="bytes"))
+        raise ConfigError(
+            FieldError(loc, "is too large", unit="bytes", bounds={"maximum": size_max})
+        )
     try:
         content = text.decode("utf-8-sig")
         check_toml(content, loc=loc)

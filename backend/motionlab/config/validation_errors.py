@@ -39,7 +39,12 @@ _MESSAGES = {
     "union_tag_not_found": "is missing",
     "union_tag_invalid": "is not one of the choices",
 }
-_SIGNS = {"ge": ">=", "gt": ">", "le": "<=", "lt": "<"}
+_ENDS = {
+    "ge": "minimum",
+    "gt": "exclusive_minimum",
+    "le": "maximum",
+    "lt": "exclusive_maximum",
+}
 _CHOICE = re.compile(r"'([^']*)'")
 _LONGEST_VALUE = 80
 
@@ -112,13 +117,13 @@ def unit_of(path: str, model: BaseModel) -> str:
             at = at[int(step)]
         else:
             return ""  # below what the scenario leaves out
-    return _unit(info)
+    return unit_of_field(info)
 
 
 def _field_error(item: dict[str, Any], model: type[BaseModel]) -> FieldError:
     path, info, siblings = _walk(item["loc"], model)
     kind = item["type"]
-    allowed = _allowed(info)
+    allowed, bounds = _choices(info), bounds_of(info)
     if kind == "extra_forbidden":
         message = f"unknown key{did_you_mean(path[-1], siblings)}"
         return FieldError(
@@ -128,7 +133,7 @@ def _field_error(item: dict[str, Any], model: type[BaseModel]) -> FieldError:
             range="one of " + ", ".join(siblings),
         )
     message = _MESSAGES.get(kind) or str(item["msg"]).removeprefix("Value error, ")
-    unit = _unit(info)
+    unit = unit_of_field(info)
     at_fault = kind != "missing" and not (kind == "value_error" and isinstance(item["input"], dict))
     value = _shown(item["input"]) if at_fault else None
     if kind == "union_tag_invalid":
@@ -153,7 +158,14 @@ def _field_error(item: dict[str, Any], model: type[BaseModel]) -> FieldError:
         unit = ""
     if kind in {"union_tag_invalid", "union_tag_not_found"}:
         path = [*path, "kind"]
-    return FieldError(loc=".".join(path), message=message, value=value, range=allowed, unit=unit)
+    return FieldError(
+        loc=".".join(path),
+        message=message,
+        value=value,
+        range=allowed,
+        unit=unit,
+        bounds={} if allowed else bounds,
+    )
 
 
 def _shown(value: Any) -> Any:
@@ -174,16 +186,16 @@ def _walk(
     siblings: list[str] = []
     at: Any = model
     for step in loc:
-        at = _strip(at)
-        members = _members(at)
-        if len(members) > 1:
-            tagged = [m for m in members if _tag(m) == step]
+        at = strip(at)
+        found = members(at)
+        if len(found) > 1:
+            tagged = [m for m in found if _tag(m) == step]
             if tagged:
                 at = tagged[0]
                 continue
-            models = [m for m in members if isinstance(m, type) and issubclass(m, BaseModel)]
-            members = models or members
-        at = members[0]
+            models = [m for m in found if isinstance(m, type) and issubclass(m, BaseModel)]
+            found = models or found
+        at = found[0]
         path.append(str(step))
         if isinstance(at, type) and issubclass(at, BaseModel):
             named = {known.alias or name: known for name, known in at.model_fields.items()}
@@ -193,27 +205,28 @@ def _walk(
         else:
             arguments = typing.get_args(at)
             at = next((a for a in reversed(arguments) if a is not ...), Any)
-            unit = _unit(info)
+            unit = unit_of_field(info)
             info = FieldInfo.from_annotation(at)
             info.json_schema_extra = {"unit": unit}  # a list has the unit of its items
             siblings = []
     return path, info, siblings
 
 
-def _strip(annotation: Any) -> Any:
+def strip(annotation: Any) -> Any:
+    """Return an annotation without what pydantic is told beside it."""
     while typing.get_origin(annotation) is typing.Annotated:
         annotation = typing.get_args(annotation)[0]
     return annotation
 
 
-def _members(annotation: Any) -> list[Any]:
+def members(annotation: Any) -> list[Any]:
     """Return the members of a union, nested ones included and None left out."""
-    annotation = _strip(annotation)
+    annotation = strip(annotation)
     if typing.get_origin(annotation) in {typing.Union, types.UnionType}:
         return [
             member
             for argument in typing.get_args(annotation)
-            for member in _members(argument)
+            for member in members(argument)
             if member is not types.NoneType
         ]
     return [annotation]
@@ -224,23 +237,28 @@ def _tag(model: Any) -> Any:
     return fields["kind"].default if "kind" in fields else None
 
 
-def _unit(info: FieldInfo | None) -> str:
+def unit_of_field(info: FieldInfo | None) -> str:
+    """Return the SI unit of a field; empty for tables, names and switches."""
     extra = info.json_schema_extra if info is not None else None
     return str(extra.get("unit", "")) if isinstance(extra, dict) else ""
 
 
-def _allowed(info: FieldInfo | None) -> str:
-    """Return a field's range in words."""
-    if info is None:
+def bounds_of(info: FieldInfo | None) -> dict[str, float]:
+    """Return the ends of a field's range, as `motionlab.errors.SIGNS` calls them."""
+    found: dict[str, Any] = {}
+    for entry in info.metadata if info is not None else ():
+        found |= {name: end for name in _ENDS if (end := getattr(entry, name, None)) is not None}
+    return ends_of(found)
+
+
+def ends_of(found: Mapping[str, Any]) -> dict[str, float]:
+    """Return the ends among pydantic's names of them, as `motionlab.errors.SIGNS` calls them."""
+    return {key: found[name] for name, key in _ENDS.items() if name in found}
+
+
+def _choices(info: FieldInfo | None) -> str:
+    """Return the values that a field may take, in words; empty where it is no choice."""
+    annotation = strip(info.annotation) if info is not None else None
+    if typing.get_origin(annotation) is not typing.Literal:
         return ""
-    bounds: dict[str, Any] = {}
-    for entry in info.metadata:
-        for name in _SIGNS:
-            if getattr(entry, name, None) is not None:
-                bounds[name] = getattr(entry, name)
-    annotation = _strip(info.annotation)
-    if typing.get_origin(annotation) is typing.Literal:
-        return "one of " + ", ".join(str(choice) for choice in typing.get_args(annotation))
-    return " and ".join(
-        f"{sign} {bounds[name]:.10g}" for name, sign in _SIGNS.items() if name in bounds
-    )
+    return "one of " + ", ".join(str(choice) for choice in typing.get_args(annotation))

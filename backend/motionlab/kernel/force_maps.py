@@ -135,7 +135,7 @@ def check_maps(scenario: Scenario) -> None:
                     loc=field,
                     message=f"is more than force map {config.name!r} reaches",
                     value=limit,
-                    range=f"<= {found.i_max:g}",
+                    bounds={"maximum": found.i_max},
                     unit="A",
                 )
             )

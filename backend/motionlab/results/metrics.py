@@ -33,73 +33,112 @@ _ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class Definition:
-    """Unit, meaning and formula of a metric."""
+    """Unit, meaning, formula and name on the screen of a metric; `$` stands for the axis."""
 
     unit: str
     meaning: str
     formula: str
+    label: str = ""
+    lower_is_better: bool = False
 
 
 DEFINITIONS: dict[str, Definition] = {
     "max_abs_following_error": Definition(
-        "m", "largest following error e = reference - measured position", "max abs(e)"
+        "m",
+        "largest following error e = reference - measured position",
+        "max abs(e)",
+        "max |e_$|",
+        lower_is_better=True,
     ),
-    "min_following_error": Definition("m", "lower end of the range of e", "min e"),
-    "max_following_error": Definition("m", "upper end of the range of e", "max e"),
-    "mean_following_error": Definition("m", "mean of e over the N ticks of the window", "sum(e)/N"),
-    "rms_following_error": Definition("m", "root mean square of e", "sqrt(sum(e^2)/N)"),
+    "min_following_error": Definition("m", "lower end of the range of e", "min e", "min e_$"),
+    "max_following_error": Definition("m", "upper end of the range of e", "max e", "max e_$"),
+    "mean_following_error": Definition(
+        "m", "mean of e over the N ticks of the window", "sum(e)/N", "mean e_$"
+    ),
+    "rms_following_error": Definition(
+        "m", "root mean square of e", "sqrt(sum(e^2)/N)", "RMS e_$", lower_is_better=True
+    ),
     "itae": Definition(
         "m s^2",
         "integral of time times abs(e), t = 0 at the start of the window",
         "sum(t abs(e)) T_s",
+        "ITAE $",
+        lower_is_better=True,
     ),
     "max_abs_position_error": Definition(
         "m",
         "largest error of the true position p, recorded to 7 nm at 145 mm",
         "max abs(p_ref - p)",
+        "max |p_$ error|",
+        lower_is_better=True,
     ),
     "steady_state_error": Definition(
         "m",
         "largest abs(e) over the last fifth of each hold; null without a hold",
         "max abs(e), last 20 % of holds",
+        "steady e_$",
+        lower_is_better=True,
     ),
     "settling_time": Definition(
         "s",
         "from the end of command until abs(e) stays within settling_band to the end of the hold, "
         "the longest of all holds; null without a hold or where one never settles",
         "(last k with abs(e_k) > band, + 1 - k_end) T_s",
+        "settling $",
+        lower_is_better=True,
     ),
     "overshoot": Definition(
         "m",
         "how far the measured position goes past the target during a hold, in the direction of the "
         "move that led there, the largest of all holds; null without such a hold",
         "max(0, -sgn(move) e)",
+        "overshoot $",
+        lower_is_better=True,
     ),
     "relative_overshoot": Definition(
         "1",
         "overshoot as a share of the length of its move, the largest of all holds",
         "max(0, -e/move)",
+        "overshoot $, share",
+        lower_is_better=True,
     ),
-    "max_abs_velocity": Definition("m/s", "largest true speed", "max abs(v)"),
-    "rms_force": Definition("N", "root mean square of the true thrust f", "sqrt(sum(f^2)/N)"),
-    "max_abs_force": Definition("N", "largest true thrust", "max abs(f)"),
+    "max_abs_velocity": Definition("m/s", "largest true speed", "max abs(v)", "peak |v_$|"),
+    "rms_force": Definition(
+        "N", "root mean square of the true thrust f", "sqrt(sum(f^2)/N)", "RMS F_$"
+    ),
+    "max_abs_force": Definition("N", "largest true thrust", "max abs(f)", "peak F_$"),
     "rms_current": Definition(
         "A",
         "root mean square of the three phase currents together, which the copper loss follows",
         "sqrt(sum(i_a^2 + i_b^2 + i_c^2)/N)",
+        "RMS i_$",
     ),
-    "max_current": Definition("A", "largest current of any phase", "max abs(i)"),
+    "max_current": Definition("A", "largest current of any phase", "max abs(i)", "peak i_$"),
     "saturated_fraction": Definition(
         "1",
         "share of ticks with the force command or a current command at its limit",
         "(saturated ticks)/N",
+        "saturated $",
+        lower_is_better=True,
     ),
 }
 """Metrics of one axis over a window; docs/metrics.md prints this table."""
 
 CONTOUR_DEFINITIONS: dict[str, Definition] = {
-    "max": Definition("m", "largest distance d from the measured position to the path", "max d"),
-    "rms": Definition("m", "root mean square of that distance", "sqrt(sum(d^2)/N)"),
+    "max": Definition(
+        "m",
+        "largest distance d from the measured position to the path",
+        "max d",
+        "contour max",
+        lower_is_better=True,
+    ),
+    "rms": Definition(
+        "m",
+        "root mean square of that distance",
+        "sqrt(sum(d^2)/N)",
+        "contour RMS",
+        lower_is_better=True,
+    ),
 }
 """Metrics of a variant's contour, both axes together."""
 

@@ -28,6 +28,7 @@ from motionlab.service.memory_budget import Memory
 from motionlab.service.preload import warm_up
 from motionlab.service.prometheus import Monitor
 from motionlab.service.routes import (
+    fields,
     identify,
     jobs,
     login,
@@ -147,6 +148,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     for module in (
         login,
         scenarios,
+        fields,
         simulate,
         jobs,
         whatif,

@@ -76,7 +76,7 @@ def run_changed(
                 message="simulated time times variants is too large for a what-if from the start; "
                 "simulate makes it a job",
                 value=changed.work,
-                range=f"<= {work_max:g}",
+                bounds={"maximum": work_max},
                 unit="s",
             )
         )

@@ -216,4 +216,4 @@ def above(value: float, most: float, *, loc: str, message: str) -> list[FieldErr
     if value <= most:
         return []
     shown = float(f"{value:.6g}")
-    return [FieldError(loc=loc, message=message, value=shown, range=f"<= {most:g}", unit="s")]
+    return [FieldError(loc=loc, message=message, value=shown, unit="s", bounds={"maximum": most})]

@@ -180,7 +180,7 @@ def _refuse_too_long(ticks: int) -> None:
                 loc="trajectory",
                 message="lasts too long",
                 value=seconds,
-                range=f"0 < duration <= {LONGEST:g}",
+                bounds={"exclusive_minimum": 0.0, "maximum": LONGEST},
                 unit="s",
             )
         )

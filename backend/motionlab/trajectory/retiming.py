@@ -146,7 +146,7 @@ def _sampled(trajectory: TrajectoryConfig) -> Reference:
                 loc="trajectory",
                 message="lasts too long to be slowed down",
                 value=duration,
-                range=f"<= {LONGEST:g}",
+                bounds={"maximum": LONGEST},
                 unit="s",
             )
         )

@@ -1,7 +1,8 @@
 /** What the server ships: scenarios, and parts of scenarios. */
 
 import type { Api } from './api/client';
-import type { Parts, Scenario, ScenarioEntry, Value } from './api/types';
+import type { JobKind, Parts, Scenario, ScenarioEntry, Value } from './api/types';
+import { served } from './fields/fields.svelte';
 
 export class Catalogue {
   scenarios = $state.raw<readonly ScenarioEntry[]>([]);
@@ -14,7 +15,18 @@ export class Catalogue {
   constructor(private readonly api: Api) {}
 
   async load(): Promise<void> {
-    [this.scenarios, this.parts] = await Promise.all([this.api.scenarios(), this.api.parts()]);
+    [served.scenario, this.scenarios, this.parts] = await Promise.all([
+      this.api.fields(),
+      this.api.scenarios(),
+      this.api.parts(),
+    ]);
+  }
+
+  /** Learns the fields of a study's request, unless they are known. */
+  async loadRequest(kind: JobKind): Promise<void> {
+    if (kind in served.requests) return;
+    const fields = await this.api.requestFields(kind);
+    served.requests = { ...served.requests, [kind]: fields };
   }
 
   async loadShipped(name: string): Promise<void> {

@@ -1,6 +1,6 @@
 import { ApiError } from './api/client';
 import type { ProblemField } from './api/types';
-import { nameOf, refusal } from './fields/fields';
+import { nameOf, refusal } from './fields/fields.svelte';
 
 /** Returns what went wrong, in the names and units of the screen where the server names fields. */
 export function errorText(error: unknown): string {

@@ -2,10 +2,11 @@
 
 import { TokenPrompt } from './api/access-token.svelte';
 import { Api, ApiError } from './api/client';
-import { difference, needsRestart, ofTrajectory, withChanges } from './api/scenario-paths';
+import { difference, ofTrajectory, withChanges } from './api/scenario-paths';
 import type { Changes, Scenario, Value } from './api/types';
 import { Catalogue } from './catalogue.svelte';
 import { errorText, fileErrorText } from './error-text';
+import { needsRestart } from './fields/fields.svelte';
 import { Refusals } from './fields/refusals.svelte';
 import { messages, type Action } from './messages.svelte';
 import { LiveMetrics } from './metrics/live-metrics.svelte';

@@ -14,9 +14,12 @@ from pydantic import BaseModel, Field
 from starlette.exceptions import HTTPException
 from starlette.routing import compile_path
 
+from motionlab.config.validation_errors import ends_of
 from motionlab.errors import (
     SHOWN_MAX,
+    SIGNS,
     ConfigError,
+    FieldError,
     Infeasible,
     MotionLabError,
     StoreError,
@@ -35,7 +38,10 @@ class ProblemField(BaseModel):
     message: str = Field(description="What is wrong, in words")
     value: Any = Field(default=None, description="What was given; non-finite numbers as text")
     range: str = Field(default="", description="What is allowed")
-    unit: str = Field(default="", description="Unit of value and range")
+    unit: str = Field(default="", description="Unit of value, range and bounds")
+    bounds: dict[str, float] = Field(
+        default={}, description="Ends of a numeric range: " + ", ".join(SIGNS)
+    )
 
 
 class Problem(BaseModel):
@@ -48,9 +54,6 @@ class Problem(BaseModel):
     errors: list[ProblemField] = Field(
         description=f"Fields that were refused, the first {SHOWN_MAX}; empty otherwise"
     )
-
-
-_SIGNS = {"ge": ">=", "gt": ">", "le": "<=", "lt": "<"}
 
 
 def problem(
@@ -69,7 +72,7 @@ def problem(
     detail : str
         What happened, for people.
     errors : list of dict, optional
-        Refused fields, each with ``loc``, ``message``, ``value``, ``range``, ``unit``.
+        Refused fields, each with the fields of `ProblemField`.
     headers : dict, optional
         Further headers.
     """
@@ -98,12 +101,6 @@ def responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
     }
 
 
-def _allowed(context: dict[str, Any]) -> str:
-    """Return the bound that pydantic found violated."""
-    bounds = (f"{sign} {context[name]}" for name, sign in _SIGNS.items() if name in context)
-    return " and ".join(bounds)
-
-
 def install(app: FastAPI) -> None:
     """Answer every failure of `app` with a problem document."""
 
@@ -114,27 +111,28 @@ def install(app: FastAPI) -> None:
 
     @app.exception_handler(Infeasible)
     async def refuse_motion(_: Request, error: Infeasible) -> JSONResponse:
-        field = {
-            "loc": "trajectory",
-            "message": f"{error.quantity} on {error.axis} at t = {error.time:.4f} s, "
+        field = FieldError(
+            loc="trajectory",
+            message=f"{error.quantity} on {error.axis} at t = {error.time:.4f} s, "
             f"x = {error.place[0]:.6g} m, y = {error.place[1]:.6g} m",
-            "value": error.value,
-            "range": f">= {error.limit[0]:.6g} and <= {error.limit[1]:.6g}",
-            "unit": error.unit,
-        }
-        return problem(HTTPStatus.UNPROCESSABLE_ENTITY, str(error), errors=[field])
+            value=error.value,
+            unit=error.unit,
+            bounds={"minimum": error.limit[0], "maximum": error.limit[1]},
+        )
+        return problem(HTTPStatus.UNPROCESSABLE_ENTITY, str(error), errors=[vars(field)])
 
     @app.exception_handler(RequestValidationError)
     async def refuse_request(request: Request, error: RequestValidationError) -> JSONResponse:
         found = error.errors()
         fields = [
-            {
-                "loc": ".".join(str(step) for step in e["loc"][1:]) or str(e["loc"][0]),
-                "message": e["msg"],
-                "value": e.get("input"),
-                "range": _allowed(e.get("ctx", {})),
-                "unit": "",
-            }
+            vars(
+                FieldError(
+                    loc=".".join(str(step) for step in e["loc"][1:]) or str(e["loc"][0]),
+                    message=e["msg"],
+                    value=e.get("input"),
+                    bounds=ends_of(e.get("ctx", {})),
+                )
+            )
             for e in found[:SHOWN_MAX]
         ]
         if any(e["type"] == "json_invalid" for e in found):

@@ -63,7 +63,7 @@ def _accuracy(body: dict[str, Any], settings: Settings) -> AccuracyDocument:
                 loc="trajectory",
                 message="simulated time is too large for an answer at once",
                 value=duration,
-                range=f"<= {settings.direct_max:g}",
+                bounds={"maximum": settings.direct_max},
                 unit="s",
             )
         )

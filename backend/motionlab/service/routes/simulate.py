@@ -81,7 +81,7 @@ def prepare_request(body: SimulateRequest, settings: Settings) -> Prepared:
                 loc="trajectory",
                 message="simulated time times variants is too large for one request",
                 value=prepared.work,
-                range=f"<= {settings.work_max:g}",
+                bounds={"maximum": settings.work_max},
                 unit="s",
             )
         )

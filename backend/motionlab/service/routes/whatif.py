@@ -100,7 +100,7 @@ def _answer(call: Call, body: WhatIfRequest, bounds: Settings) -> bytes:
                 message="so many columns of so many points are too large for one answer "
                 "(answer_max)",
                 value=curves,
-                range=f"<= {bounds.answer_max}",
+                bounds={"maximum": bounds.answer_max},
                 unit="bytes",
             )
         )

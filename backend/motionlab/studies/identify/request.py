@@ -32,6 +32,7 @@ class ForceRamps(Config):
     rates: Annotated[tuple[_Rate, ...], Field(strict=False, min_length=1, max_length=RAMPS_MAX)] = (
         quantity(
             "Rates of the force ramps; a warning below 20 N/s, where ripple spoils them",
+            label="rates of the ramps",
             unit="N/s",
             source=OURS,
             default=(20.0, 50.0, 100.0),
@@ -39,6 +40,7 @@ class ForceRamps(Config):
     )
     share: float = quantity(
         "Largest force of a ramp, as a share of the stiction just identified",
+        label="share of F_s",
         unit="1",
         source=OURS,
         default=0.5,
@@ -78,12 +80,14 @@ class IdentifyRequest(Config):
         tuple[_Speed, ...], Field(strict=False, min_length=FEWEST_SPEEDS, max_length=200)
     ] = quantity(
         "Speeds of the uniform motions; each is run both ways",
+        shown="mm/s",
         unit="m/s",
         source=f"{PAPER}, section IV: many; the list is this project's choice",
         default=SPEEDS,
     )
     time_max: float = quantity(
         "Time after which a uniform motion takes no further pole pitch; one is always taken",
+        label="time of each",
         unit="s",
         source=OURS,
         default=20.0,
@@ -93,19 +97,22 @@ class IdentifyRequest(Config):
     pitches_max: int | None = quantity(
         "Most pole pitches that a force is averaged over; left out: as many as time and stroke "
         "allow",
+        label="most pole pitches",
         unit="1",
         source=OURS,
         default=None,
         ge=1,
         le=1000,
     )
-    presliding: ForceRamps = ForceRamps()
+    presliding: ForceRamps = Field(default=ForceRamps(), title="force ramps")
     variant: VariantName | None = Field(
         default=None,
+        title="driven by",
         description="Variant whose gains and force map drive the motor; left out: the first",
     )
     apply_to: VariantName | None = Field(
         default=None,
+        title="model of",
         description="Variant whose model the result is for; left out: the second, or the only one",
     )
     compare: bool = Field(

@@ -121,7 +121,7 @@ def plan_motions(
                     loc=f"speeds.{index}",
                     message=f"exceeds plant.{axis}.velocity_max",
                     value=speed,
-                    range=f"<= {v_max:g}",
+                    bounds={"maximum": v_max},
                     unit="m/s",
                 )
             )
@@ -302,7 +302,7 @@ def _slowest(rig: Rig, axis: str) -> float:
                 loc=f"variants.{rig.variant}.controller.{axis}.{name}",
                 message="a loop without it cannot hold a speed",
                 value=getattr(gains, name),
-                range="> 0",
+                bounds={"exclusive_minimum": 0.0},
                 unit="N/m" if name == "k_p" else "N s/m",
             )
         )

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, Self, TypeVar
 from pydantic import Field, model_validator
 
 from motionlab.config.plant import OURS
-from motionlab.config.quantity import Config, quantity
+from motionlab.config.quantity import Config, choices, quantity
 from motionlab.config.scenario import Scenario, VariantName, WindowConfig
 from motionlab.config.validation_errors import checked
 from motionlab.errors import ConfigError, FieldError
@@ -21,6 +21,15 @@ Extra = Literal[
     "compensation.regularisation",
 ]
 
+OBJECTIVE = choices(
+    ("peak", "peak error", "Largest following error over the window", "µm"),
+    ("rms", "RMS error", "Root mean square of the following error", "µm"),
+    ("itae", "ITAE", "Integral of time times |e|, from the start of the window", "µm s^2"),
+    ("settling", "settling time", "Longest settling time of a hold", "10 ms"),
+    ("effort", "RMS thrust", "Root mean square of the thrust", "N"),
+)
+"""Metrics of an objective; the unit is that of a weight of 1."""
+
 _Weight = Annotated[float, Field(gt=0.0, le=1e9)]
 _Edge = Annotated[float, Field(gt=0.0, le=1e9)]
 Range = Annotated[tuple[_Edge, _Edge], Field(strict=False)]
@@ -29,8 +38,17 @@ Range = Annotated[tuple[_Edge, _Edge], Field(strict=False)]
 class Bounds(Config):
     """Between which gains is searched, low and high of each; the search is in their logarithms."""
 
-    k_p: Range = quantity("Of k_p", unit="N/m", source=OURS, default=(1e4, 3e7))
-    k_d: Range = quantity("Of k_d", unit="N s/m", source=OURS, default=(1e2, 1e5))
+    k_p: Range = quantity(
+        "Of k_p", label="range of k_p", shown="N/mm", unit="N/m", source=OURS, default=(1e4, 3e7)
+    )
+    k_d: Range = quantity(
+        "Of k_d",
+        label="range of k_d",
+        shown="N s/mm",
+        unit="N s/m",
+        source=OURS,
+        default=(1e2, 1e5),
+    )
 
 
 class Constraints(Config):
@@ -42,6 +60,7 @@ class Constraints(Config):
     gain_margin: float | None = quantity(
         "Least factor by which the loop's gain may grow, or fall, to the edge of stability",
         unit="1",
+        example=2.0,
         source=f"{OURS}: 6 dB",
         default=2.0,
         gt=1,
@@ -49,6 +68,8 @@ class Constraints(Config):
     )
     phase_margin: float | None = quantity(
         "Least phase margin",
+        shown="°",
+        example=0.5236,
         unit="rad",
         source=f"{OURS}: 30 degrees",
         default=0.5236,
@@ -56,10 +77,19 @@ class Constraints(Config):
         lt=3.1416,
     )
     Ms: float | None = quantity(
-        "Largest peak of the sensitivity", unit="1", source=OURS, default=None, gt=1, le=100
+        "Largest peak of the sensitivity",
+        label="M_s",
+        unit="1",
+        source=OURS,
+        default=None,
+        example=2.0,
+        gt=1,
+        le=100,
     )
     saturated: float | None = quantity(
         "Largest share of ticks with force or current at its limit",
+        shown="%",
+        example=0.0,
         unit="1",
         source=OURS,
         default=0.0,
@@ -67,7 +97,14 @@ class Constraints(Config):
         le=1,
     )
     force: float | None = quantity(
-        "Largest thrust", unit="N", source=OURS, default=None, gt=0, le=1000
+        "Largest thrust",
+        label="thrust",
+        unit="N",
+        source=OURS,
+        default=None,
+        example=30.0,
+        gt=0,
+        le=1000,
     )
 
 
@@ -81,7 +118,9 @@ class _Source(Config):
         default_factory=dict, max_length=4096, description="Dotted path to value, SI"
     )
     variant: VariantName | None = Field(
-        default=None, description="Whose gains; left out: the second variant, or the only one"
+        default=None,
+        title="controller",
+        description="Whose gains; left out: the second variant, or the only one",
     )
 
     def chosen(self, scenario: Scenario) -> str:
@@ -121,8 +160,9 @@ class _Problem(_Source):
         min_length=1,
         description="Weights; the cost is the sum of weight times metric, in um (peak, rms), "
         "um s^2 (itae), 10 ms (settling) and N (effort)",
+        json_schema_extra=OBJECTIVE,
     )
-    bounds: Bounds = Bounds()
+    bounds: Bounds = Field(default=Bounds(), title="ranges of the gains")
     window: WindowConfig | None = Field(
         default=None,
         description="Metrics window, at whose end a run ends; left out: the second lap of a motion "
@@ -143,9 +183,10 @@ class _Problem(_Source):
 class TuneRequest(_Problem):
     """Which gains are searched for, and by what measure."""
 
-    constraints: Constraints = Constraints()
+    constraints: Constraints = Field(default=Constraints(), title="limits")
     also: dict[Extra, Range] = Field(
         default_factory=dict,
+        title="observer",
         description="Further numbers of the controller to search, by path, each with low and high; "
         "both axes share them and are then tuned together",
     )
@@ -162,6 +203,7 @@ class TuneRequest(_Problem):
     )
     plants: Annotated[tuple[str, ...], Field(strict=False, max_length=8)] = Field(
         default=(),
+        title="motors",
         description="Shipped motors on which the gains must do as well: the worst one counts",
     )
 

@@ -3,6 +3,7 @@
 import { pretty } from '../../ui/units';
 import type {
   Changes,
+  FieldEntry,
   DesignDocument,
   FieldPicture,
   Health,
@@ -24,6 +25,7 @@ import type {
   ReportOf,
   Scenario,
   ScenarioEntry,
+  ScenarioFields,
   SessionInfo,
   SharingDocument,
   Slowed,
@@ -78,6 +80,9 @@ export class Api {
   health = () => this.json<Health>('GET', '/health');
   scenarios = () => this.json<ScenarioEntry[]>('GET', '/scenarios');
   scenario = (name: string) => this.json<Scenario>('GET', `/scenarios/${name}`);
+  fields = () => this.json<ScenarioFields>('GET', '/fields');
+  requestFields = (kind: JobKind) =>
+    this.json<Record<string, FieldEntry>>('GET', `/fields/${kind}`);
   parts = () => this.json<Parts>('GET', '/parts');
   paper = () => this.json<PaperDocument>('GET', '/paper');
   parse = (toml: string) => this.json<Scenario>('POST', '/scenarios/parse', toml);

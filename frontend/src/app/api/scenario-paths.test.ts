@@ -1,13 +1,5 @@
 import { describe, expect, it } from 'vitest';
-import {
-  at,
-  atStart,
-  difference,
-  needsRestart,
-  numberAt,
-  withChanges,
-  withValue,
-} from './scenario-paths';
+import { at, atStart, difference, numberAt, withChanges, withValue } from './scenario-paths';
 import type { Scenario } from './types';
 
 const scenario = {
@@ -40,12 +32,6 @@ describe('paths', () => {
     const parts = { 'plant=matched': matched };
     const other = withChanges(scenario, { 'plant.x.mass': 7, plant: 'matched' }, parts);
     expect(other.plant).toEqual({ ...matched, x: { ...matched.x, mass: 7 } });
-  });
-  it('knows what needs a restart', () => {
-    expect(['seed', 'trajectory', 'trajectory.radius'].every(needsRestart)).toBe(true);
-    expect(
-      ['plant', 'plant.x.mass', 'variants.B.controller.delay', 'load.x'].some(needsRestart),
-    ).toBe(false);
   });
 });
 

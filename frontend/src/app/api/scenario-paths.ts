@@ -154,8 +154,3 @@ export function without<T>(
 export function changedPaths(before: Changes, now: Changes): string[] {
   return Object.keys({ ...before, ...now }).filter((path) => !equal(before[path], now[path]));
 }
-
-/** Whether a change needs a run from the start: the path and the draws are decided at tick 0. */
-export function needsRestart(path: string): boolean {
-  return !/^(plant|variants|load)(\.|$)/.test(path);
-}

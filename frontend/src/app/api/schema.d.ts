@@ -164,6 +164,46 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/fields": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Fields
+         * @description Return name, unit, factor, bounds and choices of every field of a scenario.
+         */
+        get: operations["getFields"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/fields/{kind}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Request Fields
+         * @description Return the same of the request of a study, with its defaults.
+         */
+        get: operations["getRequestFields"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/simulate": {
         parameters: {
             query?: never;
@@ -1111,7 +1151,7 @@ export interface components {
              */
             bandwidth: number | null;
             /**
-             * Gain
+             * amplifier gain
              * @description Current per commanded current, phases a, b, c
              * @default [
              *       1,
@@ -1125,7 +1165,7 @@ export interface components {
                 number
             ];
             /**
-             * Offset
+             * amplifier offset
              * @description Current at zero command, phases a, b, c
              * @default [
              *       0,
@@ -1139,7 +1179,7 @@ export interface components {
                 number
             ];
             /**
-             * Ripple Amplitude
+             * ripple
              * @description Amplitude of a sinusoidal ripple; the phases are a third of its period apart
              * @default 0
              */
@@ -1157,7 +1197,7 @@ export interface components {
              */
             noise: number;
             /**
-             * Limit
+             * current limit
              * @description Largest current either way
              * @default 10
              */
@@ -1235,12 +1275,12 @@ export interface components {
              */
             stroke: number;
             /**
-             * Velocity Max
+             * max speed
              * @description Largest velocity of a trajectory
              */
             velocity_max: number;
             /**
-             * Acceleration Max
+             * max accel.
              * @description Largest acceleration of a trajectory
              */
             acceleration_max: number;
@@ -1641,7 +1681,7 @@ export interface components {
          */
         Bounds: {
             /**
-             * K P
+             * range of k_p
              * @description Of k_p
              * @default [
              *       10000,
@@ -1653,7 +1693,7 @@ export interface components {
                 number
             ];
             /**
-             * K D
+             * range of k_d
              * @description Of k_d
              * @default [
              *       100,
@@ -1858,6 +1898,29 @@ export interface components {
             points: number;
         };
         /**
+         * Choice
+         * @description A value that a field can take, and how it is called.
+         */
+        Choice: {
+            /** Value */
+            value: string;
+            /**
+             * Label
+             * @description Name on the screen
+             */
+            label: string;
+            /**
+             * Description
+             * @default
+             */
+            description: string;
+            /**
+             * Unit
+             * @default
+             */
+            unit: string;
+        };
+        /**
          * Circle
          * @description Go round a circle at constant speed after a smooth start.
          */
@@ -1868,6 +1931,7 @@ export interface components {
              */
             kind: "circle";
             /**
+             * centre
              * @description Centre of the figure
              * @default {
              *       "x": 0,
@@ -1905,7 +1969,7 @@ export interface components {
              */
             laps: number;
             /**
-             * Lead In
+             * lead-in
              * @description Time in which the phase rate is eased from rest to its full value; half a period when left out, 0 starts at full speed
              * @default null
              */
@@ -1924,7 +1988,7 @@ export interface components {
              */
             law: "off" | "lugre-observer" | "published-k" | "residual-k" | "canudas-de-wit" | "reversed-k";
             /**
-             * Enabled
+             * compensation
              * @description Add the estimate to the command; off, the observer runs all the same
              * @default true
              */
@@ -1937,7 +2001,7 @@ export interface components {
              */
             velocity: "measured" | "reference";
             /**
-             * Gain
+             * gain of K
              * @description Gain of K; left out: 100/s for residual-k, 300/s for canudas-de-wit
              * @default null
              */
@@ -1961,7 +2025,7 @@ export interface components {
              */
             bristle_limit: number | null;
             /**
-             * K D Share
+             * share of k_d
              * @description Share of k_d in the denominator of (25) (reversed-k): 0 leaves K = -(M a - u)/sigma_1; 0.001 takes the number of Table 1, in N s/mm, as N s/m
              * @default 0
              */
@@ -1978,28 +2042,33 @@ export interface components {
              * Gain Margin
              * @description Least factor by which the loop's gain may grow, or fall, to the edge of stability
              * @default 2
+             * @example 2
              */
             gain_margin: number | null;
             /**
              * Phase Margin
              * @description Least phase margin
              * @default 0.5236
+             * @example 0.5236
              */
             phase_margin: number | null;
             /**
-             * Ms
+             * M_s
              * @description Largest peak of the sensitivity
+             * @example 2
              */
             Ms?: number | null;
             /**
              * Saturated
              * @description Largest share of ticks with force or current at its limit
              * @default 0
+             * @example 0
              */
             saturated: number | null;
             /**
-             * Force
+             * thrust
              * @description Largest thrust
+             * @example 30
              */
             force?: number | null;
         };
@@ -2398,13 +2467,13 @@ export interface components {
          */
         DisturbanceObserverConfig: {
             /**
-             * Enabled
+             * disturbance observer
              * @description Add its estimate to the command
              * @default false
              */
             enabled: boolean;
             /**
-             * Bandwidth
+             * observer bandwidth
              * @description Bandwidth of its filter
              * @default 30
              */
@@ -2475,19 +2544,19 @@ export interface components {
              */
             law: "minimum_jerk" | "trapezoid" | "jerk_limited" | "constant_speed";
             /**
-             * V Max
+             * max speed
              * @description Largest speed along the path
              * @default null
              */
             v_max: number | null;
             /**
-             * A Max
+             * max accel.
              * @description Largest acceleration along the path
              * @default null
              */
             a_max: number | null;
             /**
-             * J Max
+             * max jerk
              * @description Largest jerk along the path, of jerk_limited only
              * @default null
              */
@@ -2534,13 +2603,13 @@ export interface components {
          */
         EncoderConfig: {
             /**
-             * Resolution
+             * encoder count
              * @description Size of one count; 0 is an exact encoder
              * @default 5e-8
              */
             resolution: number;
             /**
-             * Sde Amplitude
+             * encoder error
              * @description Amplitude of the sub-divisional error
              * @default 0
              */
@@ -2552,7 +2621,7 @@ export interface components {
              */
             sde_period: number;
             /**
-             * Noise
+             * encoder noise
              * @description White noise of the reading, rms
              * @default 0
              */
@@ -2640,6 +2709,64 @@ export interface components {
             set: {
                 [key: string]: unknown;
             };
+        };
+        /**
+         * FieldEntry
+         * @description One field of a form.
+         */
+        FieldEntry: {
+            /**
+             * Label
+             * @description Name on the screen; subscripts follow an underscore
+             */
+            label: string;
+            /**
+             * Unit
+             * @description Unit on the screen
+             * @default
+             */
+            unit: string;
+            /**
+             * Factor
+             * @description Displayed number over SI number
+             * @default 1
+             */
+            factor: number;
+            /**
+             * Whole
+             * @description Whether it is a whole number
+             * @default false
+             */
+            whole: boolean;
+            /**
+             * Description
+             * @default
+             */
+            description: string;
+            /**
+             * Bounds
+             * @description `minimum`, `exclusive_minimum`, `maximum`, `exclusive_maximum`, SI
+             */
+            bounds?: {
+                [key: string]: number;
+            } | null;
+            /**
+             * Choices
+             * @description Values that it can take
+             */
+            choices?: components["schemas"]["Choice"][] | null;
+            /** Default */
+            default?: unknown;
+            /**
+             * Example
+             * @description A usual value where the default is none
+             */
+            example?: unknown;
+            /**
+             * Used With
+             * @description Choices of the field beside it with which it matters
+             */
+            used_with?: string[] | null;
         };
         /**
          * FieldPicture
@@ -2863,39 +2990,39 @@ export interface components {
              */
             tau: number;
             /**
-             * Offset
+             * commutation
              * @description Commutation offset: by how much the map is shifted against the encoder
              * @default 0
              */
             offset: number;
             /**
-             * F Pk
+             * peak thrust
              * @description Thrust of one phase at the peak current
              */
             F_pk: number;
             /**
-             * N Pk
+             * peak normal force
              * @description Normal force of one phase at the peak current, aligned
              */
             N_pk: number;
             /**
-             * I Pk
+             * peak current
              * @description Peak current
              */
             I_pk: number;
             /**
-             * I Knee
+             * saturation I_knee
              * @description Current at which saturation sets in
              */
             I_knee: number;
             /**
-             * H 2
+             * harmonic h_2
              * @description Second harmonic of thrust over position
              * @default 0
              */
             h_2: number;
             /**
-             * H 3
+             * harmonic h_3
              * @description Third harmonic of thrust over position
              * @default 0
              */
@@ -3022,7 +3149,7 @@ export interface components {
              */
             enabled: boolean;
             /**
-             * Rates
+             * rates of the ramps
              * @description Rates of the force ramps; a warning below 20 N/s, where ripple spoils them
              * @default [
              *       20,
@@ -3032,7 +3159,7 @@ export interface components {
              */
             rates: number[];
             /**
-             * Share
+             * share of F_s
              * @description Largest force of a ramp, as a share of the stiction just identified
              * @default 0.5
              */
@@ -3165,38 +3292,38 @@ export interface components {
          */
         FrictionConfig: {
             /**
-             * Enabled
+             * friction
              * @description Friction acts at all; off is a frictionless axis
              * @default true
              */
             enabled: boolean;
             /**
-             * Sigma 0
+             * stiffness σ_0
              * @description Bristle stiffness
              */
             sigma_0: number;
             /**
-             * Sigma 1
+             * damping σ_1
              * @description Bristle damping
              */
             sigma_1: number;
             /**
-             * Sigma 2
+             * viscous σ_2
              * @description Viscous friction
              */
             sigma_2: number;
             /**
-             * F C
+             * Coulomb F_c
              * @description Coulomb friction
              */
             F_c: number;
             /**
-             * F S
+             * stiction F_s
              * @description Stiction
              */
             F_s: number;
             /**
-             * V S
+             * speed v_s
              * @description Stribeck velocity
              */
             v_s: number;
@@ -3267,12 +3394,12 @@ export interface components {
          */
         GainsConfig: {
             /**
-             * K P
+             * k_p
              * @description Proportional gain
              */
             k_p: number;
             /**
-             * K D
+             * k_d
              * @description Derivative gain
              */
             k_d: number;
@@ -3884,19 +4011,19 @@ export interface components {
              */
             dwell: number;
             /**
-             * V Max
+             * max speed
              * @description Largest speed along the path
              * @default null
              */
             v_max: number | null;
             /**
-             * A Max
+             * max accel.
              * @description Largest acceleration along the path
              * @default null
              */
             a_max: number | null;
             /**
-             * Edge Time
+             * time of an edge
              * @description Time of every edge, instead of v_max and a_max
              * @default null
              */
@@ -3969,19 +4096,19 @@ export interface components {
          */
         LoadConfig: {
             /**
-             * X
+             * load x
              * @description Constant force on x
              * @default 0
              */
             x: number;
             /**
-             * Y
+             * load y
              * @description Constant force on y
              * @default 0
              */
             y: number;
             /**
-             * Noise
+             * load noise
              * @description White force noise on each axis, held over each control period, rms
              * @default 0
              */
@@ -4312,6 +4439,28 @@ export interface components {
             normal_force: number[][];
         };
         /**
+         * MetricEntry
+         * @description One metric.
+         */
+        MetricEntry: {
+            /**
+             * Label
+             * @description Name on the screen; `$` stands for the axis
+             */
+            label: string;
+            /**
+             * Unit
+             * @description SI unit
+             */
+            unit: string;
+            /** Meaning */
+            meaning: string;
+            /** Formula */
+            formula: string;
+            /** Lower Is Better */
+            lower_is_better: boolean;
+        };
+        /**
          * ModelConfig
          * @description The controller's model of the motor; by name it is read off a shipped motor.
          */
@@ -4487,19 +4636,19 @@ export interface components {
          */
         NotchConfig: {
             /**
-             * Frequency
+             * notch frequency
              * @description Frequency that is held back
              * @default 250
              */
             frequency: number;
             /**
-             * Damping
+             * notch damping
              * @description Damping ratio of its poles: half its relative width
              * @default 0.5
              */
             damping: number;
             /**
-             * Gain
+             * notch gain
              * @description Gain at its frequency; 1 is no notch
              * @default 1
              */
@@ -5333,7 +5482,7 @@ export interface components {
             /** @description Velocity per axis */
             velocity: components["schemas"]["PlanarVelocity"];
             /**
-             * Lead In
+             * lead-in
              * @description Time in which the velocity is eased from rest, part of the duration; 0 jumps to it, which is feasible for slow ramps only
              * @default 0.1
              */
@@ -5542,6 +5691,13 @@ export interface components {
             result?: components["schemas"]["ReproduceDocument"] | null;
         };
         /**
+         * RequestFields
+         * @description Fields of the request of a study, by dotted path.
+         */
+        RequestFields: {
+            [key: string]: components["schemas"]["FieldEntry"];
+        };
+        /**
          * Requirements
          * @description What a motor has to do; the defaults are the paper's.
          */
@@ -5658,19 +5814,19 @@ export interface components {
          */
         ResonanceConfig: {
             /**
-             * Frequency
+             * resonance
              * @description Undamped natural frequency of the mode
              * @default 150
              */
             frequency: number;
             /**
-             * Damping
+             * mode damping
              * @description Damping ratio of the mode
              * @default 0.02
              */
             damping: number;
             /**
-             * Coupling
+             * mode coupling
              * @description Deflection seen by the encoder per deflection of the mode; 0 is no resonance, -1 the far end of two masses on a spring, > 0 an encoder that moves with the thrust
              * @default 0
              */
@@ -5910,6 +6066,7 @@ export interface components {
              * @default 2019
              */
             seed: number;
+            /** motor */
             plant: components["schemas"]["PlantConfig"];
             /**
              * Variants
@@ -5973,6 +6130,38 @@ export interface components {
              * @description What it shows and whose choice its numbers are
              */
             description: string;
+        };
+        /**
+         * ScenarioFields
+         * @description Fields of a scenario, and metrics of a run.
+         */
+        ScenarioFields: {
+            /**
+             * Fields
+             * @description By dotted path; `*` stands for a variant's letter and for an item of a list
+             */
+            fields: {
+                [key: string]: components["schemas"]["FieldEntry"];
+            };
+            /**
+             * Schedulable
+             * @description Tables that can change during a run
+             */
+            schedulable: string[];
+            /**
+             * Metrics
+             * @description Metrics of one axis
+             */
+            metrics: {
+                [key: string]: components["schemas"]["MetricEntry"];
+            };
+            /**
+             * Contour
+             * @description Metrics of a variant's contour
+             */
+            contour: {
+                [key: string]: components["schemas"]["MetricEntry"];
+            };
         };
         /**
          * Segment
@@ -6177,7 +6366,7 @@ export interface components {
          */
         SharingConfig: {
             /**
-             * Law
+             * force sharing
              * @description least-norm: in proportion to the square of what each phase can give; force-per-ampere: least copper loss; sine, cubic: classical sharing functions
              * @default least-norm
              * @enum {string}
@@ -6493,6 +6682,7 @@ export interface components {
              */
             kind: "sine";
             /**
+             * centre
              * @description Centre of the figure
              * @default {
              *       "x": 0,
@@ -6522,7 +6712,7 @@ export interface components {
              */
             cycles: number;
             /**
-             * Lead In
+             * lead-in
              * @description Time in which the phase rate is eased from rest to its full value; half a period when left out, 0 starts at full speed
              * @default null
              */
@@ -6782,7 +6972,7 @@ export interface components {
             /** @description Displacement of one step */
             step: components["schemas"]["PlanarLength"];
             /**
-             * Count
+             * steps
              * @description Steps up
              * @default 5
              */
@@ -6800,13 +6990,13 @@ export interface components {
              */
             dwell: number;
             /**
-             * V Max
+             * max speed
              * @description Largest speed along the path
              * @default null
              */
             v_max: number | null;
             /**
-             * A Max
+             * max accel.
              * @description Largest acceleration along the path
              * @default null
              */
@@ -6852,6 +7042,7 @@ export interface components {
              */
             kind: "star";
             /**
+             * centre
              * @description Centre of the figure
              * @default {
              *       "x": 0,
@@ -7150,18 +7341,18 @@ export interface components {
              */
             kind: "table";
             /**
-             * Name
+             * force map
              * @description A shipped map, or the file name without .json of one below MOTIONLAB_DATA/maps
              */
             name: string;
             /**
-             * Offset
+             * commutation
              * @description Commutation offset: by how much the map is shifted against the encoder
              * @default 0
              */
             offset: number;
             /**
-             * Gain
+             * map gain
              * @description Factor on thrust and normal force, such as 34.1/38.6 for the paper's own finite elements
              * @default 1
              */
@@ -7199,13 +7390,13 @@ export interface components {
             /** @description Where the line ends */
             end: components["schemas"]["PlanarLength"];
             /**
-             * V Max
+             * max speed
              * @description Largest speed along the path
              * @default 0.15
              */
             v_max: number;
             /**
-             * A Max
+             * max accel.
              * @description Largest acceleration along the path
              * @default 1.6
              */
@@ -7600,19 +7791,19 @@ export interface components {
              */
             dwell: number;
             /**
-             * V Max
+             * max speed
              * @description Largest speed along the path
              * @default null
              */
             v_max: number | null;
             /**
-             * A Max
+             * max accel.
              * @description Largest acceleration along the path
              * @default null
              */
             a_max: number | null;
             /**
-             * Edge Time
+             * time of an edge
              * @description Time of every edge, instead of v_max and a_max
              * @default null
              */
@@ -7853,10 +8044,18 @@ export interface components {
             range: string;
             /**
              * Unit
-             * @description Unit of value and range
+             * @description Unit of value, range and bounds
              * @default
              */
             unit: string;
+            /**
+             * Bounds
+             * @description Ends of a numeric range: minimum, exclusive_minimum, maximum, exclusive_maximum
+             * @default {}
+             */
+            bounds: {
+                [key: string]: number;
+            };
         };
         /**
          * Acknowledge
@@ -8475,6 +8674,135 @@ export interface operations {
             };
             /** @description Forbidden */
             403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getFields: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ScenarioFields"];
+                };
+            };
+            /** @description Not Modified: `If-None-Match` names the present ETag */
+            304: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getRequestFields: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Kind of a study */
+                kind: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RequestFields"];
+                };
+            };
+            /** @description Not Modified: `If-None-Match` names the present ETag */
+            304: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10810,7 +11138,7 @@ export interface operations {
                         [key: string]: unknown;
                     };
                     /**
-                     * Variant
+                     * controller
                      * @description Whose gains; left out: the second variant, or the only one
                      */
                     variant?: string | null;
@@ -10978,7 +11306,7 @@ export interface operations {
                         [key: string]: unknown;
                     };
                     /**
-                     * Variant
+                     * controller
                      * @description Whose gains; left out: the second variant, or the only one
                      */
                     variant?: string | null;
@@ -11319,17 +11647,18 @@ export interface operations {
                      */
                     speeds?: number[];
                     /**
-                     * Time Max
+                     * time of each
                      * @description Time after which a uniform motion takes no further pole pitch; one is always taken
                      * @default 20
                      */
                     time_max?: number;
                     /**
-                     * Pitches Max
+                     * most pole pitches
                      * @description Most pole pitches that a force is averaged over; left out: as many as time and stroke allow
                      */
                     pitches_max?: number | null;
                     /**
+                     * force ramps
                      * @default {
                      *       "enabled": true,
                      *       "rates": [
@@ -11343,12 +11672,12 @@ export interface operations {
                      */
                     presliding?: components["schemas"]["ForceRamps"];
                     /**
-                     * Variant
+                     * driven by
                      * @description Variant whose gains and force map drive the motor; left out: the first
                      */
                     variant?: string | null;
                     /**
-                     * Apply To
+                     * model of
                      * @description Variant whose model the result is for; left out: the second, or the only one
                      */
                     apply_to?: string | null;
@@ -11516,7 +11845,7 @@ export interface operations {
                         [key: string]: unknown;
                     };
                     /**
-                     * Variant
+                     * controller
                      * @description Whose gains; left out: the second variant, or the only one
                      */
                     variant?: string | null;
@@ -11538,6 +11867,7 @@ export interface operations {
                         [key: string]: number;
                     };
                     /**
+                     * ranges of the gains
                      * @default {
                      *       "k_p": [
                      *         10000,
@@ -11553,6 +11883,7 @@ export interface operations {
                     /** @description Metrics window, at whose end a run ends; left out: the second lap of a motion that repeats, otherwise the scenario's own */
                     window?: components["schemas"]["WindowConfig"] | null;
                     /**
+                     * limits
                      * @default {
                      *       "gain_margin": 2,
                      *       "phase_margin": 0.5236,
@@ -11561,7 +11892,7 @@ export interface operations {
                      */
                     constraints?: components["schemas"]["Constraints"];
                     /**
-                     * Also
+                     * observer
                      * @description Further numbers of the controller to search, by path, each with low and high; both axes share them and are then tuned together
                      */
                     also?: {
@@ -11583,7 +11914,7 @@ export interface operations {
                      */
                     evaluations?: number;
                     /**
-                     * Plants
+                     * motors
                      * @description Shipped motors on which the gains must do as well: the worst one counts
                      * @default []
                      */
@@ -11746,7 +12077,7 @@ export interface operations {
                         [key: string]: unknown;
                     };
                     /**
-                     * Variant
+                     * controller
                      * @description Whose gains; left out: the second variant, or the only one
                      */
                     variant?: string | null;
@@ -11768,6 +12099,7 @@ export interface operations {
                         [key: string]: number;
                     };
                     /**
+                     * ranges of the gains
                      * @default {
                      *       "k_p": [
                      *         10000,
@@ -12364,7 +12696,7 @@ export interface operations {
                         [key: string]: unknown;
                     };
                     /**
-                     * Variant
+                     * controller
                      * @description Whose gains; left out: the second variant, or the only one
                      */
                     variant?: string | null;
@@ -13767,17 +14099,18 @@ export interface operations {
                      */
                     speeds?: number[];
                     /**
-                     * Time Max
+                     * time of each
                      * @description Time after which a uniform motion takes no further pole pitch; one is always taken
                      * @default 20
                      */
                     time_max?: number;
                     /**
-                     * Pitches Max
+                     * most pole pitches
                      * @description Most pole pitches that a force is averaged over; left out: as many as time and stroke allow
                      */
                     pitches_max?: number | null;
                     /**
+                     * force ramps
                      * @default {
                      *       "enabled": true,
                      *       "rates": [
@@ -13791,12 +14124,12 @@ export interface operations {
                      */
                     presliding?: components["schemas"]["ForceRamps"];
                     /**
-                     * Variant
+                     * driven by
                      * @description Variant whose gains and force map drive the motor; left out: the first
                      */
                     variant?: string | null;
                     /**
-                     * Apply To
+                     * model of
                      * @description Variant whose model the result is for; left out: the second, or the only one
                      */
                     apply_to?: string | null;

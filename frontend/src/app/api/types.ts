@@ -18,6 +18,12 @@ export type Changes = Record<string, Value>;
 /** A scenario with all names resolved; read through paths, see `at` in scenario-paths.ts. */
 export type Scenario = Schemas['Scenario'];
 
+/** How a field is called and shown, and what it may be. */
+export type FieldEntry = Schemas['FieldEntry'];
+export type Choice = Schemas['Choice'];
+export type ScenarioFields = Schemas['ScenarioFields'];
+export type MetricEntry = Schemas['MetricEntry'];
+
 export type ScenarioEntry = Schemas['ScenarioEntry'];
 export type Parts = Schemas['Parts'];
 export type Change = Schemas['Change'];

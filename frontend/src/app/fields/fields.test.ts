@@ -1,9 +1,9 @@
 import { expect, it } from 'vitest';
-import { editable, fieldOf, nameOf, ownerOf, refusal, show } from './fields';
+import { editable, fieldOf, nameOf, needsRestart, ownerOf, refusal, show } from './fields.svelte';
 
 it('shows gains as the paper prints them', () => {
   const path = 'variants.B.controller.x.k_p';
-  expect(fieldOf(path)).toEqual({ label: 'k_p x', unit: 'N/mm', factor: 1e-3 });
+  expect(fieldOf(path)).toEqual({ label: 'k_p x', unit: 'N/mm', factor: 1e-3, whole: false });
   expect(show(path, 200300)).toBe('200.3');
   expect(ownerOf(path)).toBe('B');
 });
@@ -14,7 +14,7 @@ it('shows every kind of value', () => {
   expect(show('trajectory.lead_in', null)).toBe('auto');
   expect(show('plant.x.amplifiers.offset', [0.1, -0.1, 0.05])).toBe('0.1, −0.1, 0.05');
   expect(show('seed', 2019)).toBe('2019');
-  expect(show('variants.B.controller.sharing.law', 'force-per-ampere')).toBe('per ampere');
+  expect(show('variants.B.controller.sharing.law', 'force-per-ampere')).toBe('force per ampere');
   expect(nameOf('variants.B.controller.y.notch.gain')).toBe('B notch gain y');
   expect(ownerOf('plant.y.mass')).toBe('plant y');
 });
@@ -28,7 +28,12 @@ it('writes fields without noise of the change of unit', () => {
 });
 
 it('names what it does not know by its path', () => {
-  expect(fieldOf('plant.x.stop_damping')).toEqual({ label: 'x stop damping', unit: '', factor: 1 });
+  expect(fieldOf('plant.x.stop_damping')).toEqual({
+    label: 'x stop damping',
+    unit: '',
+    factor: 1,
+    whole: false,
+  });
 });
 
 it('tells the range in the unit of the screen', () => {
@@ -38,11 +43,18 @@ it('tells the range in the unit of the screen', () => {
       loc,
       message: 'is out of range',
       value: -5000,
-      range: '>= 0 and <= 1000000000',
+      bounds: { minimum: 0, maximum: 1e9 },
       unit: 'N/m',
     }),
   ).toBe('Is out of range: −5 N/mm. Allowed: 0 to 1000000 N/mm.');
   expect(refusal({ loc: 'trajectory', message: 'too fast.', range: '', unit: '' })).toBe(
     'Too fast.',
   );
+});
+
+it('knows what needs a restart', () => {
+  expect(['seed', 'trajectory', 'trajectory.radius'].every(needsRestart)).toBe(true);
+  expect(
+    ['plant', 'plant.x.mass', 'variants.B.controller.delay', 'load.x'].some(needsRestart),
+  ).toBe(false);
 });

@@ -3,7 +3,7 @@
 import { without } from '../api/scenario-paths';
 import type { ProblemField } from '../api/types';
 import { messages } from '../messages.svelte';
-import { refusal } from './fields';
+import { refusal } from './fields.svelte';
 
 export class Refusals {
   /** Messages of values that the server refused. */

@@ -1,6 +1,7 @@
 /** The numbers of a trajectory, whatever its kind, as lines of a form. */
 
-import type { Value } from '../api/types';
+import type { Choice, Value } from '../api/types';
+import { choicesOf } from './fields.svelte';
 
 /** What a person changes first; the rest is folded away. */
 const MAIN = new Set([
@@ -26,10 +27,8 @@ const MAIN = new Set([
 export type Line =
   | { kind: 'number'; path: string; main: boolean }
   | { kind: 'switch'; path: string; main: boolean; on: boolean }
-  | { kind: 'choice'; path: string; main: boolean; value: string; options: readonly string[] }
+  | { kind: 'choice'; path: string; main: boolean; value: string; options: readonly Choice[] }
   | { kind: 'list'; path: string; main: boolean; length: number };
-
-const CHOICES: Record<string, readonly string[]> = { direction: ['ccw', 'cw'] };
 
 /** Returns the lines for a trajectory's table, main ones first. */
 export function lines(trajectory: { [key: string]: Value }): Line[] {
@@ -37,13 +36,13 @@ export function lines(trajectory: { [key: string]: Value }): Line[] {
   for (const [key, value] of Object.entries(trajectory)) {
     const path = `trajectory.${key}`;
     const main = MAIN.has(key);
-    const options = CHOICES[key];
     if (typeof value === 'number' || value === null) {
       found.push({ kind: 'number', path, main: main && value !== null });
     } else if (typeof value === 'boolean') {
       found.push({ kind: 'switch', path, main, on: value });
     } else if (typeof value === 'string') {
-      if (options) found.push({ kind: 'choice', path, main, value, options });
+      const options = choicesOf(path);
+      if (options.length > 0) found.push({ kind: 'choice', path, main, value, options });
     } else if (Array.isArray(value)) {
       found.push({ kind: 'list', path, main: true, length: value.length });
     } else {

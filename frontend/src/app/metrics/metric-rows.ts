@@ -1,135 +1,37 @@
-/** The rows of the metrics table: which number, its name, unit and definition. */
+/** The rows of the metrics table; names, units and definitions are the server's. */
 
-import { among, scaleFor, type Scale } from '../../ui/units';
-import type { Axis, AxisMetrics, Metrics, VariantMetrics } from '../api/types';
+import { among, pretty, scaleFor, type Scale } from '../../ui/units';
+import type { Axis, AxisMetrics, MetricEntry, Metrics, VariantMetrics } from '../api/types';
 import { AXES } from '../api/types';
+import { served } from '../fields/fields.svelte';
 
-interface Definition<Key extends string = keyof AxisMetrics> {
+interface Shown<Key extends string = keyof AxisMetrics> {
   key: Key;
-  /** Name with `$` for the axis. */
-  name: string;
-  unit: string;
-  meaning: string;
   /** Shown at once; the others on demand. */
   main?: boolean;
-  /** Whether less is better; of the others the table makes no judgement. */
-  less?: boolean;
   /** Lines that share a unit, so that their numbers compare down the column too. */
   group?: 'following' | 'hold';
 }
 
-const DEFINITIONS: readonly Definition[] = [
-  {
-    key: 'max_abs_following_error',
-    name: 'max |e_$|',
-    unit: 'm',
-    meaning: 'largest following error: reference less measured position',
-    main: true,
-    less: true,
-    group: 'following',
-  },
-  {
-    key: 'rms_following_error',
-    name: 'RMS e_$',
-    unit: 'm',
-    meaning: 'root mean square of the following error',
-    main: true,
-    less: true,
-    group: 'following',
-  },
-  {
-    key: 'itae',
-    name: 'ITAE $',
-    unit: 'm s^2',
-    meaning: 'integral of time times |e|, from the start of the window',
-    less: true,
-  },
-  {
-    key: 'steady_state_error',
-    name: 'steady e_$',
-    unit: 'm',
-    meaning: 'largest |e| over the last fifth of each hold',
-    main: true,
-    less: true,
-    group: 'hold',
-  },
-  {
-    key: 'settling_time',
-    name: 'settling $',
-    unit: 's',
-    meaning:
-      'from the end of command until |e| stays within the settling band, longest of all holds',
-    main: true,
-    less: true,
-  },
-  {
-    key: 'overshoot',
-    name: 'overshoot $',
-    unit: 'm',
-    meaning: 'how far the measured position goes past the target during a hold',
-    less: true,
-    group: 'hold',
-  },
-  {
-    key: 'max_abs_velocity',
-    name: 'peak |v_$|',
-    unit: 'm/s',
-    meaning: 'largest true speed',
-  },
-  {
-    key: 'rms_force',
-    name: 'RMS F_$',
-    unit: 'N',
-    meaning: 'root mean square of the true thrust',
-  },
-  {
-    key: 'max_abs_force',
-    name: 'peak F_$',
-    unit: 'N',
-    meaning: 'largest true thrust',
-  },
-  {
-    key: 'max_current',
-    name: 'peak i_$',
-    unit: 'A',
-    meaning: 'largest current of any phase',
-    main: true,
-  },
-  {
-    key: 'rms_current',
-    name: 'RMS i_$',
-    unit: 'A',
-    meaning: 'root mean square of the three phase currents together',
-  },
-  {
-    key: 'saturated_fraction',
-    name: 'saturated $',
-    unit: '1',
-    meaning: 'share of ticks with the force or a current command at its limit',
-    less: true,
-  },
+const FIRST: readonly Shown[] = [
+  { key: 'max_abs_following_error', main: true, group: 'following' },
+  { key: 'rms_following_error', main: true, group: 'following' },
 ];
-
-type ContourKey = 'max' | 'rms';
-
-const CONTOUR: readonly Definition<ContourKey>[] = [
-  {
-    key: 'max',
-    name: 'contour max',
-    unit: 'm',
-    meaning: 'largest distance from the measured position to the path',
-    main: true,
-    less: true,
-    group: 'following',
-  },
-  {
-    key: 'rms',
-    name: 'contour RMS',
-    unit: 'm',
-    meaning: 'root mean square of that distance',
-    less: true,
-    group: 'following',
-  },
+const CONTOUR: readonly Shown<'max' | 'rms'>[] = [
+  { key: 'max', main: true, group: 'following' },
+  { key: 'rms', group: 'following' },
+];
+const OTHERS: readonly Shown[] = [
+  { key: 'itae' },
+  { key: 'steady_state_error', main: true, group: 'hold' },
+  { key: 'settling_time', main: true },
+  { key: 'overshoot', group: 'hold' },
+  { key: 'max_abs_velocity' },
+  { key: 'rms_force' },
+  { key: 'max_abs_force' },
+  { key: 'max_current', main: true },
+  { key: 'rms_current' },
+  { key: 'saturated_fraction' },
 ];
 
 export interface Row {
@@ -145,36 +47,36 @@ export interface Row {
 }
 
 interface Line {
-  definition: Definition<string>;
+  shown: Shown<string>;
+  definition: MetricEntry;
   axis: Axis | '';
   numbers: number[];
 }
 
 /** Returns the rows for the first two variants; those that nobody has a number for are left out. */
 export function rows(metrics: Metrics, variants: readonly string[]): Row[] {
-  const shown = variants.slice(0, 2).map((name) => metrics.variants[name]);
+  const of = variants.slice(0, 2).map((name) => metrics.variants[name]);
   const lines: Line[] = [];
   const add = (
-    definition: Definition<string>,
+    shown: Shown<string>,
+    definition: MetricEntry | undefined,
     axis: Axis | '',
     values: (number | null | undefined)[],
   ) => {
     const numbers = values.map((value) => value ?? Number.NaN);
-    if (numbers.some((number) => !Number.isNaN(number))) lines.push({ definition, axis, numbers });
+    if (!definition || numbers.every(Number.isNaN)) return;
+    lines.push({ shown, definition, axis, numbers });
   };
-  for (const definition of DEFINITIONS.slice(0, 2)) {
-    for (const axis of AXES) add(definition, axis, axisValues(shown, axis, definition.key));
+  const addAxes = (shown: Shown) => {
+    const definition = served.scenario.metrics[shown.key];
+    for (const axis of AXES) add(shown, definition, axis, axisValues(of, axis, shown.key));
+  };
+  FIRST.forEach(addAxes);
+  for (const shown of CONTOUR) {
+    const values = of.map((variant) => variant?.contour[shown.key]);
+    add(shown, served.scenario.contour[shown.key], '', values);
   }
-  for (const definition of CONTOUR) {
-    add(
-      definition,
-      '',
-      shown.map((variant) => variant?.contour[definition.key]),
-    );
-  }
-  for (const definition of DEFINITIONS.slice(2)) {
-    for (const axis of AXES) add(definition, axis, axisValues(shown, axis, definition.key));
-  }
+  OTHERS.forEach(addAxes);
   return lines.map((line) => row(line, scaleOf(line, lines)));
 }
 
@@ -199,23 +101,23 @@ function axisValues(
 }
 
 /** The unit of a line: that of all lines of its group, or of both axes. */
-function scaleOf({ definition }: Line, lines: readonly Line[]): Scale {
-  const alike = lines.filter(({ definition: other }) =>
-    definition.group ? other.group === definition.group : other === definition,
+function scaleOf({ shown, definition }: Line, lines: readonly Line[]): Scale {
+  const alike = lines.filter(({ shown: other }) =>
+    shown.group ? other.group === shown.group : other === shown,
   );
   const sizes = alike.flatMap(({ numbers }) => numbers.filter(Number.isFinite).map(Math.abs));
   return scaleFor(Math.max(...sizes), definition.unit);
 }
 
-function row({ definition, axis, numbers }: Line, scale: Scale): Row {
+function row({ shown, definition, axis, numbers }: Line, scale: Scale): Row {
   const [a = Number.NaN, b = Number.NaN] = numbers;
   const change = a !== 0 && Number.isFinite(b / a) ? b / a - 1 : null;
-  const judged = definition.less === true && change !== null && Math.abs(change) >= 0.0005;
+  const judged = definition.lower_is_better && change !== null && Math.abs(change) >= 0.0005;
   return {
-    name: definition.name.replace('$', axis),
+    name: definition.label.replace('$', axis),
     unit: scale.unit,
-    meaning: definition.meaning,
-    main: definition.main === true,
+    meaning: pretty(definition.meaning),
+    main: shown.main === true,
     values: numbers.map((value) => among(value, scale)),
     change,
     better: judged ? change < 0 : null,

@@ -2,18 +2,31 @@
 
 import type { SessionInfo } from '../api/types';
 
-/** Control period, s. */
-export const PERIOD = 0.0005;
 /** Changes whose time is remembered. */
 const CHANGES = 200;
 
 export class Moments {
-  pushes = $state.raw<readonly { time: number; label: string }[]>([]);
+  /** Control period, s; 0 until the stream has said it. */
+  period = $state(0);
+  private pushed = $state.raw<readonly { tick: number; label: string }[]>([]);
+  private changed = $state.raw<readonly number[]>([]);
+
+  readonly pushes = $derived(
+    this.period === 0
+      ? []
+      : this.pushed.map(({ tick, label }) => ({ time: tick * this.period, label })),
+  );
   /** Times at which parameters were changed, or a change undone, s. */
-  changedAt = $state.raw<readonly number[]>([]);
+  readonly changedAt = $derived(
+    this.period === 0 ? [] : this.changed.map((tick) => tick * this.period),
+  );
 
   notePush(tick: number, label: string): void {
-    this.pushes = [...this.pushes, { time: tick * PERIOD, label }];
+    this.pushed = [...this.pushed, { tick, label }];
+  }
+
+  forgetPushes(): void {
+    this.pushed = [];
   }
 
   /** An undo takes the change off the server's list: that it was, and when, is remembered here. */
@@ -21,8 +34,7 @@ export class Moments {
     const same = before !== null && before.timeline === info.timeline;
     const undone = same && info.changes.length < before.changes.length;
     const ticks = [...info.changes.map(({ tick }) => tick), ...(undone ? [info.tick] : [])];
-    const known = same ? this.changedAt : [];
-    const times = ticks.map((tick) => tick * PERIOD).filter((time) => !known.includes(time));
-    this.changedAt = [...known, ...times].slice(-CHANGES);
+    const known = same ? this.changed : [];
+    this.changed = [...known, ...ticks.filter((tick) => !known.includes(tick))].slice(-CHANGES);
   }
 }

@@ -2,7 +2,7 @@
 
 import { at, difference, equal } from '../api/scenario-paths';
 import type { Changes, Scenario, Value } from '../api/types';
-import { nameOf } from '../fields/fields';
+import { nameOf } from '../fields/fields.svelte';
 import type { Own } from './kept-sessions';
 
 /** All that it takes to go back. */

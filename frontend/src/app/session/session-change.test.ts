@@ -176,6 +176,7 @@ it('gives a path with all gains, what-if changes and the speed, and a way back',
 it('remembers when a change was made and undone, until a reset', async () => {
   const { app } = tuned();
   const { session, api } = app;
+  session.moments.period = 0.0005;
   const now = (info: Partial<SessionInfo>) => {
     api.command = vi.fn(async () => ({ ...session.info, ...info }) as SessionInfo);
   };

@@ -17,10 +17,10 @@ import {
   type Kept,
   type Own,
 } from './kept-sessions';
-import { Moments, PERIOD } from './moments.svelte';
+import { Moments } from './moments.svelte';
 
-/** Ticks that are kept: 33 s, a little more than the server has to resume from. */
-const CAPACITY = 65_536;
+/** Time for which samples are kept, s: a little more than the server has to resume from. */
+const KEPT = 33;
 export const PUSH_SECONDS = 0.05;
 /** Simulated over real time. */
 export const SPEED = { least: 0.1, most: 10 };
@@ -71,7 +71,7 @@ export class SessionStore {
   /** Time that the newest sample stands for. */
   get time(): number {
     const ring = this.client?.ring;
-    return ring && ring.end > ring.start ? ring.end * PERIOD : (this.info?.time ?? 0);
+    return ring && ring.end > ring.start ? ring.end * this.moments.period : (this.info?.time ?? 0);
   }
 
   /** Finds the session of the address or of the last visit, or makes one. */
@@ -238,7 +238,7 @@ export class SessionStore {
     this.paths = own.paths ?? [];
     this.speed = info.state === 'playing' ? info.speed : (own.speed ?? 1);
     this.missing = '';
-    this.moments.pushes = [];
+    this.moments.forgetPushes();
     setAddress({ session: info.id });
     this.keep();
     rememberDraft(info.id, this.draft);
@@ -247,11 +247,12 @@ export class SessionStore {
       `${protocol}://${location.host}${info.stream}`,
       {
         connection: (state) => (this.connection = state),
+        rate: (rate) => (this.moments.period = 1 / rate),
         session: (news) => this.update(news),
-        reset: () => (this.moments.pushes = []),
+        reset: () => this.moments.forgetPushes(),
         problem: (detail) => messages.error(detail),
       },
-      { capacity: CAPACITY, alive: () => this.alive(info.id) },
+      { seconds: KEPT, alive: () => this.alive(info.id) },
     );
     this.client.subscribe(this.subscription);
     this.client.connect();

@@ -20,6 +20,11 @@ export interface Difference {
   subtrahend: string;
 }
 
+/** Returns for how many ticks there is room if some seconds are to be kept. */
+export function capacityFor(seconds: number, rate: number): number {
+  return BLOCK * Math.ceil((seconds * rate) / BLOCK);
+}
+
 let writes = 0;
 
 export class Ring {

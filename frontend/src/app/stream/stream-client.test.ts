@@ -22,7 +22,7 @@ class FakeSocket implements Socket {
     this.onmessage?.({ data: JSON.stringify(message) } as MessageEvent);
   }
   hello(tick: number, timeline = 0): void {
-    this.say({ type: 'hello', session: { tick, timeline } as SessionInfo });
+    this.say({ type: 'hello', rate: 2000, session: { tick, timeline } as SessionInfo });
   }
   frame(sequence: number, tick: number, columns: number[][]): void {
     const samples = columns[0]?.length ?? 0;
@@ -44,13 +44,14 @@ function setUp(alive = () => Promise.resolve(true)) {
   const states: Connection[] = [];
   const events = {
     connection: (state: Connection) => states.push(state),
+    rate: vi.fn(),
     session: vi.fn(),
     reset: vi.fn(),
     problem: vi.fn(),
   };
   const client = new StreamClient('ws://test', events, {
     alive,
-    capacity: 1024,
+    seconds: 0.512,
     backoff: new Backoff(250, 5000, () => 0.5),
     now: () => 7,
     socket: () => {

@@ -9,7 +9,7 @@ import type { ClientMessage, ServerMessage, SessionInfo } from '../api/types';
 import { Backfill } from './backfill';
 import { Backoff } from './backoff';
 import { decodeFrame } from './frame';
-import { Ring, type Difference } from './ring';
+import { capacityFor, Ring, type Difference } from './ring';
 
 export type Connection = 'connecting' | 'connected' | 'lost' | 'closed';
 
@@ -20,6 +20,8 @@ export interface Subscription {
 
 export interface StreamEvents {
   connection(state: Connection): void;
+  /** Ticks per second. */
+  rate(rate: number): void;
   session(info: SessionInfo): void;
   reset(): void;
   problem(detail: string): void;
@@ -41,7 +43,8 @@ export interface StreamOptions {
    * counts as no.
    */
   alive(): Promise<boolean>;
-  capacity: number;
+  /** Time for which samples are kept, s. */
+  seconds: number;
   socket?: (url: string) => Socket;
   backoff?: Backoff;
   now?: () => number;
@@ -61,6 +64,7 @@ export class StreamClient {
   private wanted: Subscription | null = null;
   private closed = false;
   private greeted = false;
+  private capacity = 0;
   /** Which of the session's timelines the ring holds. */
   private timeline = 0;
   private readonly backoff: Backoff;
@@ -74,7 +78,7 @@ export class StreamClient {
     private readonly events: StreamEvents,
     private readonly options: StreamOptions,
   ) {
-    this.ring = new Ring(options.capacity, []);
+    this.ring = new Ring(0, []);
     this.backoff = options.backoff ?? new Backoff();
   }
 
@@ -172,6 +176,8 @@ export class StreamClient {
         this.greeted = true;
         this.backoff.reset();
         this.events.connection('connected');
+        this.capacity = capacityFor(this.options.seconds, message.rate);
+        this.events.rate(message.rate);
         this.events.session(message.session);
         // The session may have been reset while nobody listened.
         if (message.session.timeline !== this.timeline) this.clear();
@@ -186,7 +192,7 @@ export class StreamClient {
           message.columns.every((column, i) => column === this.ring.names[i]);
         if (!same) {
           this.backfill.clear();
-          this.ring = new Ring(this.options.capacity, message.columns, wanted.differences);
+          this.ring = new Ring(this.capacity, message.columns, wanted.differences);
         }
         this.backfill.resume();
         this.confirmed = wanted;

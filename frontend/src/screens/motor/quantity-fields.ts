@@ -1,15 +1,8 @@
 /** Numbers that one types on the Motor screen: their names, units and refusals. */
 
 import type { ProblemField } from '../../app/api/types';
-import {
-  clean,
-  digits,
-  minus,
-  prettyUnit,
-  quantity,
-  scaleFor,
-  type Quantity,
-} from '../../ui/units';
+import { refusalText } from '../../app/fields/fields.svelte';
+import { digits, minus, prettyUnit, quantity, scaleFor, type Quantity } from '../../ui/units';
 
 export interface Field {
   /** Dotted path in the request. */
@@ -63,30 +56,11 @@ export function refusals(
   for (const error of errors) {
     const own = fields.find(({ path }) => path === error.loc);
     const place = own?.path ?? (last !== null && last.startsWith(error.loc) ? last : '');
-    const text = refusalText(error, own);
+    const unit = own?.unit ?? prettyUnit(error.unit ?? '');
+    const text = refusalText(error, { factor: own?.factor ?? 1, unit });
     found[place] = place in found ? `${found[place] ?? ''} ${text}` : text;
   }
   return found;
-}
-
-/** A refusal as a sentence, in the unit of its field. */
-export function refusalText(error: ProblemField, field?: Field): string {
-  const factor = field?.factor ?? 1;
-  const unit = field?.unit ?? prettyUnit(error.unit ?? '');
-  const shown = (value: number) =>
-    `${minus(String(Number(clean(value * factor).toPrecision(6))))} ${unit}`.trimEnd();
-  // A sentence that begins with a symbol keeps it as it is.
-  const symbol = /^\S+ = /.test(error.message);
-  const first = error.message.charAt(0);
-  const words = (symbol ? first : first.toUpperCase()) + error.message.slice(1);
-  const value = typeof error.value === 'number' ? `: ${shown(error.value)}` : '';
-  if (!error.range) return `${words}${value}.`;
-  const allowed = error.range
-    .replace(/-?\d+(\.\d+)?(e[+-]?\d+)?/gi, (number) => shown(Number(number)))
-    .replace(/^>= (.+) and <= (.+)$/, '$1 to $2')
-    .replaceAll('>=', '≥')
-    .replaceAll('<=', '≤');
-  return `${words}${value}. Allowed: ${allowed}.`;
 }
 
 const GREEK: readonly [RegExp, string][] = [

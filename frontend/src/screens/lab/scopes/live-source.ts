@@ -9,8 +9,12 @@ export class LiveSource implements Source {
 
   constructor(
     private readonly ring: () => Ring,
-    readonly step: number,
+    private readonly period: () => number,
   ) {}
+
+  get step(): number {
+    return this.period();
+  }
 
   get version(): number {
     return this.ring().version;

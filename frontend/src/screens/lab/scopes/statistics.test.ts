@@ -9,7 +9,10 @@ const STEP = 0.0005;
 function live(values: readonly number[], tick = 0): LiveSource {
   const ring = new Ring(4096, ['e']);
   ring.write(tick, [new Float32Array(values)]);
-  return new LiveSource(() => ring, STEP);
+  return new LiveSource(
+    () => ring,
+    () => STEP,
+  );
 }
 
 it('are those of every sample within the range', () => {

@@ -1,8 +1,7 @@
 /** Which scopes are shown, over which time, and where the pointer is. */
 
 import { AXES, type Axis } from '../../../app/api/types';
-import { nameOf } from '../../../app/fields/fields';
-import { PERIOD } from '../../../app/session/moments.svelte';
+import { nameOf } from '../../../app/fields/fields.svelte';
 import { fromAddress, load, save, setAddress } from '../../../app/storage';
 import { app } from '../../../app/store.svelte';
 import { Ring } from '../../../app/stream/ring';
@@ -22,10 +21,10 @@ const READOUT = 100;
 /** How much of a live session the plane shows, s. */
 const TRAIL = 6;
 
-/** Shortest time axis, s: four control periods. */
-const LEAST_SPAN = 4 * PERIOD;
+/** Shortest time axis, in control periods. */
+const LEAST_SPAN = 4;
 
-const NO_RING = new Ring(16, []);
+const NO_RING = new Ring(0, []);
 
 class View {
   shown = $state.raw<readonly ScopeId[]>(keptScopes());
@@ -42,7 +41,10 @@ class View {
   pointer: Pointer | null = null;
   /** Counts up to ten times a second while something moves: what readouts depend on. */
   beat = $state(0);
-  private readonly live = new LiveSource(() => app.session.client?.ring ?? NO_RING, PERIOD);
+  private readonly live = new LiveSource(
+    () => app.session.client?.ring ?? NO_RING,
+    () => app.session.moments.period,
+  );
 
   /** The variant that currents and forces are shown of. */
   readonly subject = $derived(
@@ -69,15 +71,18 @@ class View {
       label: labelOf(set),
     }));
     if (app.mode === 'whatif') return planned;
+    const { period, pushes } = app.session.moments;
+    if (period === 0) return planned;
     const changes = (app.session.info?.changes ?? []).map(({ tick, set }) => ({
-      time: tick * PERIOD,
+      time: tick * period,
       label: labelOf(set),
     }));
-    return [...planned, ...changes, ...app.session.moments.pushes].sort((a, b) => a.time - b.time);
+    return [...planned, ...changes, ...pushes].sort((a, b) => a.time - b.time);
   });
 
   get source(): Source | null {
-    return app.mode === 'whatif' ? (app.whatif.answer?.source ?? null) : this.live;
+    if (app.mode === 'whatif') return app.whatif.answer?.source ?? null;
+    return app.session.moments.period > 0 ? this.live : null;
   }
 
   /** What the time axis covers. */
@@ -156,7 +161,7 @@ class View {
   zoomBy(ratio: number): void {
     const { from, to } = this.range();
     const centre = this.hover ?? (from + to) / 2;
-    const length = Math.max(LEAST_SPAN, (to - from) * ratio);
+    const length = Math.max(LEAST_SPAN * app.session.moments.period, (to - from) * ratio);
     const start = centre - ((centre - from) * length) / (to - from);
     this.look({ from: start, to: start + length });
   }

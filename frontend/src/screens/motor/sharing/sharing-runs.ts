@@ -1,42 +1,27 @@
 /** Laws of force sharing side by side: what is asked, what is drawn, what is compared. */
 
 import type { MapFit, SharingDocument } from '../../../app/api/types';
+import { choicesOf } from '../../../app/fields/fields.svelte';
 import type { Ink } from '../../../plot/palette';
 import type { Dash, Series } from '../../../plot/types';
 import { minus } from '../../../ui/units';
 
 export type Law = SharingDocument['law'];
 
-export const LAWS: readonly { law: Law; name: string; title: string; dash: Dash; ink: Ink }[] = [
-  {
-    law: 'least-norm',
-    name: 'least norm',
-    title: 'In proportion to the square of what each phase can give',
-    dash: 'solid',
-    ink: 'text',
-  },
-  {
-    law: 'force-per-ampere',
-    name: 'force per ampere',
-    title: "Least copper loss for the force: the paper's reference [21]",
-    dash: 'dash',
-    ink: 'phase-b',
-  },
-  {
-    law: 'sine',
-    name: 'sine',
-    title: 'Classical, handing over along a sine',
-    dash: 'dashdot',
-    ink: 'phase-a',
-  },
-  {
-    law: 'cubic',
-    name: 'cubic',
-    title: 'Classical, handing over along a cubic',
-    dash: 'dot',
-    ink: 'difference',
-  },
-];
+/** How the curves of each are drawn. */
+const STROKES: Record<Law, { dash: Dash; ink: Ink }> = {
+  'least-norm': { dash: 'solid', ink: 'text' },
+  'force-per-ampere': { dash: 'dash', ink: 'phase-b' },
+  sine: { dash: 'dashdot', ink: 'phase-a' },
+  cubic: { dash: 'dot', ink: 'difference' },
+};
+export const LAWS = Object.keys(STROKES) as Law[];
+
+/** Name and description of a law. */
+export function lawText(law: Law): { name: string; title: string } {
+  const found = choicesOf('variants.A.controller.sharing.law').find(({ value }) => value === law);
+  return { name: found?.label ?? law, title: found?.description ?? '' };
+}
 
 /** What the controller believes: the machine's own map, or the analytic one fitted to it. */
 export type Belief = 'same' | 'fit';
@@ -79,7 +64,7 @@ export function requests(
 }
 
 export function nameOf(run: Pick<Run, 'machine' | 'law'>, machines: readonly string[]): string {
-  const law = LAWS.find((one) => one.law === run.law)?.name ?? run.law;
+  const law = lawText(run.law).name;
   return machines.length > 1 ? `${law}, ${run.machine}` : law;
 }
 
@@ -97,14 +82,12 @@ export function curvesOf(runs: readonly Run[], quantity: Quantity): Series[] {
   const machines = [...new Set(runs.map(({ machine }) => machine))];
   return runs.map((run) => {
     const k = machines.indexOf(run.machine);
-    const law = LAWS.find((one) => one.law === run.law);
     return {
       name: nameOf(run, machines),
       x: places(run),
       y: run.found.curves[quantity],
-      ink: law?.ink ?? 'text',
+      ...STROKES[run.law],
       width: WIDTHS[k % WIDTHS.length] ?? 1.2,
-      dash: law?.dash ?? 'solid',
     };
   });
 }

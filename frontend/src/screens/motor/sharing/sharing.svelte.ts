@@ -33,7 +33,7 @@ const DEFAULT: Asked = {
 /** What was kept, as far as it is still known. */
 function kept(): Asked {
   const found = load(KEPT, DEFAULT);
-  const laws = LAWS.map(({ law }) => law).filter((law) => found.laws.includes(law));
+  const laws = LAWS.filter((law) => found.laws.includes(law));
   return { ...found, laws: laws.length > 0 ? laws : DEFAULT.laws };
 }
 
@@ -67,9 +67,7 @@ class Sharing {
 
   /** Adds or takes away a law; one always stays. */
   toggle(law: Law): void {
-    const laws = LAWS.map((one) => one.law).filter(
-      (one) => this.asked.laws.includes(one) !== (one === law),
-    );
+    const laws = LAWS.filter((one) => this.asked.laws.includes(one) !== (one === law));
     if (laws.length > 0) this.ask({ laws });
   }
 

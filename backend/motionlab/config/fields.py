@@ -1,0 +1,130 @@
+"""Fields of a model as the screen shows them: name, unit, factor, bounds, choices and default."""
+
+from __future__ import annotations
+
+import typing
+from typing import Any
+
+from pydantic import BaseModel, Field
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticUndefined, to_jsonable_python
+
+from motionlab.config.planar import AXES, PAIRS
+from motionlab.config.quantity import Choice
+from motionlab.config.validation_errors import bounds_of, members, strip, unit_of_field
+
+EVERY = "*"
+"""Stands in a path for any key of a mapping, such as the letter of a variant."""
+
+
+class FieldEntry(BaseModel):
+    """One field of a form."""
+
+    label: str = Field(description="Name on the screen; subscripts follow an underscore")
+    unit: str = Field(default="", description="Unit on the screen")
+    factor: float = Field(default=1.0, description="Displayed number over SI number")
+    whole: bool = Field(default=False, description="Whether it is a whole number")
+    description: str = ""
+    bounds: dict[str, float] | None = Field(
+        default=None,
+        description="`minimum`, `exclusive_minimum`, `maximum`, `exclusive_maximum`, SI",
+    )
+    choices: list[Choice] | None = Field(default=None, description="Values that it can take")
+    default: Any = None
+    example: Any = Field(default=None, description="A usual value where the default is none")
+    used_with: list[str] | None = Field(
+        default=None, description="Choices of the field beside it with which it matters"
+    )
+
+
+def fields_of(model: type[BaseModel]) -> dict[str, FieldEntry]:
+    """Return every field of a model by its dotted path; mappings and lists count as one item, `*`.
+
+    Of alternatives, such as the kinds of a trajectory, fields of one name are one entry.
+
+    Parameters
+    ----------
+    model : type
+        A config model, or the request of a study.
+    """
+    found: dict[str, FieldEntry] = {}
+    _walk(model, "", "", found, {})
+    return found
+
+
+def _walk(
+    model: type[BaseModel],
+    prefix: str,
+    axis: str,
+    found: dict[str, FieldEntry],
+    defaults: dict[str, Any],
+) -> None:
+    for name, info in model.model_fields.items():
+        key = info.alias or name
+        if key == "kind":  # tells alternatives apart
+            continue
+        path = prefix + key
+        default = defaults.get(key, _default(info))
+        annotation = strip(info.annotation)
+        if any(pair in members(annotation) for pair in PAIRS):
+            for component in AXES:
+                _add(found, f"{path}.{component}", _entry(key, info, component))
+            continue
+        below = [(path, member) for member in members(annotation)]
+        if typing.get_origin(annotation) in {dict, tuple}:
+            items = [each for each in typing.get_args(annotation) if each is not ...]
+            below = [(f"{path}.{EVERY}", member) for member in members(items[-1])]
+        tables = [(at, each) for at, each in below if _is_table(each)]
+        if key not in AXES or not tables:
+            _add(found, path, _entry(key, info, axis, default))
+        inherited = axis if key == "model" else ""
+        for at, table in tables:
+            if table is not model and not issubclass(model, table):
+                suffix = key if key in AXES and not model.__name__.startswith("Plant") else axis
+                values = default if isinstance(default, dict) else {}
+                _walk(table, f"{at}.", suffix or inherited, found, values)
+
+
+def _is_table(annotation: Any) -> bool:
+    return isinstance(annotation, type) and issubclass(annotation, BaseModel)
+
+
+def _default(info: FieldInfo) -> Any:
+    if info.default_factory is not None or info.default is PydanticUndefined:
+        return None
+    return to_jsonable_python(info.default)
+
+
+def _entry(key: str, info: FieldInfo, axis: str, default: Any = None) -> FieldEntry:
+    extra = info.json_schema_extra if isinstance(info.json_schema_extra, dict) else {}
+    kinds = members(info.annotation)
+    choices: Any = extra.get("choices")
+    if choices is None and typing.get_origin(kinds[0]) is typing.Literal:
+        values = typing.get_args(kinds[0])
+        choices = [Choice(value=each, label=each.replace("_", " ")) for each in values]
+    unit = str(extra.get("display_unit", unit_of_field(info)))
+    return FieldEntry(
+        label=" ".join(filter(None, (info.title or key.replace("_", " "), axis))),
+        unit="" if unit == "1" else unit,
+        factor=typing.cast("float", extra.get("display_factor", 1.0)),
+        whole=int in kinds,
+        description=info.description or "",
+        bounds=bounds_of(info) or None,
+        choices=choices,
+        default=default,
+        example=next(iter(info.examples or ()), None),
+        used_with=typing.cast("Any", extra.get("used_with")),
+    )
+
+
+def _add(found: dict[str, FieldEntry], path: str, entry: FieldEntry) -> None:
+    """Add an entry; of another alternative's, which is there, keep what both say."""
+    before = found.setdefault(path, entry)
+    if before is not entry:
+        differing = [
+            name
+            for name in ("description", "bounds", "default")
+            if getattr(before, name) != getattr(entry, name)
+        ]
+        empty = {name: FieldEntry.model_fields[name].default for name in differing}
+        found[path] = before.model_copy(update=empty)

@@ -1,0 +1,58 @@
+/** Some fields and metrics as the server tells them, known in every test. */
+
+import type { FieldEntry, MetricEntry } from '../api/types';
+import { served } from './fields.svelte';
+
+const CHOICES = {
+  law: ['force-per-ampere', 'force per ampere'],
+  direction: ['ccw', 'ccw'],
+} as const;
+
+type Example = readonly [label: string, unit?: string, factor?: number];
+
+const FIELDS: Readonly<Record<string, Example>> = {
+  'variants.*.controller.x.k_p': ['k_p x', 'N/mm', 1e-3],
+  'variants.*.controller.y.k_p': ['k_p y', 'N/mm', 1e-3],
+  'variants.*.controller.x.k_d': ['k_d x', 'N s/mm', 1e-3],
+  'variants.*.controller.y.notch.gain': ['notch gain y'],
+  'variants.*.controller.sharing.law': ['force sharing'],
+  'variants.*.controller.model.x.friction.F_s': ['stiction F_s x', 'N'],
+  'plant.x.friction.F_s': ['stiction F_s', 'N'],
+  'plant.x.friction.v_s': ['speed v_s', 'mm/s', 1e3],
+  'plant.x.encoder.resolution': ['encoder count', 'nm', 1e9],
+  'plant.x.amplifiers.offset': ['amplifier offset', 'A'],
+  'plant.x.mass': ['mass', 'kg'],
+  plant: ['motor'],
+  'trajectory.radius': ['radius', 'mm', 1e3],
+  'trajectory.frequency': ['frequency', 'Hz'],
+  'trajectory.direction': ['direction'],
+  'trajectory.lead_in': ['lead-in', 's'],
+  'load.x': ['load x', 'N'],
+  seed: ['seed'],
+};
+
+const METRICS: Readonly<Record<string, readonly [label: string, unit: string, less: boolean]>> = {
+  max_abs_following_error: ['max |e_$|', 'm', true],
+  rms_following_error: ['RMS e_$', 'm', true],
+  settling_time: ['settling $', 's', true],
+  max_current: ['peak i_$', 'A', false],
+};
+
+function field(path: string, [label, unit = '', factor = 1]: Example): FieldEntry {
+  const [value, name] = CHOICES[path.split('.').at(-1) as keyof typeof CHOICES] ?? [];
+  const choices = value ? [{ value, label: name as string, description: '', unit: '' }] : [];
+  return { label, unit, factor, whole: path === 'seed', description: '', choices };
+}
+
+function metric([label, unit, less]: readonly [string, string, boolean]): MetricEntry {
+  return { label, unit, meaning: label, formula: '', lower_is_better: less };
+}
+
+const entries = Object.entries(FIELDS).map(([path, each]) => [path, field(path, each)]);
+const metrics = Object.entries(METRICS).map(([name, each]) => [name, metric(each)]);
+served.scenario = {
+  fields: Object.fromEntries(entries) as Record<string, FieldEntry>,
+  schedulable: ['plant', 'variants', 'load'],
+  metrics: Object.fromEntries(metrics) as Record<string, MetricEntry>,
+  contour: { max: metric(['contour max', 'm', true]), rms: metric(['contour RMS', 'm', true]) },
+};

@@ -1,0 +1,128 @@
+/** How each field is called and shown. The server says so, once; nothing here knows a field. */
+
+import { clean, digits, minus, pretty, prettyUnit } from '../../ui/units';
+import type { FieldEntry, ProblemField, ScenarioFields, Value } from '../api/types';
+
+export type Entries = Readonly<Record<string, FieldEntry>>;
+
+export interface Field {
+  label: string;
+  /** Unit on the screen. */
+  unit: string;
+  /** Displayed number = SI value times this. */
+  factor: number;
+  whole: boolean;
+}
+
+class Served {
+  /** What is known of the fields of a scenario and of its metrics; empty until the server answers. */
+  scenario = $state.raw<ScenarioFields>({ fields: {}, schedulable: [], metrics: {}, contour: {} });
+  /** The same of requests of studies, by kind. */
+  requests = $state.raw<Readonly<Record<string, Entries>>>({});
+}
+
+export const served = new Served();
+
+/** The entry of a path: all variants share one, and so do the items of a list. */
+export function entryOf(path: string, entries?: Entries): FieldEntry | undefined {
+  const known = entries ?? served.scenario.fields;
+  const key = path
+    .replace(/^variants\.[A-Z](?=\.|$)/, 'variants.*')
+    .replace(/\.\d+(?=\.|$)/g, '.*');
+  return known[key] ?? known[key.replace(/\.\*$/, '')];
+}
+
+/** Returns how a path's value is shown. */
+export function fieldOf(path: string, entries?: Entries): Field {
+  const entry = entryOf(path, entries);
+  const { unit, factor, whole } = entry ?? { unit: '', factor: 1, whole: false };
+  const label = entry?.label ?? path.split('.').slice(-2).join(' ').replaceAll('_', ' ');
+  return { label, unit: prettyUnit(unit), factor, whole };
+}
+
+/** Returns the values that a field can take; none where it is no choice. */
+export function choicesOf(path: string, entries?: Entries) {
+  return entryOf(path, entries)?.choices ?? [];
+}
+
+/** Returns who a path belongs to: `B`, `plant x`, or nothing. */
+export function ownerOf(path: string): string {
+  const [, variant] = /^variants\.([A-Z])\./.exec(path) ?? [];
+  if (variant !== undefined) return variant;
+  const [, axis] = /^plant\.([xy])\./.exec(path) ?? [];
+  return axis === undefined ? '' : `plant ${axis}`;
+}
+
+/** Returns what a change is called: `B k_p x`, `plant y stiction F_s`. */
+export function nameOf(path: string, entries?: Entries): string {
+  return `${ownerOf(path)} ${fieldOf(path, entries).label}`.trim();
+}
+
+/** Whether a change needs a run from the start: the path and the draws are decided at tick 0. */
+export function needsRestart(path: string): boolean {
+  return !served.scenario.schedulable.includes(path.split('.')[0] ?? '');
+}
+
+/** Writes a value for reading; `significant` digits. */
+export function show(path: string, value: Value | undefined, significant = 4): string {
+  if (value === undefined || value === null) return 'auto';
+  if (typeof value === 'boolean') return value ? 'on' : 'off';
+  if (typeof value === 'string')
+    return choicesOf(path).find((choice) => choice.value === value)?.label ?? value;
+  if (typeof value === 'number') {
+    const { factor, whole } = fieldOf(path);
+    return whole ? String(value) : trim(digits(clean(value * factor), significant));
+  }
+  if (Array.isArray(value)) return value.map((item) => show(path, item)).join(', ');
+  return 'changed';
+}
+
+/** Writes what is wrong with a field: its value and range in the unit of the screen. */
+export function refusal(problem: ProblemField, entries?: Entries): string {
+  const field = fieldOf(problem.loc, entries);
+  return refusalText(problem, {
+    factor: field.factor,
+    unit: field.unit || prettyUnit(problem.unit ?? ''),
+  });
+}
+
+/** The same in a unit that is given. */
+export function refusalText(
+  { message, value, range, bounds }: ProblemField,
+  { factor, unit }: Pick<Field, 'factor' | 'unit'>,
+): string {
+  const shown = (number: number) => trim(digits(clean(number * factor), 6));
+  // A sentence that begins with a symbol keeps it as it is.
+  const first = /^\S+ = /.test(message) ? message.charAt(0) : message.charAt(0).toUpperCase();
+  const words = (first + pretty(message).slice(1)).replace(/\.$/, '');
+  const text = `${words}${typeof value === 'number' ? `: ${shown(value)} ${unit}`.trimEnd() : ''}.`;
+  const allowed = boundsText(bounds ?? {}, shown);
+  if (allowed !== '') return `${text} Allowed: ${`${allowed} ${unit}`.trimEnd()}.`;
+  return range ? `${text} Allowed: ${range}.` : text;
+}
+
+function boundsText(bounds: Readonly<Record<string, number>>, shown: (value: number) => string) {
+  const { minimum, maximum, exclusive_minimum: above, exclusive_maximum: below } = bounds;
+  if (minimum !== undefined && maximum !== undefined)
+    return `${shown(minimum)} to ${shown(maximum)}`;
+  const ends = [
+    ['≥', minimum],
+    ['>', above],
+    ['≤', maximum],
+    ['<', below],
+  ] as const;
+  return ends
+    .flatMap(([sign, end]) => (end === undefined ? [] : [`${sign} ${shown(end)}`]))
+    .join(' and ');
+}
+
+/** Writes a value into a field: no more digits than it has, and an ASCII minus. */
+export function editable(path: string, value: number): string {
+  const { factor, whole } = fieldOf(path);
+  if (!Number.isFinite(value)) return '';
+  return whole ? String(value) : String(Number(clean(value * factor).toPrecision(4)));
+}
+
+function trim(text: string): string {
+  return minus(text.includes('.') && !text.includes('e') ? text.replace(/\.?0+$/, '') : text);
+}
