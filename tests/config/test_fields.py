@@ -72,7 +72,7 @@ def test_choices_are_all_that_the_field_takes() -> None:
 
 
 def test_requests_have_the_defaults_of_their_models() -> None:
-    tune = fields_of(BY_KIND["tune"].models().request)
+    tune = fields_of(BY_KIND["tune"].request_model)
     assert tune["bounds.k_p"].default == [1e4, 3e7]
     assert tune["constraints.Ms"] == FieldEntry(
         label="M_s",
@@ -80,4 +80,4 @@ def test_requests_have_the_defaults_of_their_models() -> None:
         bounds={"exclusive_minimum": 1.0, "maximum": 100.0},
         example=2.0,
     )
-    assert fields_of(BY_KIND["identify"].models().request)["presliding.share"].default == 0.5
+    assert fields_of(BY_KIND["identify"].request_model)["presliding.share"].default == 0.5

@@ -48,6 +48,15 @@ def test_the_schema_is_that_of_the_models(client: httpx.Client) -> None:
     assert client.get(f"{API}/schema").json() == scenario_schema()
 
 
+def test_fields_are_sent_again_only_when_they_differ(server: Server) -> None:
+    for path in ("/fields", "/fields/tune"):
+        answer = httpx.get(server.url + API + path, timeout=PATIENCE)
+        assert answer.status_code == 200
+        known = {"If-None-Match": answer.headers["etag"]}
+        assert httpx.get(server.url + API + path, headers=known).status_code == 304
+    assert httpx.get(f"{server.url}{API}/fields/nothing").status_code == 404
+
+
 def test_head_is_get_without_its_content(server: Server, live: Live) -> None:
     base = live.path
     paths = [f"{API}/health", f"{API}/scenarios", base, f"{base}/telemetry?format=csv", "/docs"]

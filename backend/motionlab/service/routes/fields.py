@@ -83,7 +83,7 @@ def _scenario() -> bytes:
 
 @functools.cache
 def _request(kind: str) -> bytes:
-    fields = RequestFields(fields_of(BY_KIND[kind].models().request))
+    fields = RequestFields(fields_of(BY_KIND[kind].request_model))
     return fields.model_dump_json(exclude_none=True).encode()
 
 
