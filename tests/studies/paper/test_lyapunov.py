@@ -24,7 +24,7 @@ GAINS = {"k_p": 200300.0, "k_d": 1530.0}
 
 def along(scenario: str, changes: dict[str, object]) -> tuple[Lyapunov, VariantRecord]:
     record = run(prepare(load_scenario(scenario, changes))).variants["B"]
-    return lyapunov(record, "x", friction=FRICTION, window=WINDOW, **GAINS), record
+    return lyapunov(record.cut(*WINDOW), "x", friction=FRICTION, **GAINS), record
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +50,7 @@ def test_the_terms_are_those_of_the_paper() -> None:
         ("pd_force", 0.5),
     ):
         samples[names.index(name), 0] = value
-    found = lyapunov(VariantRecord(samples), "x", friction=FRICTION, window=(0, 5), **GAINS)
+    found = lyapunov(VariantRecord(samples).cut(0, 5), "x", friction=FRICTION, **GAINS)
     g = (0.2399 + 3.3509 * np.exp(-((0.01 / 0.0436) ** 2))) / 118913.2532
     beta = 2e-6 * 2e-6
     assert found.V[2] == pytest.approx(0.5 * beta**2, rel=1e-5)
@@ -99,7 +99,7 @@ def test_resting_on_the_reference_is_no_crossing() -> None:
     samples[names.index("pd_force"), 0, 10:20] = 1.0
     samples[names.index("pd_force"), 0, 50:60] = -1.0
     samples[names.index("pd_force"), 0, 70:80] = -1.0
-    found = lyapunov(VariantRecord(samples), "x", friction=FRICTION, window=(0, 100), **GAINS)
+    found = lyapunov(VariantRecord(samples).cut(0, 100), "x", friction=FRICTION, **GAINS)
     assert found.singular_places.tolist() == [19]
     assert found.singular_rate == pytest.approx(1 / 0.05)
 
@@ -109,4 +109,4 @@ def test_a_window_that_says_nothing_is_refused() -> None:
     for wrong in ((0, 2), (0, 10)):
         samples[:, :, 5:] = np.nan
         with pytest.raises(ValueError, match="three ticks"):
-            lyapunov(VariantRecord(samples), "x", friction=FRICTION, window=wrong, **GAINS)
+            lyapunov(VariantRecord(samples).cut(*wrong), "x", friction=FRICTION, **GAINS)

@@ -29,10 +29,10 @@ class PaperAlone(Experiments):
 def test_what_is_computed_from_printed_numbers_alone_is_arithmetic() -> None:
     paper_alone, wrong = PaperAlone(), []
     for q in quantities():
-        if q.compute is None or q.kind not in {"printed", "claim", "arithmetic", "recovered"}:
+        if q.source is None or q.kind not in {"printed", "claim", "arithmetic", "recovered"}:
             continue
         try:
-            q.compute(paper_alone)
+            q.source.compute(paper_alone)
             needs_more = False
         except LookupError:
             needs_more = True
@@ -105,7 +105,7 @@ def test_one_figure_confirms_one_value() -> None:
         assert own.rival == other.paper
         assert own.comparison == "value"
         assert other.comparison == "none", "ours is finite elements: held against finite elements"
-        assert other.compute is not None, "but shown"
+        assert other.source is not None, "but shown"
         assert own.conflict.startswith(f"{other.id} prints {other.printed}")
         assert other.conflict.startswith(f"{own.id} prints {own.printed}")
     told = report(document(judged(rows["normal-fem"], Found(413.0), {})))

@@ -18,7 +18,7 @@ from motionlab.studies.paper.evidence import KINDS
 from motionlab.studies.paper.experiments import Experiments
 from motionlab.studies.paper.figures import FIGURES
 from motionlab.studies.paper.known_failures import known_failures
-from motionlab.studies.paper.printed_number import Found, Quantity, look_up
+from motionlab.studies.paper.printed_number import Found, Quantity, arithmetic, look_up
 from motionlab.studies.paper.registry import GROUPS, SOURCE, quantities
 from motionlab.studies.paper.report import report
 from motionlab.studies.paper.reproduce import is_reproduced, judged, reproduce, summary
@@ -101,7 +101,7 @@ def row(paper: float = 1.0, **fields: Any) -> Quantity:
             "paper": paper,
             "comparison": "at_most",
             "band": 0.1,
-            "compute": lambda _: Found(1.0),
+            "source": arithmetic(1.0),
             **fields,
         }  # pyright: ignore[reportArgumentType]
     )
@@ -151,7 +151,7 @@ def test_all_is_well_without_failures_and_with_known_ones_that_fail() -> None:
 
 
 def test_rows_are_counted_by_kind_so_that_fits_and_inputs_prove_nothing() -> None:
-    given = row(kind="input", comparison="none", band=None, compute=None)
+    given = row(kind="input", comparison="none", band=None, source=None)
     rows = [
         judged(row(), Found(2.0), {}),
         judged(row(kind="fit"), Found(1.0), {}),
@@ -175,9 +175,9 @@ def test_rows_are_counted_by_kind_so_that_fits_and_inputs_prove_nothing() -> Non
     [
         {"band": None},
         {"paper": None},
-        {"compute": None},
+        {"source": None},
         {"comparison": "none"},
-        {"comparison": "none", "band": None, "compute": None},
+        {"comparison": "none", "band": None, "source": None},
         {"kind": "input"},
         {"kind": "no_data"},
         {"reason": ""},

@@ -14,7 +14,8 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+
+from motionlab.config.load import load_scenario
 
 COUNT = 50e-9
 """One encoder count, m."""
@@ -29,18 +30,27 @@ TRAPEZOID, STAIRCASE = 0.475e-6, 0.60e-6
 """Half of the spread of the steady state over accelerations from 1.0 to 1.66 m/s^2, m."""
 
 
-class Edge(NamedTuple):
-    """One edge of a polygon as an axis sees it."""
-
-    M: float  # moving mass, kg
-    k_p: float  # N/m
-    d: float  # length along the axis, m
-    T: float  # duration, s
+def gains(scenario: str, axis: str) -> tuple[float, float, float]:
+    """Return mass, k_p and k_d, SI, of a shipped scenario's PD controller: the printed ones."""
+    controller = load_scenario(scenario).variants["A"].controller
+    own = getattr(controller, axis)
+    return getattr(controller.model, axis).mass, own.k_p, own.k_d
 
 
-def edge_law(edge: Edge) -> float:
-    """Return what the unknown time law of an edge may add to the following error, m.
+def edge_law(scenario: str, axis: str) -> float:
+    """Return what the unknown time law of a polygon's edges may add to the following error, m.
 
-    ``(5.77 - 4) M d/(T^2 k_p)``.
+    ``(5.77 - 4) M d/(T^2 k_p)`` with d the length of an edge along the axis and T its duration.
     """
-    return (MINIMUM_JERK - BANG_BANG) * edge.M * edge.d / (edge.T**2 * edge.k_p)
+    M, k_p, _ = gains(scenario, axis)
+    d, T = _EDGES[scenario, axis]
+    return (MINIMUM_JERK - BANG_BANG) * M * d / (T**2 * k_p)
+
+
+# The pentagram's edges along an axis: 57.06 mm on x, 57.06 mm sin 72 deg on y.
+_EDGES = {
+    ("rhombus", "x"): (0.03, 0.75),
+    ("rhombus", "y"): (0.03, 0.75),
+    ("pentagram", "x"): (0.05706, 0.6),
+    ("pentagram", "y"): (0.05706 * math.sin(0.4 * math.pi), 0.6),
+}

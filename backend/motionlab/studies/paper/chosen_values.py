@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from motionlab.studies.paper.printed_number import Quantity, not_comparable
+from functools import partial
+
+from motionlab.studies.paper.printed_number import Quantity
 
 GROUP = "given"
 
@@ -71,17 +73,17 @@ _TUNED = (
 )
 
 
-def _gains() -> list[Quantity]:
-    return [
-        not_comparable(
-            f"gain-{name}-{axis}-{symbol}",
-            GROUP,
-            "Table 1",
-            f"k_{axis}{symbol} of the {what}",
-            kind="input",
-            unit=unit,
-            paper=value * 1e3,
-            printed=f"{value:{digits}} {printed_unit}",
+_given = partial(Quantity, group=GROUP, kind="input")
+
+QUANTITIES = (
+    *(
+        _given(row_id, place, quantity, unit, paper, printed, reason=reason)
+        for row_id, place, quantity, paper, unit, printed, reason in _GIVEN
+    ),
+    *(
+        _given(
+            *(f"gain-{name}-{axis}-{symbol}", "Table 1", f"k_{axis}{symbol} of the {what}"),
+            *(unit, value * 1e3, f"{value:{digits}} {printed_unit}"),
             reason=_TUNED,
         )
         for name, what, axes in _GAINS
@@ -90,23 +92,5 @@ def _gains() -> list[Quantity]:
             ("p", k_p, "N/m", "N/mm", ".1f"),
             ("d", k_d, "N s/m", "N s/mm", ".2f"),
         )
-    ]
-
-
-QUANTITIES = (
-    *(
-        not_comparable(
-            row_id,
-            GROUP,
-            place,
-            quantity,
-            kind="input",
-            unit=unit,
-            paper=paper,
-            printed=printed,
-            reason=reason,
-        )
-        for row_id, place, quantity, paper, unit, printed, reason in _GIVEN
     ),
-    *_gains(),
 )

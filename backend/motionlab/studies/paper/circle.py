@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 from motionlab.studies.paper.bands import COUNT
@@ -10,10 +11,11 @@ from motionlab.studies.paper.printed_number import (
     Compute,
     Found,
     Quantity,
+    Source,
     Spread,
-    by_run,
     from_run,
     look_up,
+    percent,
 )
 
 GROUP = "fig5"
@@ -23,6 +25,7 @@ _ROUND = 0.05e-6
 PRINTED = {"x": (20.5e-6, 10.4e-6), "y": (17.4e-6, 11.6e-6)}
 """Following error without and with compensation, m."""
 _METRIC = "max_abs_following_error"
+_fit = partial(Quantity, group=GROUP, kind="fit", doing="fig5, 180 s")
 
 
 def _path(segment: int, axis: str, variant: str = "A") -> str:
@@ -39,23 +42,16 @@ def _error(axis: str, segment: int) -> Quantity:
             {},
             _path(segment, axis, "B"),
         )
-    return Quantity(
-        id=f"fig5-{('off', 'on')[segment]}-{axis}",
-        group=GROUP,
-        place="Fig. 5",
-        quantity=f"Following error {off_on} compensation, {axis}",
-        unit="m",
-        paper=paper,
-        printed=f"±{paper * 1e6:.1f} um",
+    return _fit(
+        *(f"fig5-{('off', 'on')[segment]}-{axis}", "Fig. 5"),
+        *(f"Following error {off_on} compensation, {axis}", "m", paper),
+        f"±{paper * 1e6:.1f} um",
         comparison="at_most",
         band=_ROUND + COUNT,
         reason="half of the last printed digit and one encoder count, 50 nm each",
         basis=f"matched motor, {('PD alone', 'LuGre observer (K = 0)')[segment]}; last two laps",
-        kind="fit",
         note="The matched motor's friction was fitted to this number: a fit, not a validation",
-        compute=from_run("fig5", _path(segment, axis), others=others),
-        doing="fig5, 180 s",
-        recipe=by_run("fig5", {}, [_path(segment, axis)]),
+        source=from_run("fig5", _path(segment, axis), others=others),
         spread=Spread("circle", axis, _METRIC, ("A", "B")[segment]),
         figure=f"fig5-{axis}",
     )
@@ -76,23 +72,16 @@ def _gain(axis: str) -> Compute:
 def _improvement(axis: str, paper: float) -> Quantity:
     off, on = PRINTED[axis]
     band = (_ROUND + COUNT) * (1.0 / off + on / off**2)
-    return Quantity(
-        id=f"fig5-improvement-{axis}",
-        group=GROUP,
-        place="IV-A",
-        quantity=f"Reduction by compensation, {axis}",
-        unit="1",
-        paper=paper,
-        printed=f"{paper:.1%}".replace("%", " %"),
+    return _fit(
+        *(f"fig5-improvement-{axis}", "IV-A", f"Reduction by compensation, {axis}"),
+        *("1", paper, percent(paper)),
         comparison="at_least",
         band=band,
         reason=f"the bands of both errors together, {band:.1%}",
         basis="matched motor, LuGre observer (K = 0)",
-        kind="fit",
         note="Follows from the two errors, to which the matched motor was fitted",
-        compute=_gain(axis),
+        source=Source(_gain(axis)),
         spread=Spread("circle", axis, _METRIC, None),
-        doing="fig5, 180 s",
         figure=f"fig5-{axis}",
     )
 

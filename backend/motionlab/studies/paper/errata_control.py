@@ -6,17 +6,16 @@ import math
 
 import numpy as np
 
+from motionlab.config.load import load_scenario
 from motionlab.config.timing import SUBSTEPS
 from motionlab.loop.steady_state_error import sine_error
 from motionlab.plant.friction import LuGre
 from motionlab.studies.identify.presliding import model_response
 from motionlab.studies.paper import performance, stability
-from motionlab.studies.paper.document import Erratum, ErratumStep
+from motionlab.studies.paper.bands import gains
+from motionlab.studies.paper.document import Erratum
 from motionlab.studies.paper.experiments import Experiments
-
-
-def _step(what: str, value: float | None, unit: str) -> ErratumStep:
-    return ErratumStep(what=what, value=value, unit=unit)
+from motionlab.studies.paper.printed_number import step
 
 
 def published_k(experiments: Experiments) -> Erratum:
@@ -35,12 +34,12 @@ def published_k(experiments: Experiments) -> Erratum:
         corrected="the algebra is right, but K needs the acceleration that it causes itself, and "
         "its denominator crosses zero",
         steps=[
-            _step("zero crossings of the denominator, x, K = 0", quiet.singular_rate, "1/s"),
-            _step("the same without encoder counts or lag", noiseless.singular_rate, "1/s"),
-            _step("slowest speed at one", float(speeds.min()) if len(speeds) else None, "m/s"),
-            _step("fastest speed at one", float(speeds.max()) if len(speeds) else None, "m/s"),
-            _step("following error without compensation, x", errors[0], "m"),
-            _step("following error with K of (25), x", errors[1], "m"),
+            step("zero crossings of the denominator, x, K = 0", quiet.singular_rate, "1/s"),
+            step("the same without encoder counts or lag", noiseless.singular_rate, "1/s"),
+            step("slowest speed at one", float(speeds.min()) if len(speeds) else None, "m/s"),
+            step("fastest speed at one", float(speeds.max()) if len(speeds) else None, "m/s"),
+            step("following error without compensation, x", errors[0], "m"),
+            step("following error with K of (25), x", errors[1], "m"),
         ],
         shown=noiseless.singular_rate > 0.0 and (errors[1] is None or errors[1] > errors[0]),
     )
@@ -66,7 +65,7 @@ def sign_of_k(experiments: Experiments) -> Erratum:
                 for scenario, changes in laws.values()
             ]
             steps += [
-                _step(f"following error, {axis}, {plant} motor, {law}", error, "m")
+                step(f"following error, {axis}, {plant} motor, {law}", error, "m")
                 for law, error in zip(laws, errors, strict=True)
             ]
             without, printed, table, reversed_ = errors
@@ -87,7 +86,8 @@ def sign_of_k(experiments: Experiments) -> Erratum:
 
 def bristle_error(_: Experiments) -> Erratum:
     """Return that (28) needs sigma_1: put into (26), it gives e_z back."""
-    sigma_0, sigma_1, F_c = 118913.2532, 1162.3, 0.2399
+    x = load_scenario("circle").plant.x.friction
+    sigma_0, sigma_1, F_c = x.sigma_0, x.sigma_1, x.F_c
     e_z, K, u, decay = 3e-6, 1e-4, 2.0, 40.0
     Ma = u - sigma_0 * e_z + sigma_1 * decay * e_z + sigma_1 * K
 
@@ -101,9 +101,9 @@ def bristle_error(_: Experiments) -> Erratum:
         printed="sigma_lc K in the numerator",
         corrected="sigma_1 K; the denominator is sigma_1 abs(v)/g - sigma_0",
         steps=[
-            _step("e_z put into (26), abs(v)/g = 40/s, K = 0.1 mm/s", e_z, "m"),
-            _step("e_z by (28) with sigma_1", solved(sigma_1), "m"),
-            _step("e_z by (28) with F_c, the other reading", solved(F_c), "m"),
+            step("e_z put into (26), abs(v)/g = 40/s, K = 0.1 mm/s", e_z, "m"),
+            step("e_z by (28) with sigma_1", solved(sigma_1), "m"),
+            step("e_z by (28) with F_c, the other reading", solved(F_c), "m"),
         ],
         shown=math.isclose(solved(sigma_1), e_z, rel_tol=1e-9)
         and not math.isclose(solved(F_c), e_z, rel_tol=1e-2),
@@ -115,14 +115,14 @@ def semidefinite(experiments: Experiments) -> Erratum:
     found = stability.published(experiments, "x")
     e, e_z = 10e-6, 0.0
     V = 0.5 * (e * e_z) ** 2
-    steps = [_step("V at e = 10 um, e_z = 0", V, "m^4")]
+    steps = [step("V at e = 10 um, e_z = 0", V, "m^4")]
     shown = V == 0.0
     if found is not None:
         steps += [
-            _step("largest e_z where e passes through zero, x", found.zero_error_bristle, "m"),
-            _step("share of the time at which V rises, x", found.rising_share, "1"),
-            _step("V at the start of the window", float(found.V[0]), "m^4"),
-            _step("largest V after it", float(found.V.max()), "m^4"),
+            step("largest e_z where e passes through zero, x", found.zero_error_bristle, "m"),
+            step("share of the time at which V rises, x", found.rising_share, "1"),
+            step("V at the start of the window", float(found.V[0]), "m^4"),
+            step("largest V after it", float(found.V.max()), "m^4"),
         ]
         shown = shown and found.zero_error_bristle > 0.0 and found.rising_share > 0.0
     return Erratum(
@@ -140,7 +140,7 @@ def semidefinite(experiments: Experiments) -> Erratum:
 
 def phase(experiments: Experiments) -> Erratum:
     """Return that (42)'s phase needs two arguments: as printed it is off by pi."""
-    M, k_p, k_d = 5.9, 200.3e3, 1530.0
+    M, k_p, k_d = gains("circle", "x")
     w = 2.0 * math.pi / 3.0
     printed = math.atan(w * k_d / (M * w**2 - k_p))
     right = sine_error(M, k_p, k_d, B=0.015, w=w).phase
@@ -153,9 +153,9 @@ def phase(experiments: Experiments) -> Erratum:
         printed="theta = arctan(w k k_d/(M w^2 - k k_p))",
         corrected="theta = atan2(w k k_d, M w^2 - k k_p)",
         steps=[
-            _step("phase as printed, x, circle", printed, "rad"),
-            _step("phase by atan2", right, "rad"),
-            _step("phase of the run without friction", measured, "rad"),
+            step("phase as printed, x, circle", printed, "rad"),
+            step("phase by atan2", right, "rad"),
+            step("phase of the run without friction", measured, "rad"),
         ],
         shown=_apart(measured, right) < 0.05 < _apart(measured, printed),
     )
@@ -168,14 +168,15 @@ def _apart(one: float, other: float) -> float:
 
 def derivative(_: Experiments) -> Erratum:
     """Return what (43) as scanned makes of a stuck axis, whose z moves with it: it would ring."""
-    M, sigma_0, sigma_1, sigma_2, F_c, F_s, v_s = 5.9, 118913.2532, 1162.3, 10.3128, *_STRIBECK
+    axis = load_scenario("circle").plant.x
+    M, friction = axis.mass, LuGre(**axis.friction.model_dump(exclude={"enabled"}))
+    sigma_0, sigma_1, sigma_2 = friction[:3]
 
     def overshoot(stiffness: float, viscosity: float) -> float:
         """Return by how much a mass on spring and damper overshoots after a step of force."""
         zeta = viscosity / (2.0 * math.sqrt(stiffness * M))
         return math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta**2))
 
-    friction = LuGre(sigma_0, sigma_1, sigma_2, F_c, F_s, v_s)
     (way,) = model_response(friction, M, [np.full((_STEP_TICKS, SUBSTEPS), _STEP_FORCE)])
     simulated = float(way.max() / way[-1] - 1.0)
     right = overshoot(sigma_0, sigma_1 + sigma_2)
@@ -187,16 +188,14 @@ def derivative(_: Experiments) -> Erratum:
         printed="1162.3 z in (43), abs(p_l') in (44)",
         corrected="1162.3 dz/dt, as (46) has it, and abs(p_x')",
         steps=[
-            _step("overshoot of the stuck x axis after a step of force, simulated", simulated, "1"),
-            _step("by its damping ratio with dz/dt", right, "1"),
-            _step("by (43) as scanned", scanned, "1"),
+            step("overshoot of the stuck x axis after a step of force, simulated", simulated, "1"),
+            step("by its damping ratio with dz/dt", right, "1"),
+            step("by (43) as scanned", scanned, "1"),
         ],
         shown=abs(simulated - right) < 0.02 < abs(simulated - scanned),
     )
 
 
-_STRIBECK = (0.2399, 3.5908, 0.0436)
-"""F_c and F_s, N, and v_s, m/s, of x."""
 _STEP_FORCE, _STEP_TICKS = 0.05, 400
 """N, far below F_s, and control periods after which nothing moves any more."""
 

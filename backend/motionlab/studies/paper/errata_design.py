@@ -6,15 +6,12 @@ import math
 
 from motionlab.design import equations as eq
 from motionlab.design.fem.geometry import Geometry
-from motionlab.studies.paper.document import Erratum, ErratumStep
+from motionlab.studies.paper.document import Erratum
 from motionlab.studies.paper.experiments import Experiments
+from motionlab.studies.paper.printed_number import step
 from motionlab.studies.paper.sizing import inductance_ratio, stack_length
 
 _TAU, _S, _N_PAIRS = 7.2e-3, 3.6e-3, 3
-
-
-def _step(what: str, value: float | None, unit: str) -> ErratumStep:
-    return ErratumStep(what=what, value=value, unit=unit)
 
 
 def width(_: Experiments) -> Erratum:
@@ -27,7 +24,7 @@ def width(_: Experiments) -> Erratum:
         as_scanned=True,
         printed="w = n tau - s, and w = 39.6 mm for n = 3",
         corrected="w = 2 n tau - s: the mover has two limbs of n teeth",
-        steps=[_step("n tau - s", one, "m"), _step("2 n tau - s", two, "m")],
+        steps=[step("n tau - s", one, "m"), step("2 n tau - s", two, "m")],
         shown=math.isclose(one, 18e-3) and math.isclose(two, 39.6e-3),
     )
 
@@ -49,9 +46,9 @@ def gap_area(experiments: Experiments) -> Erratum:
         corrected="right if the stator has square posts that face half of the stack; n then counts "
         "one limb's teeth",
         steps=[
-            _step("teeth of one limb along the whole stack, n p l_m", bars, "m^2"),
-            _step("what square posts, every other half of the stack, face of it", facing, "m^2"),
-            _step("A_g by (4)", posts, "m^2"),
+            step("teeth of one limb along the whole stack, n p l_m", bars, "m^2"),
+            step("what square posts, every other half of the stack, face of it", facing, "m^2"),
+            step("A_g by (4)", posts, "m^2"),
         ],
         shown=math.isclose(facing, posts),
     )
@@ -70,10 +67,10 @@ def interval(experiments: Experiments) -> Erratum:
         corrected="Delta t is; so by the definition of a mean voltage: nothing here could come out "
         "otherwise",
         steps=[
-            _step("Delta psi", dpsi, "Wb"),
-            _step("Delta t = 0.5 tau/v_max", dt, "s"),
-            _step("u = Delta psi/Delta t", dpsi / dt, "V"),
-            _step("u by (9)", u, "V"),
+            step("Delta psi", dpsi, "Wb"),
+            step("Delta t = 0.5 tau/v_max", dt, "s"),
+            step("u = Delta psi/Delta t", dpsi / dt, "V"),
+            step("u by (9)", u, "V"),
         ],
         shown=math.isclose(dpsi / dt, u),
     )
@@ -90,9 +87,9 @@ def first_factor(experiments: Experiments) -> Erratum:
         corrected="K_1 = 2 w/tau: 5 for one limb, which one minus sign gives, 11 for the real "
         "width",
         steps=[
-            _step("one minus sign", K_1.printed_value, "1"),
-            _step("2 w/tau, one limb", 2.0 * 18e-3 / _TAU, "1"),
-            _step("2 w/tau, w = 39.6 mm", K_1.value, "1"),
+            step("one minus sign", K_1.printed_value, "1"),
+            step("2 w/tau, one limb", 2.0 * 18e-3 / _TAU, "1"),
+            step("2 w/tau, w = 39.6 mm", K_1.value, "1"),
         ],
         shown=math.isclose(K_1.printed_value or 0.0, 5.0) and math.isclose(K_1.value or 0.0, 11.0),
     )
@@ -113,11 +110,11 @@ def lengths(experiments: Experiments) -> Erratum:
         printed="one limb's n in K_1, the width of both in A; l_m = 42.3 mm; no lambda",
         corrected="the same width in both: K_1 = 11",
         steps=[
-            _step("lambda that 42.3 mm needs, as printed", needed.printed_value, "1"),
-            _step("lambda that 42.3 mm needs, consistently", needed.value, "1"),
-            _step("lambda at 1 A by finite elements", ratio, "1"),
-            _step("l_m with that lambda, as printed", printed, "m"),
-            _step("l_m with that lambda, consistently", used, "m"),
+            step("lambda that 42.3 mm needs, as printed", needed.printed_value, "1"),
+            step("lambda that 42.3 mm needs, consistently", needed.value, "1"),
+            step("lambda at 1 A by finite elements", ratio, "1"),
+            step("l_m with that lambda, as printed", printed, "m"),
+            step("l_m with that lambda, consistently", used, "m"),
         ],
         shown=abs(used - 42.3e-3) < 0.15 * 42.3e-3 < abs(printed - 42.3e-3),
     )
@@ -134,7 +131,7 @@ def turns(experiments: Experiments) -> Erratum:
         as_scanned=False,
         printed="N = 145; no electric loading",
         corrected="144.17, rounded up; A = N i/w follows",
-        steps=[_step("N by (14)", exact, "1"), _step("A by (11)", rating.A.value, "A/m")],
+        steps=[step("N by (14)", exact, "1"), step("A by (11)", rating.A.value, "A/m")],
         shown=math.ceil(exact) == 145 and exact < 144.5,
     )
 
@@ -153,13 +150,13 @@ def velocities(experiments: Experiments) -> Erratum:
         corrected="two formulas: sqrt(f s/M), rest to rest, for one phase; sqrt(2 f s/M), which "
         "leaves nothing to brake, for two. 0.89 m/s needs a mass that is not printed",
         steps=[
-            _step("x, one phase: 34.1 N, 170 mm, 5.7 kg", x.velocity_single_phase.value, "m/s"),
-            _step("y, one phase: 34.1 N, 290 mm, 13.9 kg", y.velocity_single_phase.value, "m/s"),
-            _step("mass that 0.89 m/s needs", y.mass_for_printed_velocity.value, "kg"),
-            _step("x, two phases, whole stroke", x.velocity_two_phase.value, "m/s"),
-            _step("y, two phases, whole stroke", y.velocity_two_phase.value, "m/s"),
-            _step("x, two phases, to rest", x.velocity_two_phase_rest_to_rest.value, "m/s"),
-            _step("y, two phases, to rest", y.velocity_two_phase_rest_to_rest.value, "m/s"),
+            step("x, one phase: 34.1 N, 170 mm, 5.7 kg", x.velocity_single_phase.value, "m/s"),
+            step("y, one phase: 34.1 N, 290 mm, 13.9 kg", y.velocity_single_phase.value, "m/s"),
+            step("mass that 0.89 m/s needs", y.mass_for_printed_velocity.value, "kg"),
+            step("x, two phases, whole stroke", x.velocity_two_phase.value, "m/s"),
+            step("y, two phases, whole stroke", y.velocity_two_phase.value, "m/s"),
+            step("x, two phases, to rest", x.velocity_two_phase_rest_to_rest.value, "m/s"),
+            step("y, two phases, to rest", y.velocity_two_phase_rest_to_rest.value, "m/s"),
         ],
         shown=(y.velocity_single_phase.value or 1.0) < 0.885
         and (y.velocity_two_phase_rest_to_rest.value or 2.0) < 1.01,
@@ -176,8 +173,8 @@ def deformation(_: Experiments) -> Erratum:
         printed="0.12636 mm to 0.03418 mm is a decrease of 72.5 %",
         corrected="73.0 %; the other one, 74.9 %, is right",
         steps=[
-            _step("1 - 34.18/126.36", share, "1"),
-            _step("1 - 4.05/16.12", 1.0 - 4.05 / 16.12, "1"),
+            step("1 - 34.18/126.36", share, "1"),
+            step("1 - 4.05/16.12", 1.0 - 4.05 / 16.12, "1"),
         ],
         shown=abs(share - 0.725) > 0.0011,
     )
@@ -193,8 +190,8 @@ def platform_load(_: Experiments) -> Erratum:
         printed="400 N, slightly larger than the maximum normal force",
         corrected="larger than the computed 380.1 N, smaller than the measured 427.4 N",
         steps=[
-            _step("400 N less 380.1 N", load - computed, "N"),
-            _step("400 N less 427.4 N", load - measured, "N"),
+            step("400 N less 380.1 N", load - computed, "N"),
+            step("400 N less 427.4 N", load - measured, "N"),
         ],
         shown=computed < load < measured,
     )

@@ -11,12 +11,10 @@ from motionlab.force_sharing.pole_pitch import share_over
 from motionlab.kernel.force_maps import force_model
 from motionlab.loop.steady_state_error import sine_error
 from motionlab.studies.paper import circle, tracking
-from motionlab.studies.paper.document import Erratum, ErratumStep
+from motionlab.studies.paper.bands import gains
+from motionlab.studies.paper.document import Erratum
 from motionlab.studies.paper.experiments import Experiments
-
-
-def _step(what: str, value: float | None, unit: str) -> ErratumStep:
-    return ErratumStep(what=what, value=value, unit=unit)
+from motionlab.studies.paper.printed_number import step
 
 
 def force_data(_: Experiments) -> Erratum:
@@ -31,8 +29,8 @@ def force_data(_: Experiments) -> Erratum:
         corrected="the printed peaks differ by 12.6 and 12.4 %; a relative error of 0 N is "
         "undefined",
         steps=[
-            _step("38.4 N over 34.1 N, less 1", thrust, "1"),
-            _step("427.4 N over 380.1 N, less 1", normal, "1"),
+            step("38.4 N over 34.1 N, less 1", thrust, "1"),
+            step("427.4 N over 380.1 N, less 1", normal, "1"),
         ],
         shown=thrust > 0.0189 and normal > 0.0282,
     )
@@ -52,8 +50,8 @@ def force_limit(_: Experiments) -> Erratum:
         printed="thrust command limited to 40 N",
         corrected="not reached with force sharing on a map with the printed 34.1 N",
         steps=[
-            _step("least force of a 40 N command over a pole pitch", float(reached.min()), "N"),
-            _step("largest", float(reached.max()), "N"),
+            step("least force of a 40 N command over a pole pitch", float(reached.min()), "N"),
+            step("largest", float(reached.max()), "N"),
         ],
         shown=float(reached.max()) < 40.0,
     )
@@ -73,8 +71,8 @@ def currents(experiments: Experiments) -> Erratum:
         printed="currents i_xa, i_xb, i_xc of a motion of y",
         corrected="i_ya, i_yb, i_yc",
         steps=[
-            _step("largest swing of a current command of x", swing["x"], "A"),
-            _step("of y", swing["y"], "A"),
+            step("largest swing of a current command of x", swing["x"], "A"),
+            step("of y", swing["y"], "A"),
         ],
         shown=swing["y"] > 10.0 * swing["x"] or swing["x"] == 0.0,
     )
@@ -83,8 +81,7 @@ def currents(experiments: Experiments) -> Erratum:
 def lighter(_: Experiments) -> Erratum:
     """Return that the lighter axis had the larger error."""
     w = 2.0 * math.pi / 3.0
-    x = sine_error(5.9, 200.3e3, 1530.0, B=0.015, w=w).amplitude
-    y = sine_error(13.9, 280.5e3, 1080.0, B=0.015, w=w).amplitude
+    x, y = (sine_error(*gains("circle", axis), B=0.015, w=w).amplitude for axis in "xy")
     off = {axis: circle.PRINTED[axis][0] for axis in "xy"}
     return Erratum(
         id="lighter-axis",
@@ -94,10 +91,10 @@ def lighter(_: Experiments) -> Erratum:
         corrected="without compensation x has the larger error; friction decides, which (42) "
         "leaves out",
         steps=[
-            _step("printed, without compensation, x", off["x"], "m"),
-            _step("printed, without compensation, y", off["y"], "m"),
-            _step("by (42), x", x, "m"),
-            _step("by (42), y", y, "m"),
+            step("printed, without compensation, x", off["x"], "m"),
+            step("printed, without compensation, y", off["y"], "m"),
+            step("by (42), x", x, "m"),
+            step("by (42), y", y, "m"),
         ],
         shown=off["x"] > off["y"] and x < y,
     )
@@ -113,8 +110,8 @@ def citations(_: Experiments) -> Erratum:
         corrected="[30], as section I has it, and [13]: [26] is a positioner for wafers and [16] a "
         "flux-switching motor; read in the list of references, not computed",
         steps=[
-            _step("steady-state error attributed to [30] in section I", 2e-6, "m"),
-            _step("steady-state error attributed to [26] in section IV-B", 2e-6, "m"),
+            step("steady-state error attributed to [30] in section I", 2e-6, "m"),
+            step("steady-state error attributed to [26] in section IV-B", 2e-6, "m"),
         ],
         shown=True,
     )
@@ -132,8 +129,8 @@ def shapes(_: Experiments) -> Erratum:
         "Table 1 of the same trapezoid",
         corrected="a pentagram: its edge fits a round circumradius",
         steps=[
-            _step("edge of a pentagram in a circle of 30 mm", star, "m"),
-            _step("edge of a pentagon in it", pentagon, "m"),
+            step("edge of a pentagram in a circle of 30 mm", star, "m"),
+            step("edge of a pentagon in it", pentagon, "m"),
         ],
         shown=abs(star - 57.06e-3) < 0.005e-3 < abs(pentagon - 57.06e-3),
     )

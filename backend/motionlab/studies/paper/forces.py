@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from motionlab.design.fem.force_map import ForceMap
 from motionlab.studies.paper.curves import Build, curve
-from motionlab.studies.paper.document import FigureAxis, PaperFigure
+from motionlab.studies.paper.document import FigureAxis, Number, PaperFigure
 from motionlab.studies.paper.experiments import Experiments
-from motionlab.studies.paper.printed_number import Compute, Found, Quantity, not_comparable
+from motionlab.studies.paper.printed_number import Compute, Found, Quantity, Source, percent
 
 GROUP = "forces"
 I_PEAK = 10.0
@@ -21,14 +21,6 @@ THRUST, NORMAL = 0.15, 0.10
 """What the finite elements are worth: the paper leaves the cross-section partly open."""
 
 _FINE = 721
-_THRUST_REASON = (
-    "15 %: the paper leaves the cross-section partly open, and what it leaves open moves the "
-    "thrust of two-dimensional finite elements by as much"
-)
-_NORMAL_REASON = (
-    "10 %: the paper leaves the cross-section partly open, and what it leaves open moves the "
-    "normal force of two-dimensional finite elements by as much"
-)
 _BASIS = "our finite elements in two dimensions with depths, preset default"
 _DOING = "force map by finite elements"
 _GRID = "the grid of the paper's own finite elements; ours are computed at the same currents"
@@ -89,35 +81,16 @@ def _phases_at_once(experiments: Experiments) -> Found:
     return Found(float((np.array(commands) > 0.0).sum(axis=1).max()))
 
 
-def _peak(  # noqa: PLR0913 - what differs between rows of one form
-    row_id: str,
-    place: str,
-    quantity: str,
-    paper: float,
-    compute: Compute,
-    *,
-    share: float = THRUST,
-    rival: float | None = None,
-    conflict: str = "",
-) -> Quantity:
-    return Quantity(
-        id=row_id,
-        group=GROUP,
-        place=place,
-        quantity=quantity,
-        unit="N",
-        paper=paper,
-        printed=f"{paper:g} N",
-        comparison="value",
-        band=share * paper,
-        reason=_THRUST_REASON if share == THRUST else _NORMAL_REASON,
-        basis=_BASIS,
-        rival=rival,
-        conflict=conflict,
-        compute=compute,
-        doing=_DOING,
-        figure="fig2-thrust" if share == THRUST else "fig2-normal",
+def _reason(share: float, what: str) -> str:
+    return (
+        f"{100 * share:.0f} %: the paper leaves the cross-section partly open, and what it leaves "
+        f"open moves the {what} of two-dimensional finite elements by as much"
     )
+
+
+_fem = partial(Quantity, group=GROUP, basis=_BASIS, doing=_DOING)
+_claim = partial(_fem, kind="claim")
+_none = partial(Quantity, group=GROUP, kind="no_data")
 
 
 def _largest(
@@ -135,131 +108,99 @@ def _largest(
     def shown(experiments: Experiments) -> Found:
         return Found(None, {"our finite elements": compute(experiments).ours})
 
-    more, less = (
-        f"{100.0 * abs(a / b - 1.0):.1f} %" for a, b in ((measured, fem), (fem, measured))
-    )
-    judged = _peak(
-        f"{name}-fem",
-        "II-A-2",
-        f"{quantity}, FEM",
-        fem,
-        compute,
-        share=share,
+    more, less = percent(measured / fem - 1.0), percent(1.0 - fem / measured)
+    judged = _fem(
+        *(f"{name}-fem", "II-A-2", f"{quantity}, FEM", "N", fem, f"{fem:g} N"),
+        comparison="value",
+        band=share * fem,
+        reason=_reason(share, what),
         rival=measured,
         conflict=f"{name}-measured prints {measured:g} N, {more} more: {one}; {ours}",
+        source=Source(compute),
+        figure=f"fig2-{name}",
     )
-    return judged, Quantity(
-        id=f"{name}-measured",
-        group=GROUP,
-        kind="no_data",
-        place="IV-A",
-        quantity=f"{quantity}, measured",
-        unit="N",
-        paper=measured,
-        printed=f"{measured:g} N",
+    return judged, _none(
+        *(f"{name}-measured", "IV-A", f"{quantity}, measured", "N", measured, f"{measured:g} N"),
         reason="not all of the measured cross-section is printed, nor how it was measured",
         conflict=f"{name}-fem prints {fem:g} N, {less} less: {one}; {ours}",
-        compute=shown,
+        source=Source(shown),
         doing=_DOING,
         figure=f"fig2-{name}",
+    )
+
+
+def _error(name: str, of: str, paper: Number, printed: str, more: str = "") -> Quantity:
+    peaks = "12.4 %" if name == "normal" else "12.6 %"
+    return _none(
+        *(f"force-error-{name}", "IV-A", f"Mean relative error of {of}", "1", paper, printed),
+        reason=_UNSEEN + more,
+        note=f"The peaks alone differ by {peaks}: see the errata",
     )
 
 
 QUANTITIES = (
     *_largest("thrust", 34.1, 38.4, THRUST, _thrust),
     *_largest("normal force", 380.1, 427.4, NORMAL, _normal),
-    _peak("thrust-two-phase", "IV-A", "Largest thrust of two phases", 43.1, _two_phase),
-    Quantity(
-        id="thrust-aligned",
-        group=GROUP,
-        kind="claim",
-        place="IV-A",
-        quantity="Thrust at the aligned and unaligned positions",
-        unit="N",
-        paper=0.0,
-        printed="0 N",
+    _fem(
+        *("thrust-two-phase", "IV-A", "Largest thrust of two phases", "N", 43.1, "43.1 N"),
+        comparison="value",
+        band=THRUST * 43.1,
+        reason=_reason(THRUST, "thrust"),
+        source=Source(_two_phase),
+        figure="fig2-thrust",
+    ),
+    _claim(
+        *("thrust-aligned", "IV-A", "Thrust at the aligned and unaligned positions"),
+        *("N", 0.0, "0 N"),
         comparison="value",
         band=0.5,
         reason="half of the last printed digit, 0.5 N",
-        basis=_BASIS,
         note="By symmetry: any model of teeth with two like flanks has it",
-        compute=_at_rest,
-        doing=_DOING,
+        source=Source(_at_rest),
         figure="fig2-thrust",
     ),
     Quantity(
-        id="thrust-required",
+        *("thrust-required", "II-A-2", "The thrust meets the requirement f_max"),
+        *("N", 32.0, "32 N"),
         group=GROUP,
         kind="claim",
-        place="II-A-2",
-        quantity="The thrust meets the requirement f_max",
-        unit="N",
-        paper=32.0,
-        printed="32 N",
         comparison="at_least",
         band=0.0,
         reason="a requirement: met or not",
         basis=f"largest thrust of one phase; {_BASIS}",
-        compute=_thrust,
+        source=Source(_thrust),
         doing=_DOING,
         figure="fig2-thrust",
     ),
     Quantity(
-        id="phases-at-once",
+        *("phases-at-once", "II-B", "Largest number of phases excited at once on an axis"),
+        *("1", 2.0, "two on each axis"),
         group=GROUP,
         kind="claim",
-        place="II-B",
-        quantity="Largest number of phases excited at once on an axis",
-        unit="1",
-        paper=2.0,
-        printed="two on each axis",
         comparison="value",
         band=0.0,
         reason="a whole number",
         basis="current commands along the pentagram, matched motor, LuGre observer",
-        compute=_phases_at_once,
+        source=Source(_phases_at_once),
         doing="pentagram",
     ),
-    not_comparable(
-        "force-error-thrust",
-        GROUP,
-        "IV-A",
-        "Mean relative error of thrust, FEM against measurement",
-        printed="0.03 % to 11.11 %",
-        paper=(0.0003, 0.1111),
-        reason=f"{_UNSEEN}; at aligned and unaligned a relative error of 0 N is not defined",
-        note="The peaks alone differ by 12.6 %: see the errata",
+    _error(
+        *("thrust", "thrust, FEM against measurement", (0.0003, 0.1111), "0.03 % to 11.11 %"),
+        "; at aligned and unaligned a relative error of 0 N is not defined",
     ),
-    not_comparable(
-        "force-error-elsewhere",
-        GROUP,
-        "IV-A",
-        "Mean relative error of thrust elsewhere than aligned and unaligned",
-        printed="less than 1.89 %",
-        paper=0.0189,
-        reason=_UNSEEN,
-        note="The peaks alone differ by 12.6 %: see the errata",
+    _error(
+        *("elsewhere", "thrust elsewhere than aligned and unaligned", 0.0189),
+        "less than 1.89 %",
     ),
-    not_comparable(
-        "force-error-normal",
-        GROUP,
-        "IV-A",
-        "Mean relative error of normal force, FEM against measurement",
-        printed="0.65 % to 2.82 %",
-        paper=(0.0065, 0.0282),
-        reason=_UNSEEN,
-        note="The peaks alone differ by 12.4 %: see the errata",
+    _error(
+        *("normal", "normal force, FEM against measurement", (0.0065, 0.0282)),
+        "0.65 % to 2.82 %",
     ),
     *(
-        not_comparable(
-            f"fem-{name}",
-            GROUP,
-            "II-A-2",
-            f"{quantity} of the finite elements",
+        Quantity(
+            *(f"fem-{name}", "II-A-2", f"{quantity} of the finite elements", unit, paper, printed),
+            group=GROUP,
             kind="input",
-            unit=unit,
-            paper=paper,
-            printed=printed,
             reason=_GRID,
         )
         for name, quantity, unit, paper, printed in (

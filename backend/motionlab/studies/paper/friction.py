@@ -6,32 +6,20 @@ from functools import partial
 
 import numpy as np
 
+from motionlab.plant.friction import steady_friction
 from motionlab.studies.paper.curves import Build, curve
 from motionlab.studies.paper.document import FigureAxis, PaperFigure
 from motionlab.studies.paper.experiments import Experiments
-from motionlab.studies.paper.printed_number import Quantity, by_identify, from_identify
+from motionlab.studies.paper.printed_number import Quantity, from_identify
 
 GROUP = "friction"
 
 _BAND = 0.02
 _PRINTED = {
-    "x": {
-        "sigma_0": ("118913.2532", 118913.2532),
-        "sigma_1": ("1162.3000", 1162.3),
-        "sigma_2": ("10.3128", 10.3128),
-        "F_c": ("0.2399", 0.2399),
-        "F_s": ("3.5908", 3.5908),
-        "v_s": ("0.0436", 0.0436),
-    },
-    "y": {
-        "sigma_0": ("84737", 84737.0),
-        "sigma_1": ("1493.5", 1493.5),
-        "sigma_2": ("25.8778", 25.8778),
-        "F_c": ("0.8179", 0.8179),
-        "F_s": ("4.3917", 4.3917),
-        "v_s": ("0.0222", 0.0222),
-    },
+    "x": ("118913.2532", "1162.3000", "10.3128", "0.2399", "3.5908", "0.0436"),
+    "y": ("84737", "1493.5", "25.8778", "0.8179", "4.3917", "0.0222"),
 }
+"""Digits in the order of _WHAT."""
 _WHAT = {
     "sigma_0": ("bristle stiffness", "N/m", "presliding"),
     "sigma_1": ("bristle damping", "N s/m", "presliding"),
@@ -43,27 +31,21 @@ _WHAT = {
 
 
 def _row(axis: str, name: str) -> Quantity:
-    digits, paper = _PRINTED[axis][name]
+    digits = _PRINTED[axis][list(_WHAT).index(name)]
     what, unit, part = _WHAT[name]
-    find = f"axes.{axis}.{part}.parameters.{name}"
-    equation = {"sigma_0": 43, "sigma_1": 43, "sigma_2": 43}.get(name, 45) + 3 * (axis == "y")
+    equation = (43 if name.startswith("sigma") else 45) + 3 * (axis == "y")
     return Quantity(
-        id=f"friction-{axis}-{name.lower().replace('_', '')}",
+        *(f"friction-{axis}-{name.lower().replace('_', '')}", f"({equation})"),
+        *(f"{name}, {what}, {axis}", unit, float(digits), f"{digits} {unit}"),
         group=GROUP,
         kind="recovered",
-        place=f"({equation})",
-        quantity=f"{name}, {what}, {axis}",
-        unit=unit,
-        paper=paper,
-        printed=f"{digits} {unit}",
         comparison="value",
-        band=_BAND * paper,
+        band=_BAND * float(digits),
         reason="2 %: chosen here; the identification itself is off by less than 0.1 %",
         basis="identified on the nominal motor, whose friction is the printed one: shows that the "
         "procedure finds it, not that the machine has it",
-        compute=from_identify(find),
+        source=from_identify(f"axes.{axis}.{part}.parameters.{name}"),
         doing="identification of friction",
-        recipe=by_identify(f"{find}.value"),
         figure=f"friction-{axis}",
     )
 
@@ -73,9 +55,8 @@ QUANTITIES = tuple(_row(axis, name) for axis in "xy" for name in _WHAT)
 
 def _figure(experiments: Experiments, axis: str) -> PaperFigure:
     """Return the friction over velocity of an axis: measured points and the printed curve."""
-    p = {name: value for name, (_, value) in _PRINTED[axis].items()}
+    sigma_2, F_c, F_s, v_s = (float(digits) for digits in _PRINTED[axis][2:])
     v = np.linspace(-0.15, 0.15, 301)
-    steady = p["F_c"] + (p["F_s"] - p["F_c"]) * np.exp(-((v / p["v_s"]) ** 2))
     found = experiments.identification().axes[axis].points
     points = np.array(sorted((point.velocity, point.force) for point in found))
     return PaperFigure(
@@ -87,7 +68,7 @@ def _figure(experiments: Experiments, axis: str) -> PaperFigure:
         x=FigureAxis(label="velocity", unit="m/s"),
         y=FigureAxis(label="friction", unit="N"),
         series=[
-            curve("printed parameters", "reference", v, np.sign(v) * steady + p["sigma_2"] * v),
+            curve("printed parameters", "reference", v, steady_friction(v, F_c, F_s, v_s, sigma_2)),
             curve("measured", "B", points[:, 0], points[:, 1], kind="points"),
         ],
         bounds=[],

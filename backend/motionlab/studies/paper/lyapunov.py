@@ -87,29 +87,21 @@ class Lyapunov:
         return float(np.abs(self.bristle_error[places]).max()) if len(places) else 0.0
 
 
-def lyapunov(  # noqa: PLR0913 - all that the argument names
-    record: VariantRecord,
-    axis: str,
-    *,
-    friction: FrictionConfig,
-    k_p: float,
-    k_d: float,
-    window: tuple[int, int],
+def lyapunov(
+    record: VariantRecord, axis: str, *, friction: FrictionConfig, k_p: float, k_d: float
 ) -> Lyapunov:
     """Return the terms of the argument along one axis of a run.
 
     Parameters
     ----------
     record : VariantRecord
-        Samples from the run's first tick on.
+        Samples of a window, at least three ticks.
     axis : str
         ``x`` or ``y``.
     friction : FrictionConfig
         Of the controller's model.
     k_p, k_d : float
         Gains, N/m and N s/m.
-    window : tuple of int
-        Ticks [start, end); at least three.
 
     Returns
     -------
@@ -121,7 +113,6 @@ def lyapunov(  # noqa: PLR0913 - all that the argument names
     ValueError
         If the window is shorter than three ticks or holds samples that are not finite.
     """
-    record = record.cut(*window)
     e, z, z_hat, v, u = (
         record.channel(name, axis).astype(np.float64)
         for name in (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,17 +13,8 @@ from motionlab.config.moves import Staircase, Trapezoid
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.studies.paper.bands import COUNT, STAIRCASE, TRAPEZOID
 from motionlab.studies.paper.experiments import Experiments, Run
-from motionlab.studies.paper.printed_number import Compute, Found, Quantity, not_comparable
-from motionlab.studies.paper.tracking import (
-    A_LAW,
-    BASIS,
-    MATCHED,
-    PENTAGRAM_Y,
-    RHOMBUS_Y,
-    TEXT,
-    accuracy,
-    edges,
-)
+from motionlab.studies.paper.printed_number import Compute, Found, Quantity, Source
+from motionlab.studies.paper.tracking import A_LAW, BASIS, MATCHED, TEXT, accuracy, edges
 
 GROUP = TEXT
 
@@ -86,49 +78,33 @@ _NAMES = {"trapezoid-y": "trapezoid", "stair-y-50mm": "staircase"} | {
 }
 
 
-def _below_limits(scenario: str, axis: str, figure: str) -> tuple[Quantity, Quantity]:
-    limits = {"x": (1.58, 7.31), "y": (1.34, 3.10)}[axis]
-    kinds = (
-        (
-            "velocity",
-            "m/s",
-            limits[0],
-            COUNT / CONTROL_PERIOD,
-            "one encoder count in 0.5 ms, 0.1 mm/s",
-        ),
-        (
-            "acceleration",
-            "m/s^2",
-            limits[1],
-            0.0,
-            _TRUE,
-        ),
-    )
-    ways = (
-        ("encoder differenced", _largest_velocity),
-        ("true acceleration", _largest_acceleration),
-    )
-    first, second = (
+_COUNT_RATE = COUNT / CONTROL_PERIOD
+_ONE_COUNT = "one encoder count in 0.5 ms, 0.1 mm/s"
+
+
+def _below_limits(scenario: str, axis: str, figure: str) -> list[Quantity]:
+    v_max, a_max = {"x": (1.58, 7.31), "y": (1.34, 3.10)}[axis]
+    speed, acceleration = _largest_velocity(scenario, axis), _largest_acceleration(scenario, axis)
+    return [
         Quantity(
-            id=f"{scenario}-{what}-{axis}",
+            *(f"{scenario}-{what}-{axis}", _TEXT),
+            *(f"Largest {what} of the {_NAMES[scenario]}, {axis}", unit, limit),
+            f"smaller than the theoretical {limit:.2f} {unit}",
             group=GROUP,
             kind="claim",
-            place=_TEXT,
-            quantity=f"Largest {what} of the {_NAMES[scenario]}, {axis}",
-            unit=unit,
-            paper=limit,
-            printed=f"smaller than the theoretical {limit:.2f} {unit}",
             comparison="at_most",
             band=band,
             reason=reason,
             basis=f"{how}; {BASIS}",
-            compute=compute(scenario, axis),
+            source=Source(compute),
             doing=scenario,
             figure=figure,
         )
-        for (what, unit, limit, band, reason), (how, compute) in zip(kinds, ways, strict=True)
-    )
-    return first, second
+        for what, unit, limit, band, reason, how, compute in (
+            ("velocity", "m/s", v_max, _COUNT_RATE, _ONE_COUNT, "encoder differenced", speed),
+            ("acceleration", "m/s^2", a_max, 0.0, _TRUE, "true acceleration", acceleration),
+        )
+    ]
 
 
 def _accelerations(experiments: Experiments) -> Found:
@@ -146,60 +122,40 @@ def _accelerations(experiments: Experiments) -> Found:
     )
 
 
+_said = partial(accuracy, paper=1.6e-6, place=_TEXT, group=GROUP, reason=A_LAW)
+
 QUANTITIES = (
-    not_comparable(
-        "y-velocity-range",
-        GROUP,
-        _TEXT,
-        "Velocities of both y motions",
+    Quantity(
+        *("y-velocity-range", _TEXT, "Velocities of both y motions"),
+        *("m/s", (-0.14, 0.15), "[-0.14, 0.15] m/s"),
+        group=GROUP,
         kind="input",
-        unit="m/s",
-        paper=(-0.14, 0.15),
-        printed="[-0.14, 0.15] m/s",
         reason="the paper prints no time law; ours takes its velocity from this very range",
     ),
     Quantity(
-        id="y-acceleration-range",
+        *("y-acceleration-range", _TEXT, "Accelerations of both y motions"),
+        *("m/s^2", (-3.06, 1.66), "[-3.06, 1.66] m/s^2"),
         group=GROUP,
-        place=_TEXT,
-        quantity="Accelerations of both y motions",
-        unit="m/s^2",
-        paper=(-3.06, 1.66),
-        printed="[-3.06, 1.66] m/s^2",
         comparison="within",
         band=0.0,
         reason=_TRUE,
         basis=f"true acceleration; {BASIS}; time law ours",
-        compute=_accelerations,
+        source=Source(_accelerations),
         doing="trapezoid-y",
         figure="fig6-acceleration",
     ),
-    accuracy(
-        "y-steady-state-trapezoid",
-        "Steady-state error, trapezoid",
-        "trapezoid-y",
-        "y",
-        paper=1.6e-6,
-        printed="±1.6 um",
+    _said(
+        *("y-steady-state-trapezoid", "Steady-state error, trapezoid"),
+        run=("trapezoid-y", "y"),
         band=TRAPEZOID + COUNT,
-        reason=A_LAW,
         figure="fig6-error",
-        place=_TEXT,
-        group=GROUP,
         note="Table 1 says 1.5 um of the same motion; the figure of trapezoid-y once more",
     ),
-    accuracy(
-        "y-steady-state-staircase",
-        "Steady-state error, staircase",
-        "stair-y-50mm",
-        "y",
-        paper=1.6e-6,
-        printed="±1.6 um",
+    _said(
+        *("y-steady-state-staircase", "Steady-state error, staircase"),
+        run=("stair-y-50mm", "y"),
         band=STAIRCASE + COUNT,
-        reason=A_LAW,
         figure="fig7-error",
-        place=_TEXT,
-        group=GROUP,
         note="The figure and the bound of stair-y-50mm once more",
     ),
     *_below_limits("trapezoid-y", "y", "fig6-velocity"),
@@ -210,26 +166,13 @@ QUANTITIES = (
         for axis in "xy"
         for row in _below_limits(scenario, axis, f"fig8-{scenario}-{axis}")
     ),
-    edges(
-        "rhombus-all",
-        "Following errors, rhombus",
-        "rhombus",
-        "y",
-        paper=18.2e-6,
-        printed="±18.2 um",
-        place=_TEXT,
-        group=GROUP,
-        edge=RHOMBUS_Y,
-    ),
-    edges(
-        "pentagram-all",
-        "Following errors, pentagram",
-        "pentagram",
-        "y",
-        paper=56.8e-6,
-        printed="±56.8 um",
-        place=_TEXT,
-        group=GROUP,
-        edge=PENTAGRAM_Y,
+    *(
+        edges(
+            *(f"{name}-all", paper, "y"),
+            quantity=f"Following errors, {name}",
+            place=_TEXT,
+            group=GROUP,
+        )
+        for name, paper in (("rhombus", 18.2e-6), ("pentagram", 56.8e-6))
     ),
 )

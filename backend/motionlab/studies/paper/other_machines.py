@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from motionlab.studies.paper.printed_number import Quantity, not_comparable
+from functools import partial
+
+from motionlab.studies.paper.printed_number import Quantity
 
 GROUP = "discussion"
 
@@ -71,49 +73,23 @@ _RESULTS = (
 )
 
 
-def _strokes() -> list[Quantity]:
-    return [
-        not_comparable(
-            f"{name}-stroke-{axis}",
-            GROUP,
-            "I",
-            f"{quantity}, {axis}",
-            unit="m",
-            paper=length,
-            printed=printed,
-            reason=_OTHERS,
-        )
-        for name, quantity, lengths, printed in _STROKES
-        for axis, length in zip("xy", lengths, strict=True)
-    ]
-
+_none = partial(Quantity, group=GROUP, kind="no_data", reason=_OTHERS)
 
 QUANTITIES = (
-    *_strokes(),
     *(
-        not_comparable(
-            row_id,
-            GROUP,
-            place,
-            quantity,
-            unit="m",
-            paper=paper,
-            printed=printed,
-            reason=_OTHERS,
-            note=note,
-        )
+        _none(f"{name}-stroke-{axis}", "I", f"{quantity}, {axis}", "m", length, printed)
+        for name, quantity, lengths, printed in _STROKES
+        for axis, length in zip("xy", lengths, strict=True)
+    ),
+    *(
+        _none(row_id, place, quantity, "m", paper, printed, note=note)
         for row_id, place, quantity, paper, printed, note in _RESULTS
     ),
     *(
-        not_comparable(
-            row_id,
-            GROUP,
-            "II-A-2",
-            f"{quantity} of the previous design",
+        Quantity(
+            *(row_id, "II-A-2", f"{quantity} of the previous design", unit, paper, printed),
+            group=GROUP,
             kind="input",
-            unit=unit,
-            paper=paper,
-            printed=printed,
             reason=_PREVIOUS,
         )
         for row_id, quantity, paper, unit, printed in (

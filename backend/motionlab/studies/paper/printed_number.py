@@ -6,10 +6,10 @@ import json
 import re
 import shlex
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any, Literal
+from dataclasses import KW_ONLY, dataclass, field
+from typing import Any
 
-from motionlab.studies.paper.document import Comparison, Kind, Number, PaperRow, Recipe
+from motionlab.studies.paper.document import Comparison, ErratumStep, Kind, Number, PaperRow, Recipe
 from motionlab.studies.paper.experiments import Experiments
 
 API = "http://127.0.0.1:8000/api/v1"
@@ -35,6 +35,22 @@ class Found:
 
 
 Compute = Callable[[Experiments], Found]
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where ours comes from.
+
+    Attributes
+    ----------
+    compute : callable
+        Returns ours.
+    recipe : Recipe, optional
+        How to get it otherwise; ``motionlab reproduce --only`` when left out.
+    """
+
+    compute: Compute
+    recipe: Recipe | None = None
 
 
 @dataclass(frozen=True)
@@ -67,21 +83,19 @@ class Spread:
         return f"{self.metric.replace('_', ' ')}, {law}"
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Quantity:
     """One printed number.
 
     Attributes
     ----------
-    id, group, kind, place, quantity, unit, comparison, paper, printed, band, reason, basis, note, \
+    id, place, quantity, unit, paper, printed, group, kind, comparison, band, reason, basis, note, \
     conflict
         See `motionlab.studies.paper.document.PaperRow`.
-    compute : callable or None
-        Returns ours; None where nothing can be computed.
+    source : Source or None
+        Where ours comes from; None where nothing can be computed.
     doing : str
         What that takes, in words.
-    recipe : Recipe, optional
-        How to get it otherwise; ``motionlab reproduce --only`` when left out.
     figure : str, optional
         The figure that shows it.
     spread : Spread, optional
@@ -91,22 +105,22 @@ class Quantity:
     """
 
     id: str
-    group: str
     place: str
     quantity: str
     unit: str
+    paper: Number | None
     printed: str
+    _: KW_ONLY
+    group: str
     reason: str
     kind: Kind = "printed"
-    paper: Number | None = None
     comparison: Comparison = "none"
     band: float | None = None
     basis: str = ""
     note: str = ""
     conflict: str = ""
-    compute: Compute | None = None
+    source: Source | None = None
     doing: str = "sizing equations"
-    recipe: Recipe | None = None
     figure: str | None = None
     spread: Spread | None = None
     rival: float | None = None
@@ -116,15 +130,14 @@ class Quantity:
         judged = self.comparison != "none"
         if judged == (self.kind in {"input", "no_data"}):
             raise ValueError(f"{self.id}: an input is not judged, nor is what has no data")
-        if judged != (
-            self.band is not None and self.paper is not None and self.compute is not None
-        ):
-            raise ValueError(f"{self.id}: what is judged has paper, band and compute; nothing else")
+        if judged != (self.band is not None and self.paper is not None and self.source is not None):
+            raise ValueError(f"{self.id}: what is judged has paper, band and source; nothing else")
         if not self.reason:
             raise ValueError(f"{self.id}: no reason for the band")
 
     def row(self, known: Mapping[str, str]) -> PaperRow:
         """Return the row as it stands before anything is computed."""
+        recipe = None if self.source is None else self.source.recipe
         return PaperRow(
             id=self.id,
             group=self.group,
@@ -143,81 +156,29 @@ class Quantity:
             conflict=self.conflict,
             known=known.get(self.id),
             figure=self.figure,
-            recipe=self.recipe or by_reproduce(self.id),
+            recipe=recipe or by_reproduce(self.id),
         )
-
-
-def not_comparable(  # noqa: PLR0913 - what a row without comparison has
-    row_id: str,
-    group: str,
-    place: str,
-    quantity: str,
-    *,
-    printed: str,
-    reason: str,
-    kind: Literal["input", "no_data"] = "no_data",
-    unit: str = "1",
-    paper: Number | None = None,
-    note: str = "",
-) -> Quantity:
-    """Return a row for which there is nothing to compute, or no way to."""
-    return Quantity(
-        id=row_id,
-        group=group,
-        kind=kind,
-        place=place,
-        quantity=quantity,
-        unit=unit,
-        printed=printed,
-        paper=paper,
-        reason=reason,
-        note=note,
-    )
 
 
 def by_reproduce(row_id: str) -> Recipe:
     """Return the recipe of a number that only ``motionlab reproduce`` computes."""
-    return Recipe(
-        scenario=None,
-        set={},
-        cli=f"motionlab reproduce --only {row_id} --json",
-        curl=_curl("reproduce", {"only": [row_id]}),
-        find=[],
-    )
+    return _recipe(f"reproduce --only {row_id}", "reproduce", {"only": [row_id]})
 
 
 def by_run(scenario: str, changes: Mapping[str, Any], find: Sequence[str] = ()) -> Recipe:
     """Return the recipe of a number in the result document of a run."""
     settings = "".join(f" --set {shlex.quote(f'{k}={_toml(v)}')}" for k, v in changes.items())
-    body: dict[str, Any] = {"scenario": scenario}
+    body = {"scenario": scenario} | ({"set": dict(changes)} if changes else {})
+    return _recipe(f"run {scenario}{settings}", "simulate", body, find)
+
+
+def _recipe(command: str, call: str, body: dict[str, Any], find: Sequence[str] = ()) -> Recipe:
     return Recipe(
-        scenario=scenario,
-        set=dict(changes),
-        cli=f"motionlab run {scenario}{settings} --json",
-        curl=_curl("simulate", body | ({"set": dict(changes)} if changes else {})),
+        scenario=body.get("scenario"),
+        set=body.get("set", {}),
+        cli=f"motionlab {command} --json",
+        curl=f"curl -s --json {shlex.quote(json.dumps(body))} {API}/{call}",
         find=list(find),
-    )
-
-
-def by_design(find: str) -> Recipe:
-    """Return the recipe of a number in the document of the sizing."""
-    return Recipe(
-        scenario=None,
-        set={},
-        cli="motionlab design --json",
-        curl=_curl("design", {}),
-        find=[find],
-    )
-
-
-def by_identify(find: str) -> Recipe:
-    """Return the recipe of an identified parameter; REST answers with a job."""
-    return Recipe(
-        scenario=None,
-        set={},
-        cli="motionlab identify --json",
-        curl=_curl("identify", {}),
-        find=[find],
     )
 
 
@@ -234,8 +195,8 @@ def from_run(
     *,
     changes: Mapping[str, Any] | None = None,
     others: Mapping[str, tuple[str, Mapping[str, Any], str | tuple[str, str]]] | None = None,
-) -> Compute:
-    """Return what looks a number, or both ends of a range, up in result documents of runs.
+) -> Source:
+    """Return a number, or both ends of a range, of the result documents of runs.
 
     Parameters
     ----------
@@ -257,26 +218,44 @@ def from_run(
         error = None if ours is not None else _diverged(document, find)
         return Found(ours, values, error=error)
 
-    return compute
+    paths = [find] if isinstance(find, str) else find
+    return Source(compute, by_run(scenario, changes or {}, paths))
 
 
-def from_design(find: str) -> Compute:
-    """Return what looks a number up in the document of the sizing."""
+def from_design(find: str, others: Mapping[str, str] | None = None) -> Source:
+    """Return a number of the document of the sizing, and others beside it."""
 
     def compute(experiments: Experiments) -> Found:
-        return Found(look_up(experiments.design().model_dump(by_alias=True), find))
+        tables = experiments.design().model_dump(by_alias=True)
+        values = {label: look_up(tables, path) for label, path in (others or {}).items()}
+        return Found(look_up(tables, find), values)
 
-    return compute
+    return Source(compute, _recipe("design", "design", {}, [find]))
 
 
-def from_identify(find: str) -> Compute:
-    """Return what looks a parameter up in the document of the identification."""
+def from_identify(find: str) -> Source:
+    """Return a parameter of the document of the identification."""
 
     def compute(experiments: Experiments) -> Found:
         found = look_up(experiments.identification().model_dump(), find)
         return Found(found["value"], {"low end, 95 %": found["low"], "high end": found["high"]})
 
-    return compute
+    return Source(compute, _recipe("identify", "identify", {}, [f"{find}.value"]))
+
+
+def arithmetic(ours: Number) -> Source:
+    """Return a number that the paper's own numbers give."""
+    return Source(lambda _: Found(ours))
+
+
+def step(what: str, value: float | None, unit: str) -> ErratumStep:
+    """Return one number of a computation that shows an erratum."""
+    return ErratumStep(what=what, value=value, unit=unit)
+
+
+def percent(share: float) -> str:
+    """Return a share as the paper prints it."""
+    return f"{share:.1%}".replace("%", " %")
 
 
 def _number(document: Any, path: str | tuple[str, str]) -> Number | None:
@@ -294,10 +273,6 @@ def _diverged(document: Any, path: str | tuple[str, str]) -> str:
     if where is None:
         return "the run has no such number"
     return f"the variant diverged at {where['time']:g} s: {where['channel']}"
-
-
-def _curl(call: str, body: Mapping[str, Any]) -> str:
-    return f"curl -s --json {shlex.quote(json.dumps(body))} {API}/{call}"
 
 
 def _toml(value: Any) -> str:

@@ -87,7 +87,7 @@ class _Reproduction:
         self.progress = progress
         self.doing = ""
         self.done = 0.0
-        self.pending: dict[str, float] = {q.doing: _cost(q) for q in self.wanted if q.compute}
+        self.pending: dict[str, float] = {q.doing: _cost(q) for q in self.wanted if q.source}
         self.pending |= {_study(q): _STUDY for q in self.wanted if q.spread}
         self.total = sum(self.pending.values()) + _QUICK
         self.rows: list[JudgedRow] = []
@@ -119,9 +119,9 @@ class _Reproduction:
     def _row(self, quantity: Quantity) -> JudgedRow:
         self.doing = quantity.doing
         found = Found(None)
-        if quantity.compute is not None:
+        if quantity.source is not None:
             try:
-                found = quantity.compute(self.experiments)
+                found = quantity.source.compute(self.experiments)
             except MotionLabError as error:
                 found = Found(None, error=str(error))
             self.done += self.pending.pop(quantity.doing, 0.0)

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from motionlab.design import equations as eq
 from motionlab.design.fem.geometry import Geometry
 from motionlab.studies.paper.experiments import Experiments
 from motionlab.studies.paper.printed_number import (
     Found,
     Quantity,
-    by_design,
+    Source,
+    arithmetic,
     from_design,
-    not_comparable,
 )
 
 GROUP = "sizing"
@@ -58,169 +60,103 @@ def _stack_length(experiments: Experiments) -> Found:
     return Found(used, {"with K_1 as printed, 5": printed})
 
 
-def _height(_: Experiments) -> Found:
-    g = Geometry()
-    return Found(g.tooth_depth + g.shoe + g.window + g.yoke)
-
-
-def _path(_: Experiments) -> Found:
-    """Return the mean path: up one limb, along the yoke, down the other, and back below."""
-    g = Geometry()
+def _path(g: Geometry) -> float:
+    """Return the mean path: up one limb, along the yoke, down the other, and back below, m."""
     down = g.tooth_depth + g.shoe / 2
-    return Found(
-        2 * (g.stator_tooth_depth + g.stator_back / 2 + down + g.shoe / 2 + g.window + g.yoke / 2)
-        + 2 * (g.width - g.limb)
-    )
+    return 2 * (
+        g.stator_tooth_depth + g.stator_back / 2 + down + g.shoe / 2 + g.window + g.yoke / 2
+    ) + 2 * (g.width - g.limb)
 
+
+_G = Geometry()
+_SECTION = "the cross-section of the finite elements"
+_ROUND = {"band": 0.05e-3, "reason": f"{_DIGIT}, 0.05 mm"}
+_USUAL = {"band": 0.0, "reason": "a rule of thumb with round ends, taken as printed"}
+_input = partial(Quantity, group=GROUP, kind="input")
+_value = partial(Quantity, group=GROUP, kind="arithmetic", comparison="value")
+_within = partial(Quantity, group=GROUP, kind="arithmetic", comparison="within", **_USUAL)
+_fit = partial(
+    Quantity,
+    group=GROUP,
+    kind="fit",
+    comparison="value",
+    note="That cross-section was chosen to fit",
+    **_ROUND,
+)
 
 QUANTITIES = (
-    Quantity(
-        id="power",
-        group=GROUP,
-        kind="arithmetic",
-        place="(1)",
-        quantity="Power of one axis P_max = f_max v_max",
-        unit="W",
-        paper=32.0,
-        printed="f_max v_max of 32 N and 1 m/s",
-        comparison="value",
+    _value(
+        *("power", "(1)", "Power of one axis P_max = f_max v_max"),
+        *("W", 32.0, "f_max v_max of 32 N and 1 m/s"),
         band=0.5,
         reason=f"{_DIGIT} of 32 N",
         basis="32 N times 1 m/s",
         note="The paper prints no power: both sides are the same product",
-        compute=from_design("sizing.P_max.value"),
-        recipe=by_design("sizing.P_max.value"),
+        source=from_design("sizing.P_max.value"),
     ),
-    Quantity(
-        id="pole-pitch",
-        group=GROUP,
-        kind="arithmetic",
-        place="(2)",
-        quantity="Pole pitch tau = p + s, teeth as wide as slots",
-        unit="m",
-        paper=7.2e-3,
-        printed="7.2 mm",
-        comparison="value",
-        band=0.05e-3,
-        reason=f"{_DIGIT}, 0.05 mm",
+    _value(
+        *("pole-pitch", "(2)", "Pole pitch tau = p + s, teeth as wide as slots"),
+        *("m", 7.2e-3, "7.2 mm"),
+        **_ROUND,
         basis="the sum of the printed p and s",
         note="The pitch is a choice, and (2) gives p and s from it: it only adds up",
-        compute=lambda _: Found(_TOOTH + _SLOT),
+        source=arithmetic(_TOOTH + _SLOT),
         doing="arithmetic",
     ),
     *(
-        not_comparable(
-            f"{name}-width",
-            GROUP,
-            "II-A-2",
-            f"{name.capitalize()} width {symbol}",
-            kind="input",
-            unit="m",
-            paper=width,
-            printed=f"{symbol} = 3.6 mm",
+        _input(
+            *(f"{name}-width", "II-A-2", f"{name.capitalize()} width {symbol}"),
+            *("m", width, f"{symbol} = 3.6 mm"),
             reason="said to follow from (2), which gives their sum: equal widths are a choice",
         )
         for name, symbol, width in (("tooth", "p", _TOOTH), ("slot", "s", _SLOT))
     ),
-    not_comparable(
-        "pitch-multiple",
-        GROUP,
-        "II-A-2",
-        "The pole pitch should be a multiple of 3",
-        paper=3.0,
-        printed="a multiple of 3",
+    Quantity(
+        *("pitch-multiple", "II-A-2", "The pole pitch should be a multiple of 3"),
+        *("1", 3.0, "a multiple of 3"),
+        group=GROUP,
+        kind="no_data",
         reason="without a unit every length is a multiple of 3: 7.2 mm are 3 times 2.4 mm, as the "
         "previous 9 mm are 3 times 3 mm",
     ),
-    Quantity(
-        id="efficiency-range",
-        group=GROUP,
-        kind="arithmetic",
-        place="II-A-1",
-        quantity="Efficiency K_e, usual range",
-        unit="1",
-        paper=(0.65, 0.75),
-        printed="0.65 to 0.75",
-        comparison="within",
-        band=0.0,
-        reason="a rule of thumb with round ends, taken as printed",
+    _within(
+        *("efficiency-range", "II-A-1", "Efficiency K_e, usual range"),
+        *("1", (0.65, 0.75), "0.65 to 0.75"),
         basis="the 0.7 that the paper chooses",
-        compute=lambda _: Found(0.7),
+        source=arithmetic(0.7),
         doing="arithmetic",
     ),
-    Quantity(
-        id="mover-width",
-        group=GROUP,
-        kind="arithmetic",
-        place="(3)",
-        quantity="Mover width w",
-        unit="m",
-        paper=39.6e-3,
-        printed="39.6 mm",
-        comparison="value",
-        band=0.05e-3,
-        reason=f"{_DIGIT}, 0.05 mm",
+    _value(
+        *("mover-width", "(3)", "Mover width w", "m", 39.6e-3, "39.6 mm"),
+        **_ROUND,
         basis="sizing, two limbs: 2 n tau - s",
         note="(3) as printed is one limb, 18 mm: see the errata",
-        compute=from_design("sizing.w.value"),
-        recipe=by_design("sizing.w.value"),
+        source=from_design("sizing.w.value"),
     ),
-    Quantity(
-        id="turns",
-        group=GROUP,
-        kind="arithmetic",
-        place="(14)",
-        quantity="Turns of a phase N",
-        unit="1",
-        paper=145.0,
-        printed="145 turns",
-        comparison="value",
+    _value(
+        *("turns", "(14)", "Turns of a phase N", "1", 145.0, "145 turns"),
         band=0.0,
         reason="a whole number",
         basis="sizing: 144.17 rounded up",
-        compute=from_design("sizing.N.value"),
-        recipe=by_design("sizing.N.value"),
+        source=from_design("sizing.N.value"),
     ),
-    Quantity(
-        id="electric-loading",
-        group=GROUP,
-        kind="arithmetic",
-        place="(11)",
-        quantity="Electric loading A, usual range",
-        unit="A/m",
-        paper=(25e3, 90e3),
-        printed="25000 to 90000 A/m",
-        comparison="within",
-        band=0.0,
-        reason="a rule of thumb with round ends, taken as printed",
+    _within(
+        *("electric-loading", "(11)", "Electric loading A, usual range"),
+        *("A/m", (25e3, 90e3), "25000 to 90000 A/m"),
         basis="sizing, over the whole width",
-        compute=from_design("sizing.A.value"),
-        recipe=by_design("sizing.A.value"),
+        source=from_design("sizing.A.value"),
     ),
-    Quantity(
-        id="flux-density",
-        group=GROUP,
-        kind="arithmetic",
-        place="II-A-2",
-        quantity="Gap flux density B_g that 145 turns at 10 A reach",
-        unit="T",
-        paper=1.5,
-        printed="1.5 T",
-        comparison="value",
+    _value(
+        *("flux-density", "II-A-2", "Gap flux density B_g that 145 turns at 10 A reach"),
+        *("T", 1.5, "1.5 T"),
         band=0.05,
         reason=f"{_DIGIT}, 0.05 T",
         basis="rating: (14) solved for B_g",
-        compute=from_design("rating.B_g_reached.value"),
-        recipe=by_design("rating.B_g_reached.value"),
+        source=from_design("rating.B_g_reached.value"),
     ),
     Quantity(
-        id="stack-length",
+        *("stack-length", "(13)", "Stack length l_m", "m", 42.3e-3, "42.3 mm"),
         group=GROUP,
-        place="(13)",
-        quantity="Stack length l_m",
-        unit="m",
-        paper=42.3e-3,
-        printed="42.3 mm",
         comparison="value",
         band=FEM_THRUST * 42.3e-3,
         reason="15 %: what finite elements of a partly open cross-section are worth; they give the "
@@ -228,39 +164,18 @@ QUANTITIES = (
         basis="(13) with K_1 = 2 w/tau = 11 and lambda at 1 A by finite elements",
         note="K_1 = 11 is our reading and not printed; with K_1 as printed no lambda near that of "
         "finite elements gives 42.3 mm: errata",
-        compute=_stack_length,
+        source=Source(_stack_length),
         doing="force map by finite elements",
     ),
-    Quantity(
-        id="mover-height",
-        group=GROUP,
-        place="II-A-2",
-        quantity="Mover height h",
-        unit="m",
-        paper=36.0e-3,
-        printed="36.0 mm",
-        comparison="value",
-        band=0.05e-3,
-        reason=f"{_DIGIT}, 0.05 mm",
-        basis="the cross-section of the finite elements: teeth, shoe, window and yoke",
-        kind="fit",
-        note="That cross-section was chosen to fit",
-        compute=_height,
+    _fit(
+        *("mover-height", "II-A-2", "Mover height h", "m", 36.0e-3, "36.0 mm"),
+        basis=f"{_SECTION}: teeth, shoe, window and yoke",
+        source=arithmetic(_G.tooth_depth + _G.shoe + _G.window + _G.yoke),
     ),
-    Quantity(
-        id="iron-path",
-        group=GROUP,
-        place="II-A-2",
-        quantity="Mean path along stator and mover l_a",
-        unit="m",
-        paper=145.1e-3,
-        printed="145.1 mm",
-        comparison="value",
-        band=0.05e-3,
-        reason=f"{_DIGIT}, 0.05 mm",
-        basis="the cross-section of the finite elements, along its middle",
-        kind="fit",
-        note="That cross-section was chosen to fit",
-        compute=_path,
+    _fit(
+        *("iron-path", "II-A-2", "Mean path along stator and mover l_a"),
+        *("m", 145.1e-3, "145.1 mm"),
+        basis=f"{_SECTION}, along its middle",
+        source=arithmetic(_path(_G)),
     ),
 )

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 from motionlab.studies.paper.bands import COUNT
 from motionlab.studies.paper.experiments import Experiments, Run
 from motionlab.studies.paper.lyapunov import Lyapunov, lyapunov
-from motionlab.studies.paper.printed_number import Compute, Found, Quantity, by_run, from_run
+from motionlab.studies.paper.printed_number import Found, Quantity, Source, by_run, from_run
 
 GROUP = "stability"
 
@@ -29,12 +30,11 @@ def terms(run: Run, variant: str, axis: str) -> Lyapunov | None:
     controller = run.prepared.scenario.variants[variant].controller
     gains = getattr(controller, axis)
     return lyapunov(
-        record,
+        record.cut(*run.prepared.window),
         axis,
         friction=getattr(controller.model, axis).friction,
         k_p=gains.k_p,
         k_d=gains.k_d,
-        window=run.prepared.window,
     )
 
 
@@ -43,79 +43,53 @@ def published(experiments: Experiments, axis: str) -> Lyapunov | None:
     return terms(experiments.run("circle-published-k", NOISELESS), "B", axis)
 
 
-def _rising(axis: str) -> Compute:
-    def compute(experiments: Experiments) -> Found:
-        found = published(experiments, axis)
-        return Found(None, error="it diverged") if found is None else Found(found.rising_share)
+def _along(axis: str, name: str) -> Source:
+    """Return one number of the terms along that circle."""
 
-    return compute
-
-
-def _bristle(axis: str) -> Compute:
     def compute(experiments: Experiments) -> Found:
         found = published(experiments, axis)
         if found is None:
             return Found(None, error="it diverged")
-        return Found(found.zero_error_bristle)
+        return Found(getattr(found, name))
 
-    return compute
+    return Source(compute, by_run("circle-published-k", NOISELESS))
 
 
 def _rows(axis: str) -> tuple[Quantity, ...]:
-    basis = "circle with K of (25), nominal motor without encoder counts or current lag"
     find = f"variants.B.axes.{axis}.max_abs_following_error"
+    bound = partial(Quantity, group=GROUP, comparison="at_most", doing="circle with K as published")
+    claim = partial(
+        bound,
+        kind="claim",
+        basis="circle with K of (25), nominal motor without encoder counts or current lag",
+        figure=f"lyapunov-{axis}",
+    )
     return (
-        Quantity(
-            id=f"lyapunov-rate-{axis}",
-            group=GROUP,
-            kind="claim",
-            place="(32), (38)",
-            quantity=f"Share of the time at which V rises, {axis}",
-            unit="1",
-            paper=0.0,
-            printed="dV/dt <= 0",
-            comparison="at_most",
+        claim(
+            *(f"lyapunov-rate-{axis}", "(32), (38)", f"Share of the time at which V rises, {axis}"),
+            *("1", 0.0, "dV/dt <= 0"),
             band=0.01,
             reason="1 %: where V stands still, rounding of the record decides the sign of its "
             "difference",
-            basis=basis,
-            compute=_rising(axis),
-            doing="circle with K as published",
-            recipe=by_run("circle-published-k", NOISELESS),
-            figure=f"lyapunov-{axis}",
+            source=_along(axis, "rising_share"),
         ),
-        Quantity(
-            id=f"lyapunov-bristle-{axis}",
-            group=GROUP,
-            kind="claim",
-            place="(34)",
-            quantity=f"Largest e_z where e passes through zero, {axis}",
-            unit="m",
-            paper=0.0,
-            printed="e_z = 0 if e = 0",
-            comparison="at_most",
+        claim(
+            *(f"lyapunov-bristle-{axis}", "(34)"),
+            f"Largest e_z where e passes through zero, {axis}",
+            *("m", 0.0, "e_z = 0 if e = 0"),
             band=COUNT,
             reason="what one encoder count would hide, although this motor has none",
-            basis=basis,
-            compute=_bristle(axis),
-            doing="circle with K as published",
-            recipe=by_run("circle-published-k", NOISELESS),
-            figure=f"lyapunov-{axis}",
+            source=_along(axis, "zero_error_bristle"),
         ),
-        Quantity(
-            id=f"published-k-{axis}",
-            group=GROUP,
-            place="(25), Fig. 5",
-            quantity=f"Following error of the circle with K of (25), {axis}",
-            unit="m",
-            paper=_PRINTED[axis],
-            printed=f"±{_PRINTED[axis] * 1e6:.1f} um",
-            comparison="at_most",
+        bound(
+            *(f"published-k-{axis}", "(25), Fig. 5"),
+            f"Following error of the circle with K of (25), {axis}",
+            *("m", _PRINTED[axis], f"±{_PRINTED[axis] * 1e6:.1f} um"),
             band=0.1e-6,
             reason="half of the last printed digit and one encoder count, 50 nm each",
             basis="nominal motor, K exactly as printed",
             note="A chaotic run: its digits depend on the machine, its size does not",
-            compute=from_run(
+            source=from_run(
                 "circle-published-k",
                 find,
                 others={
@@ -124,8 +98,6 @@ def _rows(axis: str) -> tuple[Quantity, ...]:
                     "without encoder counts or lag": ("circle-published-k", NOISELESS, find),
                 },
             ),
-            doing="circle with K as published",
-            recipe=by_run("circle-published-k", {}, [find]),
         ),
     )
 

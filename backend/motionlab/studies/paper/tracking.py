@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
-from motionlab.studies.paper.bands import COUNT, Edge, edge_law
+from motionlab.studies.paper.bands import COUNT, edge_law
 from motionlab.studies.paper.document import Number
-from motionlab.studies.paper.printed_number import Compute, Quantity, Spread, by_run, from_run
+from motionlab.studies.paper.printed_number import Quantity, Spread, from_run
 
 TABLE, TEXT = "table1", "motions"
 """Identifiers of the groups."""
@@ -35,9 +34,30 @@ def _find(axis: str, metric: str | tuple[str, str], variant: str) -> str | tuple
     return (path + metric[0], path + metric[1])
 
 
-def _compute(scenario: str, axis: str, metric: str | tuple[str, str]) -> Compute:
-    """Return what compares the matched, compensated motor, and shows the other three."""
-    return from_run(
+def accuracy(
+    row_id: str, quantity: str, paper: Number, *, run: tuple[str, str] | None = None, **more: Any
+) -> Quantity:
+    """Return a row on the error of the matched, compensated motor; the other three stand beside it.
+
+    Parameters
+    ----------
+    row_id, quantity, paper
+        See `motionlab.studies.paper.printed_number.Quantity`; two numbers for `paper` are a range.
+    run : tuple of str, optional
+        Scenario and axis, where they are not those of the identifier.
+    **more
+        Further fields of the row.
+    """
+    scenario, axis = run or (row_id, "x" if "-x" in row_id else "y")
+    metric: str | tuple[str, str] = "steady_state_error"
+    if ranged := isinstance(paper, tuple):
+        metric = ("min_following_error", "max_following_error")
+        printed = "[{:.1f}, {:.1f}] um".format(*(1e6 * end for end in paper))
+    else:
+        printed = f"±{1e6 * paper:.1f} um"
+    if not ranged and scenario in {"rhombus", "pentagram"}:
+        metric = _PEAK
+    source = from_run(
         scenario,
         _find(axis, metric, "B"),
         changes=MATCHED,
@@ -54,104 +74,46 @@ def _compute(scenario: str, axis: str, metric: str | tuple[str, str]) -> Compute
             )
         },
     )
-
-
-def accuracy(  # noqa: PLR0913 - what differs between the rows of the table
-    row_id: str,
-    quantity: str,
-    scenario: str,
-    axis: str,
-    *,
-    paper: Number,
-    printed: str,
-    band: float,
-    reason: str,
-    figure: str | None,
-    place: str = "Table 1",
-    group: str = TABLE,
-    note: str = "",
-) -> Quantity:
-    """Return a row on an error of the matched, compensated motor: at rest, or along the path.
-
-    Parameters
-    ----------
-    row_id, quantity, paper, printed, band, reason, figure, place, group, note
-        See `motionlab.studies.paper.printed_number.Quantity`; two numbers for `paper` are a range.
-    scenario, axis : str
-        The run.
-    """
-    ranged = isinstance(paper, tuple)
-    metric: str | tuple[str, str] = "steady_state_error"
-    if ranged:
-        metric = ("min_following_error", "max_following_error")
-    elif scenario in {"rhombus", "pentagram"}:
-        metric = _PEAK
-    find = _find(axis, metric, "B")
+    fields: dict[str, Any] = {"place": "Table 1", "group": TABLE} | more
     return Quantity(
         id=row_id,
-        group=group,
-        place=place,
         quantity=quantity,
         unit="m",
         paper=paper,
         printed=printed,
         comparison="within" if ranged else "at_most",
-        band=band,
-        reason=reason,
         basis=BASIS,
-        note=note,
-        compute=_compute(scenario, axis, metric),
+        source=source,
         doing=scenario,
-        recipe=by_run(scenario, MATCHED, [find] if isinstance(find, str) else find),
-        figure=figure,
         spread=Spread(scenario, axis, metric if isinstance(metric, str) else _PEAK),
+        **fields,
     )
 
 
-def edges(  # noqa: PLR0913 - what differs between the rows of the table
-    row_id: str,
-    quantity: str,
-    scenario: str,
-    axis: str,
-    *,
-    paper: Number,
-    printed: str,
-    edge: Edge,
-    place: str = "Table 1",
-    group: str = TABLE,
-) -> Quantity:
+def edges(row_id: str, paper: Number, axis: str, **more: Any) -> Quantity:
     """Return a row on the following error along edges, whose time law the paper does not print.
 
     Parameters
     ----------
-    row_id, quantity, paper, printed, place, group
+    row_id, paper
         See `motionlab.studies.paper.printed_number.Quantity`.
-    scenario, axis : str
-        The run.
-    edge : Edge
-        Decides the band.
+    axis : str
+        ``x`` or ``y``.
+    **more
+        Further fields of the row.
     """
-    law = edge_law(edge)
+    scenario = row_id.split("-", maxsplit=1)[0]
+    law = edge_law(scenario, axis)
+    fields = {"quantity": f"Following error, {scenario}, {axis}"} | more
     return accuracy(
         row_id,
-        quantity,
-        scenario,
-        axis,
         paper=paper,
-        printed=printed,
+        run=(scenario, axis),
         band=law + COUNT + _ROUND,
         reason=f"the time law of the edges is not printed: 31 % of M a/k_p, {law * 1e6:.1f} um, "
         "between the least acceleration that stops at the corners and ours; one encoder count; "
         "half of the last printed digit",
         figure=f"fig8-{scenario}-{axis}",
-        place=place,
-        group=group,
         note=LIKE_PD,
+        **fields,
     )
-
-
-RHOMBUS_X = Edge(M=5.9, k_p=400.0e3, d=0.03, T=0.75)
-RHOMBUS_Y = Edge(M=13.9, k_p=501.6e3, d=0.03, T=0.75)
-# The pentagram's edges along an axis: 57.06 mm on x, 57.06 mm sin 72 deg on y.
-PENTAGRAM_X = Edge(M=5.9, k_p=200.3e3, d=0.05706, T=0.6)
-PENTAGRAM_Y = Edge(M=13.9, k_p=280.5e3, d=0.05706 * math.sin(0.4 * math.pi), T=0.6)
