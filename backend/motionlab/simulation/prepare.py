@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import cast
+from typing import NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +28,6 @@ from motionlab.trajectory.reference import Reference, sample
 
 Array = NDArray[np.float64]
 Epochs = tuple[tuple[int, Scenario], ...]
-_Deciding = tuple[PlantConfig, ModelConfig, SharingConfig, float, float]
 _Digests = tuple[str, ...]
 
 _SHARED = len(REFERENCES) * len(AXES) * np.float64().itemsize
@@ -132,20 +131,29 @@ def _load(loads: tuple[tuple[int, LoadConfig], ...], ticks: int) -> Array:
     return force
 
 
-def _check_motion(  # noqa: PLR0913, PLR0917 - all that decides whether a motion is feasible
-    trajectory: TrajectoryConfig,
-    plant: PlantConfig,
-    model: ModelConfig,
-    sharing: SharingConfig,
-    force_limit: float,
-    current_limit: float,
-    span: Span,
-    _maps: _Digests,
+class _Deciding(NamedTuple):
+    """What decides, beside the motion, whether it is feasible."""
+
+    plant: PlantConfig
+    model: ModelConfig
+    sharing: SharingConfig
+    force_limit: float
+    current_limit: float
+
+    def limits(self) -> MotionLimits:
+        return motion_limits(
+            self.plant,
+            self.model,
+            sharing=self.sharing,
+            force_limit=self.force_limit,
+            current_limit=self.current_limit,
+        )
+
+
+def _check_motion(
+    trajectory: TrajectoryConfig, decides: _Deciding, span: Span, _maps: _Digests
 ) -> None:
-    limits = motion_limits(
-        plant, model, sharing=sharing, force_limit=force_limit, current_limit=current_limit
-    )
-    check(_sampled(trajectory), limits, span=span)
+    check(_sampled(trajectory), decides.limits(), span=span)
 
 
 _check = cast("Callable[..., None]", functools.lru_cache(maxsize=16)(_check_motion))
@@ -153,19 +161,13 @@ _check = cast("Callable[..., None]", functools.lru_cache(maxsize=16)(_check_moti
 
 def limit_sets(changes: Epochs) -> list[tuple[Span, MotionLimits]]:
     """Return when which distinct limits hold, of every variant and phase."""
-    return [
-        (
-            span,
-            motion_limits(plant, model, sharing=law, force_limit=force, current_limit=current),
-        )
-        for span, (plant, model, law, force, current), _ in _deciding(changes)
-    ]
+    return [(span, decides.limits()) for span, decides, _ in _deciding(changes)]
 
 
 def _check_feasibility(trajectory: TrajectoryConfig, changes: Epochs) -> None:
     """Check the motion against what each variant can do between one change and the next."""
     for span, decides, maps in _deciding(changes):
-        _check(trajectory, *decides, span, maps)
+        _check(trajectory, decides, span, maps)
 
 
 def _deciding(changes: Epochs) -> list[tuple[Span, _Deciding, _Digests]]:
@@ -178,7 +180,7 @@ def _deciding(changes: Epochs) -> list[tuple[Span, _Deciding, _Digests]]:
         maps = map_digests([(tick, scenario)])
         for variant in scenario.variants.values():
             controller = variant.controller
-            decides = (
+            decides = _Deciding(
                 scenario.plant,
                 controller.model,
                 controller.sharing,

@@ -99,6 +99,23 @@ class Intervals:
     limit: Array
 
 
+class Samples(NamedTuple):
+    """What a motion asks of one axis at each of n ticks."""
+
+    position: Array  # m
+    velocity: Array  # m/s
+    acceleration: Array  # m/s^2
+    thrust: Array  # M a + f_f(v), eq. (16), N
+    end: float  # where the motion ends, m
+
+
+class Reach(NamedTuple):
+    """Ticks that ask for more than the sure thrust, and the thrust available there, N."""
+
+    hard: Ticks
+    available: Array
+
+
 @dataclass(frozen=True)
 class Demand:
     """What a motion asks of one axis.
@@ -109,12 +126,12 @@ class Demand:
         The motion, of n ticks.
     axis : int
         Index of the axis.
-    thrust : ndarray, shape (n,)
-        M a + f_f(v), eq (16), N.
+    samples : Samples
+        What it asks for.
     limits : tuple of float
         Magnitude allowed of each of `QUANTITIES`; of the thrust the sure one.
-    hard, available : ndarray, shape (m,)
-        Ticks that ask for more than the sure thrust, and what can be had there, N.
+    reach : Reach
+        What can be had of the thrust.
     beyond : ndarray of uint8, shape (n + 1,)
         Sum of 2**k of the quantities outside their limits at each tick; the end of the motion has
         a position only.
@@ -126,24 +143,24 @@ class Demand:
 
     reference: Reference
     axis: int
-    thrust: Array
+    samples: Samples
     limits: tuple[float, ...]
-    hard: Ticks
-    available: Array
+    reach: Reach
     beyond: Flags
     found: int
     peaks: Ticks
 
     def value_at(self, quantity: int, tick: int) -> float:
         """Return what is asked for at one tick, in the quantity's unit."""
-        return float(_value(quantity, tick, *self._samples))
+        return float(_value(quantity, tick, self.samples))
 
     def limit_at(self, quantity: int, tick: int) -> float:
         """Return the magnitude that is allowed at one tick."""
-        if quantity == _THRUST and self.hard.size:
-            index = int(np.searchsorted(self.hard, tick))
-            if index < self.hard.size and self.hard[index] == tick:
-                return float(self.available[index])
+        hard, available = self.reach
+        if quantity == _THRUST and hard.size:
+            index = int(np.searchsorted(hard, tick))
+            if index < hard.size and hard[index] == tick:
+                return float(available[index])
         return self.limits[quantity]
 
     def outside(self, quantity: int) -> Intervals | None:
@@ -151,21 +168,9 @@ class Demand:
         if not self.found >> quantity & 1:
             return None
         ticks, amounts = _intervals(
-            quantity, self.beyond, *self._samples, self.limits[quantity], self.hard, self.available
+            quantity, self.beyond, self.samples, self.limits[quantity], self.reach
         )
         return Intervals(quantity, self.axis, *ticks, *amounts)
-
-    @property
-    def _samples(self) -> tuple[Array, Array, Array, Array, float]:
-        """Position, velocity, acceleration and thrust of the axis, and where it ends."""
-        reference, axis = self.reference, self.axis
-        return (
-            reference.position[:, axis],
-            reference.velocity[:, axis],
-            reference.acceleration[:, axis],
-            self.thrust,
-            reference.end[axis],
-        )
 
 
 def demands(reference: Reference, limits: MotionLimits, *, span: Span = ALWAYS) -> list[Demand]:
@@ -210,20 +215,11 @@ def _demand(reference: Reference, limits: MotionLimits, axis: int, span: Span) -
         _POSITION_ROUNDING if unit == "m" else RELATIVE_ROUNDING * value
         for unit, value in zip(UNITS, most, strict=True)
     ]
-    beyond, found, peaks = _survey(
-        position,
-        velocity,
-        acceleration,
-        thrust,
-        reference.end[axis],
-        np.array(allowed),
-        np.array(slack),
-        hard,
-        available,
-        span.start,
-        reference.ticks + 1 if span.end is None else span.end,
-    )
-    return Demand(reference, axis, thrust, allowed, hard, available, beyond, found, peaks)
+    samples = Samples(position, velocity, acceleration, thrust, reference.end[axis])
+    reach = Reach(hard, available)
+    during = (span.start, reference.ticks + 1 if span.end is None else span.end)
+    survey = _survey(samples, np.array(allowed), np.array(slack), reach, during)
+    return Demand(reference, axis, samples, allowed, reach, *survey)
 
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
@@ -258,15 +254,8 @@ def _jump(way: float, now: float, before: float) -> float:
 
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
-def _value(  # noqa: PLR0913, PLR0917 - samples of one axis
-    quantity: int,
-    tick: int,
-    position: Array,
-    velocity: Array,
-    acceleration: Array,
-    thrust: Array,
-    end: float,
-) -> float:
+def _value(quantity: int, tick: int, samples: Samples) -> float:
+    position, velocity, acceleration, thrust, end = samples
     if quantity == _POSITION:
         return position[tick] if tick < len(position) else end
     before = velocity[tick - 1] if tick > 0 else 0.0
@@ -281,20 +270,12 @@ def _value(  # noqa: PLR0913, PLR0917 - samples of one axis
 
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
-def _survey(  # noqa: PLR0913, PLR0917 - samples of one axis and what they are held against
-    position: Array,
-    velocity: Array,
-    acceleration: Array,
-    thrust: Array,
-    end: float,
-    allowed: Array,
-    slack: Array,
-    hard: Ticks,
-    available: Array,
-    start: int,
-    stop: int,
+def _survey(
+    samples: Samples, allowed: Array, slack: Array, reach: Reach, during: tuple[int, int]
 ) -> tuple[Flags, int, Ticks]:
     """Return which quantities are outside at each tick and at any, and where each is largest."""
+    position, velocity, acceleration, thrust, end = samples
+    (hard, available), (start, stop) = reach, during
     found = 0
     n = len(position)
     beyond = np.zeros(n + 1, dtype=np.uint8)
@@ -339,19 +320,11 @@ def _survey(  # noqa: PLR0913, PLR0917 - samples of one axis and what they are h
 
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
-def _intervals(  # noqa: PLR0913, PLR0917 - samples of one axis and what they are held against
-    quantity: int,
-    beyond: Flags,
-    position: Array,
-    velocity: Array,
-    acceleration: Array,
-    thrust: Array,
-    end: float,
-    allowed: float,
-    hard: Ticks,
-    available: Array,
+def _intervals(
+    quantity: int, beyond: Flags, samples: Samples, allowed: float, reach: Reach
 ) -> tuple[Ticks, Array]:
     """Return start, stop and worst tick, (3, n), and value and limit there, (2, n)."""
+    hard, available = reach
     bit = 1 << quantity
     count = 0
     for k in range(len(beyond)):
@@ -364,7 +337,7 @@ def _intervals(  # noqa: PLR0913, PLR0917 - samples of one axis and what they ar
     for k in range(len(beyond)):
         if not beyond[k] & bit:
             continue
-        value = _value(quantity, k, position, velocity, acceleration, thrust, end)
+        value = _value(quantity, k, samples)
         limit = allowed
         if quantity == _THRUST:
             while h < len(hard) and hard[h] < k:

@@ -230,9 +230,8 @@ def _profiles(
         yield Profile(f"{name}.position", "m", first, first)
     yield Profile("speed", "m/s", *_speed(reference.velocity, size))
     for axis, name in enumerate(AXES):
-        curves = _decimated(
-            reference.velocity[:, axis], reference.acceleration[:, axis], found[axis].thrust, size
-        )
+        asked = found[axis].samples
+        curves = _decimated(asked.velocity, asked.acceleration, asked.thrust, size)
         for (quantity, unit), (low, high) in zip(_CURVES.items(), curves, strict=True):
             yield Profile(f"{name}.{quantity}", unit, low, high)
         place = reference.position[::size, axis]
