@@ -8,6 +8,7 @@ export const SCREENS = [
   { screen: 'trajectories', title: 'Trajectories' },
   { screen: 'identify', title: 'Identify' },
   { screen: 'tune', title: 'Tune' },
+  { screen: 'sweep', title: 'Sweep' },
   { screen: 'motor', title: 'Motor' },
   { screen: 'paper', title: 'Paper' },
 ] as const;

@@ -29,6 +29,11 @@ describe('the cursor', () => {
     expect(nearest(loop, { x: 5, y: 1 }, x, y)).toBe(3);
   });
 
+  it('goes to either end at once', () => {
+    expect(stepped(line, null, -1e9, x, y)).toEqual({ x: 0, y: 5 });
+    expect(stepped(line, null, 1e9, x, y)).toEqual({ x: 3, y: 8 });
+  });
+
   it('steps over gaps and stays at the ends', () => {
     expect(stepped(line, null, 1, x, y)).toEqual({ x: 0, y: 5 });
     expect(stepped(line, { x: 0, y: 5 }, 1, x, y)).toEqual({ x: 2, y: 7 });

@@ -97,7 +97,8 @@ export function stepped(
   if (!series || series.x.length === 0) return null;
   const last = series.x.length - 1;
   const now = at ? nearest(series, at, x, y) : -1;
-  let i = now < 0 ? (by > 0 ? 0 : last) : Math.min(last, Math.max(0, now + by));
+  const from = now >= 0 ? now : by > 0 ? -1 : last + 1;
+  let i = Math.min(last, Math.max(0, from + by));
   // Over a gap, to the next point beyond it.
   while (i >= 0 && i <= last && !(finite(series.x[i]) && finite(series.y[i]))) i += Math.sign(by);
   const [px, py] = [series.x[i], series.y[i]];

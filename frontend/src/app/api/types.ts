@@ -119,3 +119,6 @@ export type PaperFigure = Schemas['PaperFigure'];
 export type Erratum = Schemas['Erratum'];
 /** A scenario on many plausible plants. */
 export type MonteCarlo = Schemas['MonteCarloDocument'];
+
+/** Metrics over a grid or a list of values of fields. */
+export type SweepResult = Schemas['SweepDocument'];

@@ -123,3 +123,12 @@ function row({ shown, definition, axis, numbers }: Line, scale: Scale): Row {
     better: judged ? change < 0 : null,
   };
 }
+
+/** Metrics of an axis that can be compared over many runs: key, name without its axis, unit. */
+export function metricsOfAxis(): readonly { key: string; name: string; unit: string }[] {
+  return DEFINITIONS.map(({ key, name, unit }) => ({
+    key,
+    name: name.replace(/_?\$/, '').trim(),
+    unit,
+  }));
+}

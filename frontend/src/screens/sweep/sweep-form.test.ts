@@ -1,0 +1,78 @@
+import { describe, expect, it } from 'vitest';
+import type { Scenario } from '../../app/api/types';
+import { casesOf, formOf, gridOf, groupsOf, refusedFields, sweptOf, type Refused } from './sweep-form';
+
+const GAIN = 'variants.B.controller.x.k_p';
+const scenario = {
+  title: 'a',
+  seed: 7,
+  plant: { name: 'nominal', x: { mass: 6 } },
+  variants: {
+    B: {
+      controller: { x: { k_p: 2e5 }, compensation: { enabled: true }, model: { x: { mass: 6 } } },
+    },
+  },
+} as unknown as Scenario;
+
+it('lists numbers and switches by what they belong to, and no names', () => {
+  const groups = Object.fromEntries(
+    groupsOf(scenario).map(({ name, fields }) => [name, fields.map(({ path }) => path)]),
+  );
+  expect(groups.motor).toEqual(['plant']);
+  expect(groups['controller B']).toEqual([GAIN, 'variants.B.controller.compensation.enabled']);
+  expect(groups['model of B']).toEqual(['variants.B.controller.model.x.mass']);
+  expect(groups['plant x']).toEqual(['plant.x.mass']);
+  expect(groups.scenario).toEqual(['seed']);
+});
+
+describe('a swept field', () => {
+  it('spans half to double its value, in the unit of the screen, and is asked for in SI', () => {
+    const swept = sweptOf(GAIN, scenario, []);
+    expect(swept).toMatchObject({ by: 'range', start: '100', stop: '400', scale: 'log' });
+    expect(gridOf([swept])).toEqual([
+      { path: GAIN, start: 1e5, stop: 4e5, count: 9, scale: 'log' },
+    ]);
+  });
+
+  it('takes names, switches and numbers one by one', () => {
+    const given = [
+      { ...sweptOf('plant', scenario, ['nominal', 'matched']) },
+      { ...sweptOf('variants.B.controller.compensation.enabled', scenario, []) },
+      { ...sweptOf(GAIN, scenario, []), by: 'values' as const, values: '150, 200 250;300' },
+    ];
+    expect(gridOf(given).map((each) => (each as { values: unknown }).values)).toEqual([
+      ['nominal', 'matched'],
+      [false, true],
+      [150e3, 200e3, 250e3, 300e3],
+    ]);
+    expect(casesOf({ source: '', combine: 'grid', fields: given })).toBe(16);
+  });
+
+  it('is refused beside its input where it holds no number', () => {
+    const wrong = { ...sweptOf(GAIN, scenario, []), stop: '4oo' };
+    try {
+      gridOf([sweptOf('plant.x.mass', scenario, []), wrong]);
+      expect.unreachable();
+    } catch (error) {
+      expect((error as Refused).problems).toEqual({ 1: ['“4oo” is not a number.'] });
+    }
+  });
+});
+
+it('a request comes back into the form', () => {
+  const fields = [sweptOf(GAIN, scenario, []), sweptOf('plant', scenario, ['nominal', 'matched'])];
+  const form = formOf({ scenario: 'circle', combine: 'list', grid: gridOf(fields) });
+  expect(form).toMatchObject({ source: 'circle', combine: 'list' });
+  expect(gridOf(form.fields)).toEqual(gridOf(fields));
+});
+
+it('refusals go to their field', () => {
+  const range = '>= 0 and <= 1000000000';
+  const { byField, others } = refusedFields([
+    { loc: `grid.1: ${GAIN}`, message: 'is out of range', value: -5, range, unit: 'N/m' },
+    { loc: 'sweep', message: '20000 cases are more than 10000' },
+  ]);
+  expect(byField[1]?.[0]).toContain('Is out of range');
+  expect(byField[1]?.[0]).toContain('1000000 N/mm');
+  expect(others).toEqual(['20000 cases are more than 10000.']);
+});

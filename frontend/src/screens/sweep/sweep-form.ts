@@ -1,0 +1,189 @@
+/** The form of a sweep: which fields there are, what is asked of the server, what it refuses. */
+
+import { at } from '../../app/api/scenario-paths';
+import type { ProblemField, Scenario, Value } from '../../app/api/types';
+import { fieldOf, ownerOf, refusal, show } from '../../app/fields/fields';
+import { clean, parseNumber } from '../../ui/units';
+
+/** One swept field; numbers as they are typed, in the unit of the screen. */
+export interface Swept {
+  path: string;
+  /** Values one by one, or ends, number and spacing of a range. */
+  by: 'range' | 'values';
+  values: string;
+  start: string;
+  stop: string;
+  count: string;
+  scale: 'linear' | 'log';
+}
+
+export type Combine = 'grid' | 'list';
+
+export interface Form {
+  /** A shipped scenario, or what the Lab shows where empty. */
+  source: string;
+  combine: Combine;
+  fields: readonly Swept[];
+}
+
+export const FIELDS_MAX = 6;
+const WORDS = new Set(['title', 'description', 'label', 'name', 'source']);
+
+/** A field swept around its value in a scenario: from half to double, or all values that it can take. */
+export function sweptOf(path: string, scenario: Scenario | null, motors: readonly string[]): Swept {
+  const value = at(scenario, path);
+  const { factor, whole } = fieldOf(path);
+  const shown = (number: number, digits = 2) =>
+    String(Number(clean(number * factor).toPrecision(digits)));
+  const ranged = typeof value === 'number';
+  const rough = (number: number) => (whole === true ? Math.round(number) : number);
+  const [start, stop] = ranged && value !== 0 ? [rough(value / 2), rough(value * 2)] : [0, 1];
+  return {
+    path,
+    by: ranged && whole !== true ? 'range' : 'values',
+    values:
+      path === 'plant'
+        ? motors.join(', ')
+        : typeof value === 'boolean'
+          ? 'off, on'
+          : ranged
+            ? [shown(start), shown(value, 6), shown(stop)].join(', ')
+            : '',
+    start: shown(start),
+    stop: shown(stop),
+    count: '9',
+    scale: ranged && start > 0 ? 'log' : 'linear',
+  };
+}
+
+export interface Group {
+  name: string;
+  fields: readonly { path: string; name: string }[];
+}
+
+/** Lists the numbers and switches of a scenario by what they belong to, and the motor as a whole. */
+export function groupsOf(scenario: Scenario | null): readonly Group[] {
+  const groups = new Map<string, { path: string; name: string }[]>();
+  const walk = (value: unknown, path: string) => {
+    if (typeof value === 'number' || typeof value === 'boolean') {
+      const group = groupOf(path);
+      const { label, unit } = fieldOf(path);
+      const [, axis] = /\.model\.([xy])\./.exec(path) ?? [];
+      const name = [label.replace(/_/g, ''), axis, unit && `, ${unit}`].filter(Boolean).join(' ');
+      groups.set(group, [...(groups.get(group) ?? []), { path, name: name.replace(' ,', ',') }]);
+    } else if (typeof value === 'object' && value !== null && !Array.isArray(value)) {
+      for (const [key, inner] of Object.entries(value)) {
+        if (!WORDS.has(key)) walk(inner, path === '' ? key : `${path}.${key}`);
+      }
+    }
+  };
+  const { variants, plant, trajectory, ...rest } = scenario ?? {};
+  walk({ variants, plant, trajectory, ...rest }, '');
+  const found = [...groups].map(([name, fields]) => ({ name, fields }));
+  return [{ name: 'motor', fields: [{ path: 'plant', name: 'which motor' }] }, ...found];
+}
+
+function groupOf(path: string): string {
+  const [, model] = /^variants\.([A-Z])\.controller\.model\./.exec(path) ?? [];
+  if (model !== undefined) return `model of ${model}`;
+  const owner = ownerOf(path);
+  if (owner !== '') return /^[A-Z]$/.test(owner) ? `controller ${owner}` : owner;
+  const [first = ''] = path.split('.');
+  return path.includes('.') ? first.replaceAll('_', ' ') : 'scenario';
+}
+
+/** What is asked of the server; throws Refused where something typed is no number. */
+export function gridOf(fields: readonly Swept[]): object[] {
+  const problems: Record<number, string[]> = {};
+  const grid = fields.map((swept, k) => {
+    const { path, by, scale } = swept;
+    const { factor } = fieldOf(path);
+    const number = (text: string, of: number) => {
+      const value = parseNumber(text);
+      if (value === null) (problems[k] ??= []).push(`“${text.trim()}” is not a number.`);
+      return clean((value ?? 0) / of);
+    };
+    if (by === 'range') {
+      const [start, stop] = [number(swept.start, factor), number(swept.stop, factor)];
+      return { path, start, stop, count: number(swept.count, 1), scale };
+    }
+    return { path, values: split(swept.values).map((text) => valueOf(text, factor)) };
+  });
+  if (Object.keys(problems).length > 0) throw new Refused(problems);
+  return grid;
+}
+
+export class Refused extends Error {
+  constructor(readonly problems: Readonly<Record<number, readonly string[]>>) {
+    super('Not a number');
+  }
+}
+
+/** Values apart: by spaces or semicolons, or by commas, which are no decimal commas before a space. */
+function split(texts: string): string[] {
+  return texts.split(/[\s;]+|,(?=\s|$)|,(?=[^\d])/).filter((text) => text !== '');
+}
+
+/** A value as it is typed: a number in the unit of the screen, on or off, or a name. */
+function valueOf(text: string, factor: number): Value {
+  const number = parseNumber(text);
+  if (number !== null) return clean(number / factor);
+  return text === 'on' ? true : text === 'off' ? false : text;
+}
+
+/** Fills the form from the request of a job. */
+export function formOf(request: Record<string, unknown>): Form {
+  const grid = (request.grid ?? []) as Partial<Record<string, Value>>[];
+  return {
+    source: typeof request.scenario === 'string' ? request.scenario : '',
+    combine: request.combine === 'list' ? 'list' : 'grid',
+    fields: grid.map((given) => {
+      const path = String(given.path);
+      const { factor } = fieldOf(path);
+      const text = (value: Value | undefined): string => {
+        if (typeof value === 'number') return String(clean(value * factor));
+        return typeof value === 'boolean' ? (value ? 'on' : 'off') : String(value ?? '');
+      };
+      const values = Array.isArray(given.values) ? given.values : null;
+      return {
+        path,
+        by: values ? 'values' : 'range',
+        values: (values ?? []).map(text).join(', '),
+        start: text(given.start),
+        stop: text(given.stop),
+        count: String(given.count ?? 9),
+        scale: given.scale === 'log' ? 'log' : 'linear',
+      };
+    }),
+  };
+}
+
+/** Puts what the server refuses beside the field that it is about; `null` is the whole request. */
+export function refusedFields(errors: readonly ProblemField[]): {
+  byField: Record<number, string[]>;
+  others: string[];
+} {
+  const byField: Record<number, string[]> = {};
+  const others: string[] = [];
+  for (const error of errors) {
+    const [, index, rest = ''] = /^grid\.(\d+)[:.]?\s*(.*)$/.exec(error.loc) ?? [];
+    const text = refusal({ ...error, loc: rest });
+    if (index === undefined) others.push(refusal(error));
+    else (byField[Number(index)] ??= []).push(text);
+  }
+  return { byField, others };
+}
+
+/** How many cases a form asks for; NaN while it cannot be said. */
+export function casesOf({ combine, fields }: Form): number {
+  const sizes = fields.map(({ by, values, count }) =>
+    by === 'range' ? (parseNumber(count) ?? Number.NaN) : split(values).length,
+  );
+  return combine === 'list' ? (sizes[0] ?? 0) : sizes.reduce((all, size) => all * size, 1);
+}
+
+/** Writes the value of a swept field with its unit. */
+export function valueText(path: string, value: Value): string {
+  const { unit } = fieldOf(path);
+  return `${show(path, value)} ${typeof value === 'number' ? unit : ''}`.trimEnd();
+}

@@ -1,0 +1,132 @@
+/** What a sweep has found, as plots and tables show it: curves, a map, the best cases, a file. */
+
+import type { Axis, SweepResult, Value } from '../../app/api/types';
+import { nameOf, fieldOf } from '../../app/fields/fields';
+import type { Axis as PlotAxis, Look, Series } from '../../plot/types';
+import { valueText } from './sweep-form';
+
+type Numbers = readonly (number | null)[];
+
+const LOOKS: readonly Look[] = [
+  { ink: 'a', marker: 'square' },
+  { ink: 'b', dash: 'dash', marker: 'circle' },
+  { ink: 'phase-a', dash: 'dot', marker: 'triangle' },
+  { ink: 'phase-b', dash: 'dashdot', marker: 'diamond' },
+];
+/** Values that differ by more than this are drawn on a logarithmic axis. */
+const WIDE = 20;
+
+/** The metric of one variant and axis in each case; empty where that axis does not move. */
+export function valuesOf(found: SweepResult, variant: string, axis: Axis, metric: string): Numbers {
+  return found.variants[variant]?.axes[axis]?.metrics[metric] ?? [];
+}
+
+/** The values of the swept fields in one case. */
+export function caseOf({ fields, shape }: SweepResult, number: number): Value[] {
+  if (shape.length < fields.length) return fields.map(({ values }) => values[number] as Value);
+  let rest = number;
+  return fields
+    .map(({ values }) => values as Value[])
+    .reduceRight<Value[]>((found, values) => {
+      found.unshift(values[rest % values.length] as Value);
+      rest = Math.floor(rest / values.length);
+      return found;
+    }, []);
+}
+
+/** A swept field as an axis: its numbers, or the place of each name in the list. */
+export function axisOf(
+  { path, values, unit }: SweepResult['fields'][number],
+  log = false,
+): { axis: PlotAxis; at: number[] } {
+  if (!values.every((value) => typeof value === 'number')) {
+    const names = values.map((value, i) => `${i + 1} ${valueText(path, value as Value)}`);
+    const label = `${nameOf(path)}: ${names.join(', ')}`;
+    return { axis: { label }, at: values.map((_, i) => i + 1) };
+  }
+  const at = values as number[];
+  const { factor, unit: shown } = fieldOf(path);
+  const scale = shown === '' ? {} : { scale: { factor, unit: shown } };
+  return { axis: { label: nameOf(path), unit, log: log || wide(at), ...scale }, at };
+}
+
+/** Whether numbers are positive and far apart. */
+export function wide(values: Numbers): boolean {
+  const numbers = values.filter((value) => value !== null);
+  return (
+    numbers.length > 1 &&
+    Math.min(...numbers) > 0 &&
+    Math.max(...numbers) > WIDE * Math.min(...numbers)
+  );
+}
+
+/** One curve for each variant over the first field, in its order on the axis. */
+export function curvesOf(found: SweepResult, axis: Axis, metric: string, at: number[]): Series[] {
+  const order = at.map((_, i) => i).sort((a, b) => (at[a] ?? 0) - (at[b] ?? 0));
+  return Object.keys(found.variants).flatMap((variant, k) => {
+    const values = valuesOf(found, variant, axis, metric);
+    if (values.length === 0) return [];
+    const look = LOOKS[k % LOOKS.length];
+    return [
+      {
+        name: variant,
+        x: order.map((i) => at[i] ?? 0),
+        y: order.map((i) => values[i] ?? null),
+        ...look,
+      },
+    ];
+  });
+}
+
+/** A grid of two fields: columns and rows in ascending order, and the case of each cell. */
+export function mapOf({ shape }: SweepResult, xs: readonly number[], ys: readonly number[]) {
+  const sorted = (values: readonly number[]) =>
+    values.map((value, i) => ({ value, i })).sort((a, b) => a.value - b.value);
+  const [columns, rows] = [sorted(xs), sorted(ys)];
+  return {
+    xs: columns.map(({ value }) => value),
+    ys: rows.map(({ value }) => value),
+    cases: rows.map(({ i: j }) => columns.map(({ i }) => i * (shape[1] ?? 1) + j)),
+  };
+}
+
+/** Whether every case has the same value: nothing that was swept matters to it. */
+export function alike(values: Numbers): boolean {
+  return values.every((value) => value === values[0]);
+}
+
+/** The case with the least value; -1 where there is none. */
+export function leastOf(values: Numbers): number {
+  return values.reduce<number>((best, value, i) => {
+    const least = best < 0 ? Number.POSITIVE_INFINITY : (values[best] ?? 0);
+    return value !== null && value < least ? i : best;
+  }, -1);
+}
+
+/** One row a case, in the columns of `motionlab sweep --out`: fields, then every metric. SI. */
+export function csvOf(found: SweepResult): string {
+  const columns = Object.entries(found.variants).flatMap(([name, { axes }]) =>
+    Object.entries(axes).flatMap(([axis, { metrics }]) =>
+      Object.entries(metrics).map(([metric, values]) => ({
+        head: `${name}.${axis}.${metric}`,
+        values,
+      })),
+    ),
+  );
+  const heads = [
+    'case',
+    ...found.fields.map(({ path }) => path),
+    ...columns.map(({ head }) => head),
+  ];
+  const rows = Array.from({ length: found.cases }, (_, i) => [
+    i,
+    ...caseOf(found, i),
+    ...columns.map(({ values }) => values[i] ?? ''),
+  ]);
+  return [heads, ...rows].map((row) => `${row.map(quoted).join(',')}\n`).join('');
+}
+
+function quoted(cell: unknown): string {
+  const text = String(cell);
+  return /[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
+}
