@@ -140,6 +140,22 @@ def _tune(browser: Browser, server: Server) -> None:
     page.close()
 
 
+def _sweep(browser: Browser, server: Server) -> None:
+    """Sweep both gains of B on x."""
+    page = browser.new_page(viewport={"width": 1440, "height": 900}, color_scheme="light")
+    page.goto(f"{server.url}/?screen=sweep")
+    state(page, "paused")
+    page.get_by_role("button", name="Add a field").click()
+    for number in (1, 2):
+        page.get_by_label(f"Number of values of field {number}").fill("15")
+        page.keyboard.press("Enter")
+    page.get_by_role("button", name="Run", exact=True).click()
+    region(page, "Swept fields").get_by_text("took").wait_for(timeout=120_000)
+    page.wait_for_timeout(1500)
+    page.screenshot(path=DOCS / "sweep.png")
+    page.close()
+
+
 def _motor(browser: Browser, server: Server) -> None:
     """Size, look at the field of one phase, share a force."""
     for tab in ("sizing", "field", "sharing"):
@@ -175,6 +191,7 @@ _TAKES: dict[str, tuple[Callable[[Browser, Server], None], tuple[str, ...]]] = {
     "trajectories": (_trajectories, ("trajectories-light.png",)),
     "identify": (_identify, ("identify-light.png",)),
     "tune": (_tune, ("tune.png",)),
+    "sweep": (_sweep, ("sweep.png",)),
     "motor": (
         _motor,
         ("motor-sizing-light.png", "motor-field-dark.png", "motor-sharing-light.png"),

@@ -126,9 +126,9 @@ function row({ shown, definition, axis, numbers }: Line, scale: Scale): Row {
 
 /** Metrics of an axis that can be compared over many runs: key, name without its axis, unit. */
 export function metricsOfAxis(): readonly { key: string; name: string; unit: string }[] {
-  return DEFINITIONS.map(({ key, name, unit }) => ({
+  return Object.entries(served.scenario.metrics).map(([key, { label, unit }]) => ({
     key,
-    name: name.replace(/_?\$/, '').trim(),
+    name: label.replace(/_?\$/, '').trim(),
     unit,
   }));
 }

@@ -1,6 +1,14 @@
 import { describe, expect, it } from 'vitest';
 import type { Scenario } from '../../app/api/types';
-import { casesOf, formOf, gridOf, groupsOf, refusedFields, sweptOf, type Refused } from './sweep-form';
+import {
+  casesOf,
+  formOf,
+  gridOf,
+  groupsOf,
+  refusedFields,
+  sweptOf,
+  type Refused,
+} from './sweep-form';
 
 const GAIN = 'variants.B.controller.x.k_p';
 const scenario = {
@@ -67,9 +75,9 @@ it('a request comes back into the form', () => {
 });
 
 it('refusals go to their field', () => {
-  const range = '>= 0 and <= 1000000000';
+  const bounds = { minimum: 0, maximum: 1e9 };
   const { byField, others } = refusedFields([
-    { loc: `grid.1: ${GAIN}`, message: 'is out of range', value: -5, range, unit: 'N/m' },
+    { loc: `grid.1: ${GAIN}`, message: 'is out of range', value: -5, bounds, unit: 'N/m' },
     { loc: 'sweep', message: '20000 cases are more than 10000' },
   ]);
   expect(byField[1]?.[0]).toContain('Is out of range');

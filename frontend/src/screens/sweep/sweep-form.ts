@@ -2,7 +2,7 @@
 
 import { at } from '../../app/api/scenario-paths';
 import type { ProblemField, Scenario, Value } from '../../app/api/types';
-import { fieldOf, ownerOf, refusal, show } from '../../app/fields/fields';
+import { choicesOf, fieldOf, ownerOf, refusal, show } from '../../app/fields/fields.svelte';
 import { clean, parseNumber } from '../../ui/units';
 
 /** One swept field; numbers as they are typed, in the unit of the screen. */
@@ -36,7 +36,7 @@ export function sweptOf(path: string, scenario: Scenario | null, motors: readonl
   const shown = (number: number, digits = 2) =>
     String(Number(clean(number * factor).toPrecision(digits)));
   const ranged = typeof value === 'number';
-  const rough = (number: number) => (whole === true ? Math.round(number) : number);
+  const rough = (number: number) => (whole ? Math.round(number) : number);
   const [start, stop] = ranged && value !== 0 ? [rough(value / 2), rough(value * 2)] : [0, 1];
   return {
     path,
@@ -48,7 +48,9 @@ export function sweptOf(path: string, scenario: Scenario | null, motors: readonl
           ? 'off, on'
           : ranged
             ? [shown(start), shown(value, 6), shown(stop)].join(', ')
-            : '',
+            : choicesOf(path)
+                .map((choice) => choice.value)
+                .join(', '),
     start: shown(start),
     stop: shown(stop),
     count: '9',
@@ -61,16 +63,16 @@ export interface Group {
   fields: readonly { path: string; name: string }[];
 }
 
-/** Lists the numbers and switches of a scenario by what they belong to, and the motor as a whole. */
+/** Lists the numbers, switches and choices of a scenario by what they belong to, and the motor as a whole. */
 export function groupsOf(scenario: Scenario | null): readonly Group[] {
   const groups = new Map<string, { path: string; name: string }[]>();
   const walk = (value: unknown, path: string) => {
-    if (typeof value === 'number' || typeof value === 'boolean') {
+    const choice = typeof value === 'string' && choicesOf(path).length > 0;
+    if (typeof value === 'number' || typeof value === 'boolean' || choice) {
       const group = groupOf(path);
       const { label, unit } = fieldOf(path);
-      const [, axis] = /\.model\.([xy])\./.exec(path) ?? [];
-      const name = [label.replace(/_/g, ''), axis, unit && `, ${unit}`].filter(Boolean).join(' ');
-      groups.set(group, [...(groups.get(group) ?? []), { path, name: name.replace(' ,', ',') }]);
+      const name = `${label.replaceAll('_', '')}${unit && `, ${unit}`}`;
+      groups.set(group, [...(groups.get(group) ?? []), { path, name }]);
     } else if (typeof value === 'object' && value !== null && !Array.isArray(value)) {
       for (const [key, inner] of Object.entries(value)) {
         if (!WORDS.has(key)) walk(inner, path === '' ? key : `${path}.${key}`);

@@ -1,7 +1,7 @@
 /** What a sweep has found, as plots and tables show it: curves, a map, the best cases, a file. */
 
 import type { Axis, SweepResult, Value } from '../../app/api/types';
-import { nameOf, fieldOf } from '../../app/fields/fields';
+import { nameOf, fieldOf } from '../../app/fields/fields.svelte';
 import type { Axis as PlotAxis, Look, Series } from '../../plot/types';
 import { valueText } from './sweep-form';
 
