@@ -58,11 +58,12 @@ def _run(options: argparse.Namespace) -> int:
     from motionlab.simulation.prepare import prepare
     from motionlab.simulation.result import document, metadata
     from motionlab.simulation.run import run
-    from motionlab.telemetry.recorder import check_target, write
+    from motionlab.store.files import check_target
+    from motionlab.telemetry.recorder import SUFFIXES, write
 
     scenario = load_scenario(source(options), parse_assignments(options.assignments))
     if options.out is not None:
-        check_target(options.out)
+        check_target(options.out, *SUFFIXES)
     prepared = prepare(scenario)
     with tick_bar(prepared.reference.ticks) as progress:
         recording = run(prepared, progress)

@@ -9,10 +9,11 @@ import os
 import stat
 import tempfile
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO
 
-from motionlab.errors import StoreError, StoreFull
+from motionlab.errors import ConfigError, FieldError, StoreError, StoreFull
 
 _PART = ".part"
 _LOCKED_AFTER = 10.0  # s: a file is made an instant before its lock
@@ -57,18 +58,73 @@ def replace(path: Path, content: bytes, *, mode: int = 0o600) -> None:
         If that cannot be done; what was there is untouched.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
+    with _moved_to(path, mode) as part:
+        part.write_bytes(content)
+
+
+@contextlib.contextmanager
+def complete_file(path: str) -> Iterator[Path]:
+    """Give a file to write that appears under the name `path` only when it is complete.
+
+    Raises
+    ------
+    StoreError
+        If the file cannot be written.
+    """
+    target = Path(path).resolve()  # the file that a link points to, not the link
+    try:
+        with _moved_to(target, _mode(target)) as part:
+            yield part
+    except OSError as error:
+        raise failure(f"{path}: cannot be written", error) from error
+
+
+@contextlib.contextmanager
+def _moved_to(path: Path, mode: int) -> Iterator[Path]:
     descriptor, made = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=_PART)
+    part = Path(made)
     try:
         with os.fdopen(descriptor, "wb") as file:
             fcntl.flock(file, fcntl.LOCK_EX)  # until it is in its place: see remove_leftovers
-            file.write(content)
-            file.flush()
+            yield part
             os.fchmod(file.fileno(), mode)
             os.fsync(file.fileno())
-            Path(made).replace(path)
-    except BaseException:
-        Path(made).unlink(missing_ok=True)
-        raise
+            part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _mode(target: Path) -> int:
+    """Return the permissions of the file that is replaced, or those a new file gets."""
+    if target.exists():
+        return target.stat().st_mode & 0o777
+    mask = os.umask(0o077)
+    os.umask(mask)
+    return 0o666 & ~mask
+
+
+def check_target(path: str, *suffixes: str) -> None:
+    """Refuse a file that could not be written, before what takes time begins.
+
+    Raises
+    ------
+    ConfigError
+        If its name ends in none of `suffixes`, or its folder is missing or read-only.
+    """
+    target = Path(path)
+    if target.suffix not in suffixes:
+        allowed = "names ending in " + " or ".join(suffixes)
+        raise ConfigError(FieldError("--out", "unknown kind of file", path, allowed))
+    folder = target.absolute().parent
+    if not folder.is_dir():
+        raise ConfigError(FieldError("--out", "its folder does not exist", path))
+    try:
+        if target.exists() and not target.is_file():
+            raise ConfigError(FieldError("--out", "is there already and is no regular file", path))
+    except OSError as error:
+        raise ConfigError(FieldError("--out", f"cannot be: {error.strerror}", path)) from None
+    if not os.access(folder, os.W_OK):
+        raise ConfigError(FieldError("--out", "cannot be written", path))
 
 
 def remove_leftovers(root: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import os
 from pathlib import Path
 from typing import NamedTuple
 
@@ -156,28 +155,6 @@ def _size(path: Path) -> int:
         return path.stat().st_size
     except FileNotFoundError:  # deleted since it was listed
         return 0
-
-
-def check_target(path: str) -> None:
-    """Refuse a file that could not be written, before a map is computed.
-
-    Raises
-    ------
-    ConfigError
-        If its name does not end in ``.json``, or its folder is missing or read-only.
-    """
-    target = Path(path)
-    folder = target.absolute().parent
-    if target.suffix != ".json":
-        raise ConfigError(
-            FieldError("--out", "unknown kind of file", path, "names ending in .json")
-        )
-    if not folder.is_dir():
-        raise ConfigError(FieldError("--out", "its folder does not exist", path))
-    if target.exists() and not target.is_file():
-        raise ConfigError(FieldError("--out", "is there already and is no regular file", path))
-    if not os.access(folder, os.W_OK):
-        raise ConfigError(FieldError("--out", "cannot be written", path))
 
 
 def save(force_map: ForceMap, path: str | Path, *, loc: str = "") -> None:

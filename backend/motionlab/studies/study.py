@@ -108,8 +108,9 @@ class Study:
     planner: ClassVar[Any] = None
     """Takes the checked request and a scenario in place of its own; None: the request is the plan.
     """
-    check_target: ClassVar[Any]
-    """Refuses a file of ``--out`` that could not be written."""
+    check_target: ClassVar[Any] = lazy("store.files:check_target")
+    suffixes: ClassVar[tuple[str, ...]] = ()
+    """How names of files of ``--out`` may end."""
     write: ClassVar[Any]
     """Writes the file of ``--out``."""
     bodies: ClassVar[tuple[dict[str, Any], ...]] = ({},)
@@ -192,7 +193,7 @@ class Study:
             Such as for a file that could not be written.
         """
         if getattr(options, "out", None) is not None:
-            self.check_target(options.out)
+            self.check_target(options.out, *self.suffixes)
         return None
 
     def after(self, found: Any, options: argparse.Namespace) -> None:

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
-import os
-import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,8 +12,8 @@ from numpy.typing import NDArray
 
 from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.errors import ConfigError, FieldError, StoreError
-from motionlab.store.files import failure
+from motionlab.errors import StoreError
+from motionlab.store.files import check_target, complete_file
 from motionlab.telemetry.channels import CHANNELS, REFERENCES, Channel
 from motionlab.telemetry.recording import Recording
 
@@ -34,30 +31,6 @@ class Column:
 
     unit: str
     values: NDArray[Any]
-
-
-def check_target(path: str, suffixes: Sequence[str] = SUFFIXES) -> None:
-    """Refuse a file that could not be written, before a run begins.
-
-    Raises
-    ------
-    ConfigError
-        If the suffix is none of `suffixes`, or the folder is missing or read-only.
-    """
-    target = Path(path)
-    if target.suffix not in suffixes:
-        allowed = "names ending in " + " or ".join(suffixes)
-        raise ConfigError(FieldError("--out", "unknown kind of file", path, allowed))
-    folder = target.absolute().parent
-    if not folder.is_dir():
-        raise ConfigError(FieldError("--out", "its folder does not exist", path))
-    try:
-        if target.exists() and not target.is_file():
-            raise ConfigError(FieldError("--out", "is there already and is no regular file", path))
-    except OSError as error:
-        raise ConfigError(FieldError("--out", f"cannot be: {error.strerror}", path)) from None
-    if not os.access(folder, os.W_OK):
-        raise ConfigError(FieldError("--out", "cannot be written", path))
 
 
 def columns(recording: Recording) -> Iterator[tuple[str, Channel, NDArray[np.float32]]]:
@@ -97,33 +70,9 @@ def write(recording: Recording, path: str, *, metadata: dict[str, str]) -> None:
     StoreError
         If the file cannot be written.
     """
-    check_target(path)
+    check_target(path, *SUFFIXES)
     with complete_file(path) as partial:
         _write(recording, partial, Path(path).suffix, metadata)
-
-
-@contextlib.contextmanager
-def complete_file(path: str) -> Iterator[Path]:
-    """Give a file to write that appears under the name `path` only when it is complete.
-
-    Raises
-    ------
-    StoreError
-        If the file cannot be written.
-    """
-    target = Path(path).resolve()  # the file that a link points to, not the link
-    try:
-        handle, name = tempfile.mkstemp(dir=target.parent, prefix=".motionlab-")
-        os.close(handle)
-        partial = Path(name)
-        try:
-            yield partial
-            partial.chmod(_mode(target))
-            partial.replace(target)
-        finally:
-            partial.unlink(missing_ok=True)
-    except OSError as error:
-        raise failure(f"{path}: cannot be written", error) from error
 
 
 def read(path: str) -> dict[str, Column]:
@@ -170,15 +119,6 @@ def _read_csv(path: str) -> pa.Table:
         types = {name: pa.float32() for name in reader.schema.names}
     whole = {"tick [1]": pa.int64(), "time [s]": pa.float64()}
     return csv.read_csv(path, convert_options=csv.ConvertOptions(column_types=types | whole))
-
-
-def _mode(target: Path) -> int:
-    """Return the permissions of the file that is replaced, or those a new file gets."""
-    if target.exists():
-        return target.stat().st_mode & 0o777
-    mask = os.umask(0o077)
-    os.umask(mask)
-    return 0o666 & ~mask
 
 
 def _split_header(header: str) -> tuple[str, str]:

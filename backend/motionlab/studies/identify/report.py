@@ -7,10 +7,9 @@ import json
 from pathlib import Path
 
 from motionlab.results.report import report as run_report
+from motionlab.store.files import complete_file
 from motionlab.studies.identify.document import Fit, IdentificationDocument, Parameter
-from motionlab.telemetry import recorder
 
-_SUFFIXES = (".csv", ".json")
 _COLUMNS = ("axis", "velocity [m/s]", "force [N]", "deviation [N]", "pitches [1]")
 _WIDTH = 12
 
@@ -50,17 +49,6 @@ def report(found: IdentificationDocument) -> str:
     return "\n".join(lines)
 
 
-def check_target(path: str) -> None:
-    """Refuse a file that could not be written, before the experiment begins.
-
-    Raises
-    ------
-    ConfigError
-        If the suffix is neither ``.csv`` nor ``.json``, or the folder is missing or read-only.
-    """
-    recorder.check_target(path, _SUFFIXES)
-
-
 def write(found: IdentificationDocument, path: str) -> None:
     """Write the points as CSV, or the document as JSON; the suffix of `path` decides.
 
@@ -69,9 +57,8 @@ def write(found: IdentificationDocument, path: str) -> None:
     StoreError
         If the file cannot be written.
     """
-    check_target(path)
     with (
-        recorder.complete_file(path) as partial,
+        complete_file(path) as partial,
         partial.open("w", newline="", encoding="utf-8") as file,
     ):
         if Path(path).suffix == ".json":

@@ -41,7 +41,7 @@ class Identify(Study):
     planner = lazy("studies.identify.plan:plan")
     run = lazy("studies.identify.experiment:identify")
     report = lazy("studies.identify.report:report")
-    check_target = lazy("studies.identify.report:check_target")
+    suffixes = (".csv", ".json")
     write = lazy("studies.identify.report:write")
     bodies = ({"scenario": "circle", "set": {"plant": "as-measured"}, "axis": "x"},)
     command = Command(

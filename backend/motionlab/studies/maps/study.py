@@ -39,7 +39,7 @@ class ComputeMap(Study):
     run = lazy("studies.maps.compute:run")
     document = lazy("studies.maps.compute:document")
     report = lazy("design.fem.report:report")
-    check_target = lazy("store.maps:check_target")
+    suffixes = (".json",)
     write = lazy("store.maps:save")
     bodies = ({"preset": "default", "geometry": {"g": 0.4e-3}},)
     keeps = True

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from itertools import product
 from typing import Any
 
+from motionlab.store.files import complete_file
 from motionlab.studies.sweep.document import SweepDocument
-from motionlab.telemetry import recorder
 
 _ROWS = 40  # of the table on a terminal
 _PEAK = "max_abs_following_error"
@@ -43,11 +43,6 @@ def report(found: SweepDocument) -> str:
     return "\n".join(lines)
 
 
-def check_target(path: str) -> None:
-    """Refuse a file that could not be written, before the sweep begins; raise ConfigError."""
-    recorder.check_target(path, (".csv",))
-
-
 def write(found: SweepDocument, path: str) -> None:
     """Write one row a case as CSV: swept fields, then every metric of every variant and axis.
 
@@ -63,7 +58,7 @@ def write(found: SweepDocument, path: str) -> None:
         for metric, values in axes.metrics.items()
     }
     with (
-        recorder.complete_file(path) as partial,
+        complete_file(path) as partial,
         partial.open("w", newline="", encoding="utf-8") as file,
     ):
         rows = csv.writer(file, lineterminator="\n")

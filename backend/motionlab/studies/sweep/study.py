@@ -42,7 +42,7 @@ class SweepStudy(Study):
     planner = lazy("studies.sweep.run:plan")
     run = lazy("studies.sweep.run:run")
     report = lazy("studies.sweep.report:report")
-    check_target = lazy("studies.sweep.report:check_target")
+    suffixes = (".csv",)
     write = lazy("studies.sweep.report:write")
     bodies = (
         {
