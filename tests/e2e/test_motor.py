@@ -69,7 +69,7 @@ def test_bad_geometry_is_named_at_its_field(motor: Page, refusals: list[str]) ->
     motor.get_by_role("button", name="Tooth: back to the preset").click()
     gap = field(motor, "Air gap, mm")
     gap.fill("0")
-    expect(problem).to_have_text("Is out of range: 0 mm. Allowed: 0.001 mm to 10 mm.")
+    expect(problem).to_have_text("Is out of range: 0 mm. Allowed: 0.001 to 10 mm.")
     gap.fill("0.3")
     expect(problem).to_have_count(0)
 

@@ -118,6 +118,7 @@ def _core(r: Requirements, l_m: float, N: int) -> SizedDimensions:
                     value=e.value,
                     range=e.range,
                     unit=e.unit,
+                    bounds=e.bounds,
                 )
                 for e in field_errors(error, SizedDimensions)
             )

@@ -1,38 +1,19 @@
 /** REST calls. Every failure is an ApiError that carries the server's problem document. */
 
 import { pretty } from '../../ui/units';
+import type { Answer, Method, Operation, Options, PathOf, RequestOf } from './operations';
 import type {
+  Axis,
   Changes,
-  FieldEntry,
-  DesignDocument,
-  FieldPicture,
-  Health,
-  IdentificationPlan,
   JobKind,
-  JobSummary,
-  KeptTrajectory,
-  LoopAccuracy,
-  LoopResponse,
-  Loops,
-  MapEntry,
-  MapFit,
-  MapTables,
-  PlatformDocument,
   Metrics,
-  PaperDocument,
-  Parts,
   Problem,
   ReportOf,
-  Scenario,
-  ScenarioEntry,
-  ScenarioFields,
   SessionInfo,
-  SharingDocument,
-  Slowed,
   Trajectory,
-  TrajectoryEntry,
-  Axis,
 } from './types';
+
+export type { ScenarioRequest } from './operations';
 
 const ROOT = '/api/v1';
 
@@ -58,137 +39,158 @@ export class ApiError extends Error {
   }
 }
 
-export interface ScenarioRequest {
-  scenario?: string | Scenario;
-  set?: Changes;
+interface Sent {
+  path?: Readonly<Record<string, string>>;
+  query?: Readonly<Record<string, unknown>>;
+  body?: object | string;
 }
 
-export interface TrajectoryRequest extends ScenarioRequest {
-  trajectory: Trajectory;
-  points?: number;
-}
+type Command = 'pause' | 'reset' | 'stop' | 'undo' | 'play' | 'step';
+type Play = RequestOf<'/sessions/{session_id}/play'>;
+type Step = RequestOf<'/sessions/{session_id}/step'>;
 
-export interface LoopRequest extends ScenarioRequest {
-  variant: string;
-  axis: Axis;
-}
+const RESOLUTION = { positions: 97, currents: 11 };
+
+/** Operations that are always a job. */
+export type StudyPath = Extract<
+  PathOf<'post'>,
+  '/tune' | '/landscape' | '/loop/sweep' | '/identify' | '/montecarlo' | '/reproduce' | '/sweep'
+>;
 
 export class Api {
   /** Asks for the token when the server wants one; resolves once a token was accepted. */
   onUnauthorized: (() => Promise<void>) | null = null;
 
-  health = () => this.json<Health>('GET', '/health');
-  scenarios = () => this.json<ScenarioEntry[]>('GET', '/scenarios');
-  scenario = (name: string) => this.json<Scenario>('GET', `/scenarios/${name}`);
-  fields = () => this.json<ScenarioFields>('GET', '/fields');
-  requestFields = (kind: JobKind) =>
-    this.json<Record<string, FieldEntry>>('GET', `/fields/${kind}`);
-  parts = () => this.json<Parts>('GET', '/parts');
-  paper = () => this.json<PaperDocument>('GET', '/paper');
-  parse = (toml: string) => this.json<Scenario>('POST', '/scenarios/parse', toml);
-  create = (body: ScenarioRequest) => this.json<SessionInfo>('POST', '/sessions', body);
-  session = (id: string) => this.json<SessionInfo>('GET', `/sessions/${id}`);
-  remove = (id: string) => this.send('DELETE', `/sessions/${id}`);
-  metrics = (id: string) => this.json<Metrics>('GET', `/sessions/${id}/metrics`);
+  health = () => this.json('get', '/health', {});
+  scenarios = () => this.json('get', '/scenarios', {});
+  scenario = (name: string) => this.json('get', '/scenarios/{name}', { path: { name } });
+  fields = () => this.json('get', '/fields', {});
+  requestFields = (kind: JobKind) => this.json('get', '/fields/{kind}', { path: { kind } });
+  parts = () => this.json('get', '/parts', {});
+  paper = () => this.json('get', '/paper', {});
+  parse = (toml: string) => this.json('post', '/scenarios/parse', { body: toml });
+  create = (body: RequestOf<'/sessions'>) => this.json('post', '/sessions', { body });
+  session = (id: string) => this.json('get', '/sessions/{session_id}', at(id));
+  remove = (id: string) => this.json('delete', '/sessions/{session_id}', at(id));
+  // Only some variants and axes may have metrics yet.
+  metrics = (id: string) =>
+    this.json(
+      'get',
+      '/sessions/{session_id}/metrics',
+      at(id),
+    ) as Promise<unknown> as Promise<Metrics>;
 
   command(id: string, name: 'pause' | 'reset' | 'stop' | 'undo'): Promise<SessionInfo>;
-  command(id: string, name: 'play', body: { speed: number }): Promise<SessionInfo>;
-  command(id: string, name: 'step', body: { ticks: number }): Promise<SessionInfo>;
-  command(id: string, name: string, body: object = {}): Promise<SessionInfo> {
-    return this.json('POST', `/sessions/${id}/${name}`, body);
+  command(id: string, name: 'play', body: Play): Promise<SessionInfo>;
+  command(id: string, name: 'step', body: Step): Promise<SessionInfo>;
+  async command(id: string, name: Command, body: object = {}): Promise<SessionInfo> {
+    const answer = await this.send('post', `/sessions/{session_id}/${name}`, { ...at(id), body });
+    return whole(answer.json()) as Promise<SessionInfo>;
   }
 
-  push = (id: string, push: { axis: Axis; force: number; duration: number }) =>
-    this.json<{ tick: number }>('POST', `/sessions/${id}/push`, push);
+  push = (id: string, body: { axis: Axis; force: number; duration: number }) =>
+    this.json('post', '/sessions/{session_id}/push', { ...at(id), body });
   patch = (id: string, set: Changes) =>
-    this.json<{ tick: number }>('PATCH', `/sessions/${id}/parameters`, { set });
+    this.json('patch', '/sessions/{session_id}/parameters', { ...at(id), body: { set } });
 
-  async whatif(
-    body: ScenarioRequest & { columns: string[]; points: number; exact: boolean },
-    signal: AbortSignal,
-  ) {
-    const response = await this.send('POST', '/whatif', body, signal);
+  async whatif(body: RequestOf<'/whatif'>, signal: AbortSignal) {
+    const response = await this.send('post', '/whatif', { body }, signal);
     return whole(response.arrayBuffer(), signal);
   }
 
-  trajectories = () => this.json<TrajectoryEntry[]>('GET', '/trajectories');
-  trajectory = (name: string) => this.json<KeptTrajectory>('GET', `/trajectories/${name}`);
-  keepTrajectory = (name: string, table: Trajectory) =>
-    this.json<KeptTrajectory>('PUT', `/trajectories/${name}`, table);
-  dropTrajectory = (name: string) => this.send('DELETE', `/trajectories/${name}`);
-  slow = (body: TrajectoryRequest) => this.json<Slowed>('POST', '/trajectories/slow', body);
+  trajectories = () => this.json('get', '/trajectories', {});
+  trajectory = (name: string) => this.json('get', '/trajectories/{name}', { path: { name } });
+  keepTrajectory = (name: string, body: Trajectory) =>
+    this.json('put', '/trajectories/{name}', { path: { name }, body });
+  dropTrajectory = (name: string) =>
+    this.json('delete', '/trajectories/{name}', { path: { name } });
+  slow = (body: RequestOf<'/trajectories/slow'>) =>
+    this.json('post', '/trajectories/slow', { body });
 
-  async check(body: TrajectoryRequest) {
-    return whole((await this.send('POST', '/trajectories/check', body)).arrayBuffer());
+  async check(body: RequestOf<'/trajectories/check'>) {
+    return whole((await this.send('post', '/trajectories/check', { body })).arrayBuffer());
   }
 
-  platform = (body: object) => this.json<PlatformDocument>('POST', '/design/platform', body);
-  design = (body: object) => this.json<DesignDocument>('POST', '/design', body);
+  platform = (body: RequestOf<'/design/platform'>) =>
+    this.json('post', '/design/platform', { body });
+  design = (body: RequestOf<'/design'>) => this.json('post', '/design', { body });
 
-  maps = () => this.json<MapEntry[]>('GET', '/maps');
-  map = (name: string) => this.json<MapTables>('GET', `/maps/${name}?positions=97&currents=11`);
-  dropMap = (name: string) => this.send('DELETE', `/maps/${name}`);
+  maps = () => this.json('get', '/maps', {});
+  map = (name: string) => this.json('get', '/maps/{name}', { path: { name }, query: RESOLUTION });
+  dropMap = (name: string) => this.json('delete', '/maps/{name}', { path: { name } });
   /** A job, or at once the entry of a map that was computed before. */
-  computeMap = (body: object) => this.json<MapEntry | ReportOf<'map'>>('POST', '/maps', body);
-  previewMap = (geometry: object) =>
-    this.json<MapTables>('POST', '/maps/preview?positions=97&currents=11', geometry);
-  fitMap = (name: string) => this.json<MapFit>('GET', `/maps/${name}/fit`);
-  shareForce = (body: object) => this.json<SharingDocument>('POST', '/design/sharing', body);
-  mapField = (body: object) => this.json<FieldPicture>('POST', '/maps/field', body);
+  computeMap = (body: RequestOf<'/maps'>) => this.json('post', '/maps', { body });
+  previewMap = (body: RequestOf<'/maps/preview'>) =>
+    this.json('post', '/maps/preview', { query: RESOLUTION, body });
+  fitMap = (name: string) => this.json('get', '/maps/{name}/fit', { path: { name } });
+  shareForce = (body: RequestOf<'/design/sharing'>) =>
+    this.json('post', '/design/sharing', { body });
+  mapField = (body: RequestOf<'/maps/field'>) => this.json('post', '/maps/field', { body });
 
-  loop = (body: ScenarioRequest) => this.json<Loops>('POST', '/loop', body);
-  response = (body: LoopRequest) => this.json<LoopResponse>('POST', '/loop/response', body);
-  accuracy = (body: LoopRequest) => this.json<LoopAccuracy>('POST', '/loop/accuracy', body);
+  loop = (body: RequestOf<'/loop'>) => this.json('post', '/loop', { body });
+  response = (body: RequestOf<'/loop/response'>) => this.json('post', '/loop/response', { body });
+  accuracy = (body: RequestOf<'/loop/accuracy'>) => this.json('post', '/loop/accuracy', { body });
 
-  planIdentification = (body: object) =>
-    this.json<IdentificationPlan>('POST', '/identify/plan', body);
+  planIdentification = (body: RequestOf<'/identify/plan'>) =>
+    this.json('post', '/identify/plan', { body });
 
-  jobs = (kind: JobKind) => this.json<JobSummary[]>('GET', `/jobs?kind=${kind}`);
-  job = <K extends JobKind>(id: string) => this.json<ReportOf<K>>('GET', `/jobs/${id}`);
-  cancelJob = <K extends JobKind>(id: string) => this.json<ReportOf<K>>('DELETE', `/jobs/${id}`);
+  jobs = (kind: JobKind) => this.json('get', '/jobs', { query: { kind } });
+  job = <K extends JobKind>(job_id: string) =>
+    this.json('get', '/jobs/{job_id}', { path: { job_id } }) as Promise<ReportOf<K>>;
+  cancelJob = <K extends JobKind>(job_id: string) =>
+    this.json('delete', '/jobs/{job_id}', { path: { job_id } }) as Promise<ReportOf<K>>;
   /** Asks for work that is always a job. */
-  start = <K extends JobKind>(path: string, body: object) =>
-    this.json<ReportOf<K>>('POST', path, body);
+  start = <K extends JobKind, P extends StudyPath>(path: P, body: RequestOf<P>) =>
+    this.send('post', path, { body: body as object }).then((answer) =>
+      whole(answer.json()),
+    ) as Promise<ReportOf<K>>;
 
   async login(token: string): Promise<void> {
-    await this.attempt('POST', '/login', { token });
+    await this.attempt('post', '/login', { body: { token } });
   }
 
   async logout(): Promise<void> {
-    await this.attempt('POST', '/logout');
+    await this.attempt('post', '/logout', {});
   }
 
-  private async json<T>(method: string, path: string, body?: object | string): Promise<T> {
-    const response = await this.send(method, path, body);
-    return (await whole(response.json())) as T;
+  private async json<M extends Method, P extends PathOf<M>>(
+    method: M,
+    path: P,
+    options: Options<Operation<M, P>>,
+  ): Promise<Answer<Operation<M, P>>> {
+    const response = await this.send(method, path, options as Sent);
+    if (response.status === 204) return undefined as Answer<Operation<M, P>>;
+    return (await whole(response.json())) as Answer<Operation<M, P>>;
   }
 
   private async send(
-    method: string,
+    method: Method,
     path: string,
-    body?: object | string,
+    sent: Sent,
     signal?: AbortSignal,
   ): Promise<Response> {
     try {
-      return await this.attempt(method, path, body, signal);
+      return await this.attempt(method, path, sent, signal);
     } catch (error) {
       if (!(error instanceof ApiError) || error.status !== 401 || !this.onUnauthorized) throw error;
       await this.onUnauthorized();
-      return this.attempt(method, path, body, signal);
+      return this.attempt(method, path, sent, signal);
     }
   }
 
   private async attempt(
-    method: string,
+    method: Method,
     path: string,
-    body?: object | string,
+    { path: parts = {}, query = {}, body }: Sent,
     signal?: AbortSignal,
   ): Promise<Response> {
     const text = typeof body === 'string';
+    const place = path.replace(/\{(\w+)\}/g, (_, name: string) => parts[name] ?? '');
+    const asked = new URLSearchParams(query as Record<string, string>).toString();
     let response: Response;
     try {
-      response = await fetch(ROOT + path, {
-        method,
+      response = await fetch(ROOT + place + (asked && `?${asked}`), {
+        method: method.toUpperCase(),
         ...(body === undefined
           ? {}
           : {
@@ -204,6 +206,11 @@ export class Api {
     if (!response.ok) throw new ApiError(await readProblem(response), retryAfter(response));
     return response;
   }
+}
+
+/** The path of one session. */
+function at(session_id: string) {
+  return { path: { session_id } };
 }
 
 function unreachable(detail: string): ApiError {

@@ -30,9 +30,6 @@ export type Change = Schemas['Change'];
 /** Any trajectory: `kind` and its numbers. */
 export type Trajectory = { readonly [key: string]: Value };
 export type TrajectoryEntry = Schemas['Entry'];
-export interface KeptTrajectory extends Omit<Schemas['Kept'], 'trajectory'> {
-  trajectory: Trajectory;
-}
 export interface Slowed extends Omit<Schemas['Slowed'], 'trajectory'> {
   trajectory: Trajectory;
 }
@@ -61,7 +58,6 @@ export type MapTables = Schemas['MapTables'];
 export type SharingDocument = Schemas['SharingDocument'];
 export type MapFit = Schemas['FitDocument'];
 export type FieldPicture = Schemas['FieldPicture'];
-export type Health = Schemas['Health'];
 /** What an identification would do. */
 export type IdentificationPlan = Schemas['PlanDocument'];
 export type Identification = Schemas['IdentificationDocument'];

@@ -10,7 +10,8 @@
  *   job.report?.partial, job.report?.result
  */
 
-import { ApiError, type Api } from '../api/client';
+import { ApiError, type Api, type StudyPath } from '../api/client';
+import type { RequestOf } from '../api/operations';
 import type { JobKind, JobReport, JobSummary, ReportOf } from '../api/types';
 import { load, save } from '../storage';
 
@@ -42,9 +43,9 @@ export class JobStore<K extends JobKind> {
   ) {}
 
   /** Asks for a job in place of the present one; throws what the server has against it. */
-  async start(path: string, body: object): Promise<void> {
+  async start<P extends StudyPath>(path: P, body: RequestOf<P>): Promise<void> {
     await this.once(async () => {
-      this.follow(await this.api.start<K>(path, body));
+      this.follow(await this.api.start<K, P>(path, body));
     });
   }
 

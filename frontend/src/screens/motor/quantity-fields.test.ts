@@ -15,10 +15,16 @@ describe('a refusal', () => {
   const fields = fieldsOf('requirements');
 
   it('stands at its field, in its unit', () => {
-    const range = '>= 1e-06 and <= 0.01';
-    const error = { loc: 'requirements.g', message: 'is out of range', value: 0, range, unit: 'm' };
+    const bounds = { minimum: 1e-6, maximum: 0.01 };
+    const error = {
+      loc: 'requirements.g',
+      message: 'is out of range',
+      value: 0,
+      bounds,
+      unit: 'm',
+    };
     expect(refusals([error], fields, null)).toEqual({
-      'requirements.g': 'Is out of range: 0 mm. Allowed: 0.001 mm to 10 mm.',
+      'requirements.g': 'Is out of range: 0 mm. Allowed: 0.001 to 10 mm.',
     });
   });
 

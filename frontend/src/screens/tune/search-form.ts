@@ -1,5 +1,6 @@
 /** What the controls of a search for gains say, and what is asked of the server for it. */
 
+import type { RequestOf } from '../../app/api/operations';
 import { at } from '../../app/api/scenario-paths';
 import type { Axis, ProblemField, Scenario } from '../../app/api/types';
 import type { Source } from '../../app/jobs/job-request';
@@ -104,14 +105,14 @@ function common(form: Form, source: Source): Common {
   };
 }
 
-export function tuneBody(form: Form, source: Source, shown: object): object {
+export function tuneBody(form: Form, source: Source, shown: object): RequestOf<'/tune'> {
   const body = common(form, source);
   const also = form.observer && observes(shown, body.variant) ? { [OBSERVER]: OBSERVER_RANGE } : {};
   const { limits, plants, starts, evaluations } = form;
   return { ...body, constraints: limits, also, plants, starts, evaluations };
 }
 
-export function landscapeBody(form: Form, source: Source): object {
+export function landscapeBody(form: Form, source: Source): RequestOf<'/landscape'> {
   return { ...common(form, source), points: 64 };
 }
 
