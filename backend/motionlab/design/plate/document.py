@@ -107,8 +107,8 @@ def platform(request: PlatformRequest, force_map: ForceMap | None = None) -> Pla
                     "map.current",
                     "is not on the map",
                     request.map.current,
-                    f">= {_LEAST_CURRENT:g} and <= {force_map.i_max:g}",
-                    "A",
+                    unit="A",
+                    bounds={"minimum": _LEAST_CURRENT, "maximum": force_map.i_max},
                 )
             )
         grows = ratio(force_map.document.geometry, request.map.position, request.map.current)

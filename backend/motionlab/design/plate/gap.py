@@ -116,8 +116,8 @@ def closing(  # noqa: PLR0913 - the platform, and what pulls at it
                     name,
                     "is too soft: under the movers' normal forces the gap closes by",
                     float(np.max(found)),
-                    f"<= {deepest * gap:g}",
-                    "m",
+                    unit="m",
+                    bounds={"maximum": float(deepest * gap)},
                 )
             )
         change, closed = float(np.max(np.abs(found - closed))), found

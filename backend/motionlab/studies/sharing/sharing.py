@@ -185,8 +185,8 @@ def sharing(request: SharingRequest) -> SharingDocument:
                         "current_limit",
                         f"is more than the {field}'s map reaches",
                         request.current_limit,
-                        f"<= {i_max:g}",
-                        "A",
+                        unit="A",
+                        bounds={"maximum": i_max},
                     )
                 )
     found = _over_pitch(request, controller, plant, request.law)
