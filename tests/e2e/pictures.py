@@ -11,7 +11,7 @@ from pathlib import Path
 
 from playwright.sync_api import Browser, expect, sync_playwright
 
-from tests.e2e.actions import API, LONG, region, state, wait_for_clock
+from tests.e2e.actions import API, LONG, region, state
 from tests.e2e.conftest import CHROMIUM, FLAGS, ROOT, SOFTWARE_GL, Server
 
 DOCS = ROOT / "docs"
@@ -66,17 +66,21 @@ def main() -> int:
 
 
 def _lab(browser: Browser, server: Server) -> None:
-    """Play the circle for seven seconds in each theme."""
+    """Drag a gain of B in what-if, in each theme; the picture is taken before it is let go."""
     for theme in ("light", "dark"):
         page = browser.new_page(viewport={"width": 1440, "height": 900}, color_scheme=theme)
         page.goto(server.url)
         state(page, "paused")
-        page.keyboard.press("Space")
-        wait_for_clock(page, 7.0)
-        page.keyboard.press("Space")
-        state(page, "paused")
-        page.wait_for_timeout(1200)  # The readings follow the curves within a second.
+        expect(region(page, "Metrics")).to_contain_text("B vs A", timeout=LONG)
+        box = page.get_by_role("slider", name="B k_p x").bounding_box()
+        assert box is not None
+        height = box["y"] + box["height"] / 2
+        page.mouse.move(box["x"] + 0.43 * box["width"], height)
+        page.mouse.down()
+        page.mouse.move(box["x"] + 0.62 * box["width"], height, steps=12)
+        page.wait_for_timeout(2500)  # The readings follow the curves within a second.
         page.screenshot(path=DOCS / f"lab-{theme}.png")
+        page.mouse.up()
         page.close()
 
 
