@@ -1,4 +1,4 @@
-"""Failures a user can act on; each carries what is needed to mend it."""
+"""Failures a user can act on, with the data needed to fix them."""
 
 from __future__ import annotations
 

@@ -193,7 +193,7 @@ def test_loop_delay_of_one_tick() -> None:
 
 
 def test_one_tick_of_delay_upsets_the_stiffest_gains() -> None:
-    # the gains of the 0.5 um staircase sit at the edge of stability without any delay
+    # the gains of the 0.5 um staircase sit at the stability boundary without any delay
     delayed = {"variants.A.controller.delay": 1, "trajectory.count": 1, "trajectory.dwell": 0.5}
     played = play("stair-x-500nm", delayed)
     assert 5e-6 < played.largest_error("A", "x") < 20e-6

@@ -131,7 +131,7 @@ def test_a_recipe_opens_in_the_lab(paper: Page, server: Server) -> None:
     expect(row(paper, "Following error, rhombus, x")).to_contain_text("✓better", timeout=LONG)
     row(paper, "Following error, rhombus, x").get_by_role("button").click()
     chosen = region(paper, "Row")
-    expect(chosen).to_contain_text("the time law of the edges is not printed")
+    expect(chosen).to_contain_text("the motion profile of the edges is not printed")
     expect(chosen).to_contain_text("Plausible motors")
     expect(chosen.get_by_role("figure").first).to_be_visible()
     expect(chosen).to_contain_text("motionlab run rhombus --set plant=matched --json")

@@ -96,7 +96,7 @@ def test_a_point_out_of_the_stroke_is_refused_with_place_and_reason(paths: Page)
     expect(worst).to_contain_text("x leaves the stroke")
     expect(worst).to_contain_text("x 95.00, y 10.00 mm")
     expect(worst).to_contain_text("95.0 mm, allowed ±85.0 mm")
-    expect(limits(paths)).to_contain_text("no slower time law helps")
+    expect(limits(paths)).to_contain_text("no slower motion profile helps")
     for name in ("Slow down until feasible", "Use in what-if", "Give to session"):
         expect(paths.get_by_role("button", name=name)).to_be_disabled()
     paths.get_by_role("button", name="Last feasible").click()

@@ -98,7 +98,7 @@ def test_gains_are_picked_off_the_map_and_refused_where_unstable(tune: Page) -> 
     page.get_by_role("radio", name="x", exact=True).first.click()
     button(page, "Map the cost")
     landscape = region(page, "Landscape")
-    expect(landscape).to_contain_text("edge of stability", timeout=SLOW)
+    expect(landscape).to_contain_text("stability boundary", timeout=SLOW)
     expect(region(page, "Search").get_by_role("progressbar")).to_have_count(0, timeout=SLOW)
     picture = landscape.get_by_role("slider")
     box = picture.bounding_box()
@@ -111,7 +111,7 @@ def test_gains_are_picked_off_the_map_and_refused_where_unstable(tune: Page) -> 
     expect(warnings).to_have_count(0)
     page.mouse.click(box["x"] + 0.8 * box["width"], box["y"] + 0.8 * box["height"])
     expect(warnings.first).to_contain_text("The chosen gains of x are unstable", timeout=LONG)
-    expect(warnings.first).to_contain_text("edge of stability")
+    expect(warnings.first).to_contain_text("stability boundary")
 
 
 def test_a_range_that_is_the_wrong_way_round_is_told_by_name(

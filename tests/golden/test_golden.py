@@ -94,8 +94,8 @@ def test_compensation_switched_on_in_fig_5() -> None:
 
 
 def test_figures_of_table_1() -> None:
-    # The paper has 14.3 and 18.2 um (rhombus), 38.6 and 56.8 um (pentagram); the time law of the
-    # edges is this project's choice.
+    # The paper has 14.3 and 18.2 um (rhombus), 38.6 and 56.8 um (pentagram); the motion profile
+    # of the edges is this project's choice.
     assert largest("rhombus", "A", "x") == pytest.approx(13.1, rel=0.05)
     assert largest("rhombus", "A", "y") == pytest.approx(18.3, rel=0.05)
     assert largest("pentagram", "A", "x") == pytest.approx(36.0, rel=0.05)

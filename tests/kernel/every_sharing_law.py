@@ -1,4 +1,4 @@
-"""Eight lanes that between them use every law of sharing, on tables and on formulas."""
+"""Eight lanes that between them use every force-sharing function, on tables and on formulas."""
 
 from __future__ import annotations
 

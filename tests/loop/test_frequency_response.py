@@ -1,4 +1,4 @@
-"""The linearised loop against closed forms, against the kernel's edge of stability, and a sweep."""
+"""The linearised loop against closed forms, the kernel's stability boundary, and a sweep."""
 
 from __future__ import annotations
 

@@ -202,7 +202,7 @@ def test_what_is_no_message_ends_its_own_connection_with_one_line(
     (line,) = caplog.records
     assert "\n" not in line.getMessage()
     assert line.exc_info is None
-    assert "turned away" in line.getMessage()
+    assert "connection closed" in line.getMessage()
 
 
 def test_a_magnification_that_is_not_offered_changes_nothing(scene: SceneServer) -> None:

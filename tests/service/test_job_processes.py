@@ -92,8 +92,8 @@ def test_an_unforeseen_error_is_in_the_log_and_not_in_the_report(
 
 
 def test_an_error_that_a_user_can_act_on_is_told(server: Server) -> None:
-    report = ended(server, submit(server, calls.job_fails, say="the motor ran away"))
-    assert (report["state"], report["error"]) == ("failed", "the motor ran away")
+    report = ended(server, submit(server, calls.job_fails, say="the motor diverged"))
+    assert (report["state"], report["error"]) == ("failed", "the motor diverged")
 
 
 def test_too_much_memory_fails_the_job_alone(server: Server) -> None:

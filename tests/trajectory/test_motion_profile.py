@@ -1,4 +1,4 @@
-"""Time laws: limits, rest at the ends, derivatives."""
+"""Motion profiles: limits, rest at the ends, derivatives."""
 
 import math
 

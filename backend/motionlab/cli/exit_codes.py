@@ -1,3 +1,3 @@
-"""What the process returns."""
+"""Exit codes of the command line."""
 
 DONE, FAILED, BAD_INPUT = 0, 1, 2

@@ -66,7 +66,7 @@ def _complain(message: str, code: int) -> int:
 
 
 def _discard_stdout() -> None:
-    """Let what is still buffered for stdout go nowhere."""
+    """Discard output still buffered for stdout."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 

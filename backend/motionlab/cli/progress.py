@@ -12,7 +12,7 @@ _LONG_RUN = 100_000  # ticks; shorter runs are over before a bar could be read
 
 @contextlib.contextmanager
 def tick_bar(ticks: int) -> Iterator[Callable[[int], Any] | None]:
-    """Show a bar on stderr while a long run goes on in a terminal."""
+    """Show a progress bar on stderr during a long run in a terminal."""
     if ticks < _LONG_RUN or not sys.stderr.isatty():
         yield None
         return

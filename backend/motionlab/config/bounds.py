@@ -1,4 +1,4 @@
-"""Bounds on what is parsed, checked in linear time."""
+"""Size limits of parsed input, checked in linear time."""
 
 from __future__ import annotations
 

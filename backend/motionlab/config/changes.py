@@ -125,7 +125,7 @@ def labelled(changes: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def check_schedulable(changes: Mapping[str, Any], loc: str) -> None:
-    """Refuse changes of what cannot change during a run.
+    """Refuse scheduled changes of fields that are fixed during a run.
 
     Raises
     ------
@@ -146,7 +146,7 @@ def check_schedulable(changes: Mapping[str, Any], loc: str) -> None:
 
 
 def set_path(tables: dict[str, Any], path: str, value: Any) -> None:
-    """Set what stands at a dotted path, making the tables on the way that are not there.
+    """Set the value at a dotted path, creating missing tables.
 
     Raises
     ------

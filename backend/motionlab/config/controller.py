@@ -1,4 +1,4 @@
-"""A controller and what it believes of the motor: gains, compensation, model, limits."""
+"""Controller configuration: gains, compensation, model of the motor, limits."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ class GainsConfig(Config):
 
 
 class AxisModelConfig(Config):
-    """What the controller believes of one axis."""
+    """A controller's model of one axis."""
 
     mass: float = quantity(
         "Moving mass", unit="kg", source=f"{PAPER}, section IV-A", ge=1e-3, le=1000

@@ -1,4 +1,4 @@
-"""A path through points that a person draws or a file lists, and the time law to run it by.
+"""A path through points, drawn or listed in a file, and its motion profile.
 
 Lengths are in m from mid-stroke, times in s. Phases are rounded up to whole control periods, so the
 realised motion stays within its limits and every lap takes a whole number of them.
@@ -18,7 +18,7 @@ TimeLaw = Literal["minimum_jerk", "trapezoid", "jerk_limited", "constant_speed"]
 
 
 class DrawnPath(Config):
-    """Run along a polyline or a smooth curve through points by a time law.
+    """Follow a polyline or a smooth curve through points with a motion profile.
 
     With every law but `constant_speed` a polyline stops at each of its points and a spline at its
     ends; a closed one ends, and stops, where it starts.
@@ -38,7 +38,7 @@ class DrawnPath(Config):
         default="polyline",
     )
     law: TimeLaw = quantity(
-        "Time law along the path; constant_speed eases from rest and to rest only at its very ends",
+        "Motion profile along the path; constant_speed eases in and out at its two ends only",
         unit="",
         source=OURS,
         default="minimum_jerk",

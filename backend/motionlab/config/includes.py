@@ -1,4 +1,4 @@
-"""Parts of a scenario by name: what stands for a shipped table is replaced by it.
+"""Resolution of names and ``base`` references to shipped parts of a scenario.
 
 A part of a scenario (``plant``, ``trajectory``, a variant's ``controller``, a controller's
 ``model``, the scenario itself) is a table, the name of a shipped one, or a table with
@@ -20,7 +20,7 @@ _DEEPEST_BASE = 8
 
 
 def resolve(document: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a scenario's tables with every name and ``base`` replaced by what it stands for."""
+    """Return a scenario's tables with all names and ``base`` references resolved."""
     tables = _resolve_part("scenarios", document, "scenario", 0)
     if "plant" in tables:
         tables["plant"] = _with_maps(_resolve_part("motors", tables["plant"], "plant", 0))
@@ -65,7 +65,7 @@ def controller_name(part: Any) -> str | None:
 
 
 def _labelled(own: dict[str, Any]) -> dict[str, Any]:
-    """Label each variant by its controller where it is not the base's and no label says more."""
+    """Label each variant by its controller if that differs from the base and has no label."""
     variants = own.get("variants")
     if not isinstance(variants, Mapping):
         return own
@@ -80,7 +80,7 @@ def _labelled(own: dict[str, Any]) -> dict[str, Any]:
 
 
 def _resolve_model(part: Any, loc: str) -> Any:
-    """Replace the name of a motor by what a controller may know of it."""
+    """Replace a motor's name by the parameters that a controller's model has."""
     name = part if isinstance(part, str) else part.get("base") if isinstance(part, dict) else None
     if name is None:
         return part
@@ -91,7 +91,7 @@ def _resolve_model(part: Any, loc: str) -> Any:
 
 
 def _with_maps(part: Any) -> Any:
-    """Give both axes the force map that stands beside them, and a map's name its table."""
+    """Apply the common force map to both axes and resolve map names to tables."""
     if not isinstance(part, Mapping):
         return part
     both = {"force_map": part["force_map"]} if "force_map" in part else {}

@@ -32,7 +32,7 @@ def _start() -> PlanarLength:
 
 
 def dwell_field(description: str, *, gt: float | None = None, default: float = 1.0) -> float:
-    """Declare a time of standing still; zero is allowed unless `gt` says otherwise."""
+    """Declare a dwell time; zero is allowed unless `gt` is given."""
     ge = 0.0 if gt is None else None
     return quantity(description, unit="s", source=OURS, default=default, ge=ge, gt=gt, le=_HOUR)
 

@@ -1,4 +1,4 @@
-"""The motor and its imperfections: the truth, not what a controller believes."""
+"""Plant configuration: the simulated motor and its imperfections."""
 
 from __future__ import annotations
 

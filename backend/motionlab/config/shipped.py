@@ -40,7 +40,7 @@ def names(kind: Kind) -> list[str]:
 
 
 def read(kind: Kind, name: str, *, loc: str) -> dict[str, Any]:
-    """Return a shipped config as it stands in its file.
+    """Return a shipped config, unresolved.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What the mover is asked to do: one model for each kind of motion, told apart by ``kind``."""
+"""Commanded motions: one model per ``kind``."""
 
 from __future__ import annotations
 

@@ -169,7 +169,7 @@ def _field_error(item: dict[str, Any], model: type[BaseModel]) -> FieldError:
 
 
 def _shown(value: Any) -> Any:
-    """Return a value as it is told; None, which stands for no value, as text."""
+    """Return a value as shown in a message; None as text."""
     return "None" if value is None else shown(value, _LONGEST_VALUE)
 
 

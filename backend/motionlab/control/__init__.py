@@ -1,1 +1,1 @@
-"""What the controller computes in one period: position control, friction compensation, sharing."""
+"""The controller's computations in one period: position control, friction compensation, sharing."""

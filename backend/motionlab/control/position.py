@@ -24,7 +24,7 @@ class PositionController(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """What the controller derives from the encoder."""
+    """Position, velocity and acceleration derived from the encoder."""
 
     error: Lanes  # following error, m
     error_rate: Lanes  # m/s
@@ -33,7 +33,7 @@ class Motion(NamedTuple):
 
 
 class Last(NamedTuple):
-    """What the last period measured."""
+    """Measurements of the last period."""
 
     p: Lanes  # position, m
     v: Lanes  # velocity, m/s

@@ -1,4 +1,4 @@
-"""A design from a request: both directions, or what is wrong with the request."""
+"""A design document from a request, in both directions, with validation."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def _upon_preset(request: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _refuse_unknown(preset: Preset, dimensions: Dimensions) -> None:
-    """Refuse dimensions that lack what neither the request nor the paper gives."""
+    """Refuse dimensions missing from the request and from the paper."""
     missing = [path for path in preset.unknown if not _is_given(dimensions, path)]
     if missing:
         raise ConfigError(

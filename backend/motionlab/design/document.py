@@ -52,7 +52,7 @@ class Sizing(_Document):
 
 
 class AxisRating(_Document):
-    """What one axis can reach without friction."""
+    """Limits of one axis without friction."""
 
     acceleration: Reading
     velocity_single_phase: Reading

@@ -1,4 +1,4 @@
-"""What sizing starts from: requirements, or the dimensions of a machine."""
+"""Inputs of sizing: requirements, or the dimensions of a machine."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _SIGMA = (0.05, 20.0)
 
 
 class Choices(Config):
-    """What both directions need: the specification, and what a designer chooses."""
+    """Inputs common to both directions: specification and design choices."""
 
     f_max: float = quantity(
         "Largest thrust that one phase is specified for",
@@ -164,11 +164,11 @@ class Choices(Config):
 
 
 class Requirements(Choices):
-    """What a motor has to do; the defaults are the paper's."""
+    """Requirements of a motor; defaults from the paper."""
 
 
 class SizedDimensions(Choices):
-    """What sizing decides upon: stack length and turns, beside the choices."""
+    """Results of sizing beside the choices: stack length and turns."""
 
     l_m: float = quantity(
         "Stack length of the mover", unit="m", source=SECTION, default=42.3e-3, ge=1e-5, le=100
@@ -266,7 +266,7 @@ class Dimensions(SizedDimensions):
 
 
 class DesignRequest(Config):
-    """What to compute; a field that is left out has the preset's value."""
+    """Request of a design; omitted fields have the preset's values."""
 
     preset: PresetName = Field(
         default="paper",

@@ -1,4 +1,4 @@
-"""The paper's example and the design before it, and what the paper prints of them."""
+"""The paper's example, the design before it, and their printed values."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ PresetName = Literal["paper", "previous"]
 
 @dataclass(frozen=True)
 class Preset:
-    """A design that the paper tells of.
+    """A design described by the paper.
 
     Attributes
     ----------

@@ -13,7 +13,7 @@ _NUMBER_ONLY = "a number without formula"
 
 
 def rate(dimensions: Dimensions) -> Rating:
-    """Return what a machine can do, and what it needs for it.
+    """Return limits and requirements of a machine of given dimensions.
 
     Parameters
     ----------

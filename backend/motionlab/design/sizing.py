@@ -16,7 +16,7 @@ from motionlab.errors import ConfigError, FieldError
 
 
 def size(requirements: Requirements) -> Sizing:
-    """Return the dimensions that meet requirements, with every quantity on the way.
+    """Return the dimensions that meet requirements, with every intermediate quantity.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def _gap_area(r: Requirements, K_1: float, A: float) -> float:
 
 
 def _core(r: Requirements, l_m: float, N: int) -> SizedDimensions:
-    """Return what was found as the other direction takes it."""
+    """Return the result in the form of the other direction's input."""
     shared = r.resolved().model_dump(by_alias=True, include=set(Choices.model_fields))
     try:
         return SizedDimensions.model_validate({**shared, "l_m": l_m, "N": N})

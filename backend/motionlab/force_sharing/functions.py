@@ -67,7 +67,7 @@ class ForceModel(NamedTuple):
 
 
 class _Phase(NamedTuple):
-    """What one phase can do the way it is asked to pull."""
+    """Capability of one phase in the commanded direction."""
 
     turns: Lanes  # where it stands in its pole pitch
     x: Lanes  # analytic shape, 0 where it pulls the other way
@@ -220,7 +220,7 @@ def _tabled(sharing: Sharing, tables: Array, turns: Lanes, level: Lanes, forward
 
 @compiled
 def _current(model: ForceModel, tables: Array, phase: _Phase, force: Lanes) -> Lanes:
-    """Return the current, A, at which a phase gives `force`, N, the way it is asked to pull."""
+    """Return the current, A, at which a phase gives `force`, N, in the commanded direction."""
     force_map, sharing = model.map.formula, model.sharing
     formula = force_map.F_pk * phase.x
     y = force / select(formula > _TINY, formula, _TINY)
@@ -236,7 +236,7 @@ def _current(model: ForceModel, tables: Array, phase: _Phase, force: Lanes) -> L
 
 @compiled
 def _given(motor_map: MotorMap, tables: Array, phase: _Phase, i: Lanes, sense: Lanes) -> Lanes:
-    """Return the thrust that a current gives the way it is asked for, N."""
+    """Return the thrust of a current in the commanded direction, N."""
     found = sense * phase_thrust(motor_map.table, tables, phase.turns, i)
     closed = motor_map.formula.F_pk * force_fraction(motor_map.formula, i) * phase.x
     return select(motor_map.table.thrust >= 0.0, found, closed)

@@ -10,7 +10,7 @@ from motionlab.plant.magnetics import ForceMap, Phases, current_for, force_fract
 
 
 class Share(NamedTuple):
-    """What force sharing asks of the amplifiers."""
+    """Current commands and realised force of one axis."""
 
     current: Phases  # current commands, A
     force: Lanes  # force that these currents give on the controller's map, N
@@ -19,7 +19,7 @@ class Share(NamedTuple):
 
 @compiled
 def share_force(force_map: ForceMap, current_limit: Lanes, position: Lanes, force: Lanes) -> Share:
-    """Share `force`, N, at the measured `position`, m, among the phases that can pull its way.
+    """Share `force`, N, at the measured `position`, m, among the phases of that direction.
 
     With ``x_k = max(0, sgn(f) S(theta_k))`` each phase gives ``F_k = abs(f) x_k / sum x_j**2``, so
     that ``sum F_k S_k = f`` exactly until a phase reaches its current limit; there is no

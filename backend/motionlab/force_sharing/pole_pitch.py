@@ -1,4 +1,4 @@
-"""Force sharing on arrays: what the kernel does, over many positions at once."""
+"""Vectorised force sharing over many positions, as in the kernel."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 
 class Shared(NamedTuple):
-    """What sharing gives at each of n positions."""
+    """Results of force sharing at each of n positions."""
 
     current: Array  # current commands, A, shape (3, n)
     force: Array  # force that they give on the controller's map, N, shape (n,)
@@ -26,7 +26,7 @@ class Shared(NamedTuple):
 
 
 class Forces(NamedTuple):
-    """What currents give at each of n positions."""
+    """Forces of given currents at each of n positions."""
 
     thrust: Array  # N, shape (n,)
     normal: Array  # N, shape (n,)

@@ -19,7 +19,7 @@ _HALVINGS = 40
 
 @dataclass(frozen=True)
 class OverPitch:
-    """What a command comes to at each of n positions.
+    """Response to a force command at each of n positions.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class Ripple(NamedTuple):
 def share_over_pitch(
     controller: ForceModel, plant: MotorMap, *, force: float, points: int
 ) -> OverPitch:
-    """Return what commanding `force`, N, comes to over one pole pitch.
+    """Return the response to a commanded `force`, N, over one pole pitch.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What metrics are made of, gathered tick by tick: the same code for one run and for thousands.
+"""Accumulated sums behind the metrics, tick by tick, for one run and for batches.
 
 Extremes and sums of the channels that metrics use. A run that has recorded every channel and a
 batch that keeps none gather them by the same compiled loop, in the same order and precision, so
@@ -43,7 +43,7 @@ class Measured(NamedTuple):
 
 
 class Target(NamedTuple):
-    """What a sample is compared with."""
+    """Reference data of a sample."""
 
     position: Lanes  # m
 

@@ -1,4 +1,4 @@
-"""From a scenario to what the kernel takes: lane parameters, initial state, motion limits."""
+"""Kernel inputs of a scenario: lane parameters, initial state, motion limits."""
 
 from __future__ import annotations
 
@@ -120,10 +120,10 @@ def motion_limits(
     force_limit: float,
     current_limit: float,
 ) -> MotionLimits:
-    """Return what a motor can do under a controller with this model and these limits.
+    """Return the motion limits of a motor under a controller's model and limits.
 
-    The thrust that can be had is what the controller's law of sharing gives on its map at its force
-    limit, which depends on the position in the pole pitch.
+    The available thrust is that of the controller's force-sharing function at its force limit,
+    which depends on the position in the pole pitch.
     """
     axes = (plant.x, plant.y)
     with TABLES.lease() as lease:

@@ -53,7 +53,7 @@ def pole_pitch(config: AnyForceMapConfig) -> float:
 
 
 def map_lanes(config: AnyForceMapConfig) -> MotorMap:
-    """Return what a lane holds of a map of either kind.
+    """Return the lane parameters of a force map of either kind.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def map_lanes(config: AnyForceMapConfig) -> MotorMap:
 def force_model(
     config: AnyForceMapConfig, sharing: SharingConfig, current_limit: float
 ) -> ForceModel:
-    """Return what a lane holds of a controller's map, law of sharing and current limit, A.
+    """Return the lane parameters of a controller's map, sharing function and current limit, A.
 
     Raises
     ------
@@ -99,7 +99,7 @@ def force_model(
 
 
 def law_number(law: SharingLaw) -> float:
-    """Return how a law of sharing is told to lanes."""
+    """Return the number of a force-sharing function in the kernel."""
     match law:
         case "least-norm":
             return LEAST_NORM

@@ -1,4 +1,4 @@
-"""What lies in which row of the kernel's arrays: a lane's parameters, its state and its inputs."""
+"""Row layout of the kernel's arrays: lane parameters, state, inputs."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from motionlab.telemetry.channels import Sample
 
 
 class Inputs(NamedTuple):
-    """What acts on all variants of a run alike: one value an axis and tick."""
+    """Inputs common to all variants: one value per axis and tick."""
 
     p_ref: Lanes  # m
     v_ref: Lanes  # m/s
@@ -63,7 +63,7 @@ class Memory(NamedTuple):
 
 
 class Command(NamedTuple):
-    """Force and currents of one period, and what they were made with; acting, or pending still."""
+    """Force and currents of one period with their terms, acting or pending."""
 
     force: Lanes  # realised within the limits, N
     estimate: Lanes  # friction estimate, N

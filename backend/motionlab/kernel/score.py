@@ -1,4 +1,4 @@
-"""The kernel of batches: the same tick as a run's, keeping only what metrics are made of."""
+"""The kernel of batches: a run's tick that accumulates metrics only."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class Block(NamedTuple):
 
 
 class Window(NamedTuple):
-    """What is kept of the lanes' motion."""
+    """Recorded part of the lanes' motion."""
 
     target: Array  # position reference over the window, m, (ticks, 1, 2)
     before: int  # ticks from the first input to the window's start; negative inside of it

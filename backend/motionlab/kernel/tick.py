@@ -65,7 +65,7 @@ class _Measured(NamedTuple):
 
 
 class Signals(NamedTuple):
-    """What the controller computes on the way to its command."""
+    """Intermediate signals of the controller."""
 
     error: Lanes  # following error, m
     v: Lanes  # velocity by differences of the encoder, m/s

@@ -66,7 +66,7 @@ class Bank:
 
     @contextmanager
     def lease(self) -> Iterator[Lease]:
-        """Have a lease hold what is placed in this thread until the block ends.
+        """Attach tables placed in this thread to a lease until the block ends.
 
         Who uses the places for longer keeps the lease.
         """
@@ -80,7 +80,7 @@ class Bank:
             self._lease.reset(before)
 
     def place(self, key: Hashable, make: Callable[[], Array]) -> int:
-        """Return where a table begins; it is made the first time that its key is asked for.
+        """Return the offset of a table, created on the first use of its key.
 
         Raises
         ------

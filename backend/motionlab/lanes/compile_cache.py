@@ -75,7 +75,7 @@ class _CacheFile(caching.IndexDataCacheFile):
     """Index and data of one function; numba's own ends the program over a damaged one."""
 
     def load(self, key: Any) -> Any:
-        """Return what is kept under a key; nothing where it cannot be read."""
+        """Return the cached entry of a key, or None if unreadable."""
         try:
             return super().load(key)
         except Exception:  # damaged bytes make pickle raise anything

@@ -59,7 +59,7 @@ def _i64(value: int) -> Any:
 
 
 def _register_reader(function: Any) -> None:
-    """Teach numba that `function` returns a named tuple of lanes, as wide as a constant says."""
+    """Register with numba a function that returns a named tuple of lanes of constant width."""
 
     @infer_global(function)  # pyright: ignore[reportOptionalCall]
     class _Reader(AbstractTemplate):

@@ -21,7 +21,7 @@ _FLUSH = 0x8040  # flush results to zero, take operands as zero
 
 
 def flush_subnormals() -> int:
-    """Let subnormal numbers count as zero in this thread; return what `restore_mode` takes."""
+    """Flush subnormal numbers to zero in this thread; return the mode for `restore_mode`."""
     return 0
 
 

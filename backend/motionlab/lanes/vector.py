@@ -111,7 +111,7 @@ def join_vectors(builder: Any, vectors: list[Any]) -> Any:
 
 
 def _emit_each(emit: Any, context: Any, builder: Any, sig: Any, args: Any) -> Any:
-    """Return what `emit` gives of the arguments, vector by vector."""
+    """Return the results of `emit` for the arguments, vector by vector."""
     width = sig.return_type.width
     pairs = zip(args, sig.args, strict=True)
     split = [split_vectors(context, builder, value, ty, width) for value, ty in pairs]

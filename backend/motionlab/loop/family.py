@@ -202,7 +202,7 @@ _TINY = 1e-12
 
 
 def _affine(corners: Array) -> Array:
-    """Return the value without gains, and what a unit of each adds."""
+    """Return the value without gains and its slope over each gain."""
     return np.stack([corners[0], *((corner - corners[0]) / _UNIT for corner in corners[1:])])
 
 
@@ -230,7 +230,7 @@ def _frequencies(loops: list[Loop]) -> Array:
 
 
 def _responses(corners: list[list[Loop]], frequency: Array) -> Complex:
-    """Return the open loop without gains, and what a unit of each adds, at each velocity."""
+    """Return the open loop without gains and its slope over each gain, at each velocity."""
     plant = np.stack([loop.plant.response(frequency) for loop in corners[0]])
     free, with_p = (
         np.stack([loop.controller.response(frequency) for loop in corner]) for corner in corners[:2]

@@ -1,4 +1,4 @@
-"""A frequency sweep of the simulated loop, measured as on a machine while a slow motion goes on.
+"""A frequency sweep of the simulated loop during a slow motion, as measured on a machine.
 
 Under stiction a sweep at rest measures the stuck machine, so the axis moves at constant velocity,
 over whole pole pitches, since the gain changes along them. Two runs at each frequency give what one

@@ -229,7 +229,7 @@ def _is_stable(A: Array) -> bool:
 
 
 def parameters(scenario: Scenario, variant: str, axis: str) -> Parameters:
-    """Return what a linearisation takes from a scenario: one lane, as plain numbers.
+    """Return the linearisation's parameters of a scenario: one lane, as plain numbers.
 
     Parameters
     ----------
@@ -285,7 +285,7 @@ def _bristle(f: LuGre, v: float) -> _Bristle:
 
 
 def _force(f: LuGre, v: float) -> float:
-    """Return the force that sliding at a velocity takes, N; stuck, what it takes to slide."""
+    """Return the friction force of sliding at a velocity, N; the breakaway force at rest."""
     speed = abs(v)
     return float(stribeck_level(speed, f.F_c, f.F_s, f.v_s)) + f.sigma_2 * speed
 

@@ -35,7 +35,7 @@ class Margins:
     phase_margin : float or None
         Smallest distance of arg L from -180 degrees where abs(L) = 1, rad.
     gain_margin : float or None
-        Smallest factor > 1 by which the gain may grow to the edge of stability.
+        Smallest factor > 1 by which the gain may grow to the stability boundary.
     gain_reduction : float or None
         Largest factor < 1 to which the gain may fall before the edge.
     Ms : float

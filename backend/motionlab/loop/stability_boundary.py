@@ -1,4 +1,4 @@
-"""The edge of stability over the plane of gains, as lines."""
+"""The stability boundary over the plane of gains, as lines."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the loop promises on paper: eqs (39) to (42), PD control of a mass without friction.
+"""Theoretical errors, eqs (39) to (42): PD control of a mass without friction.
 
     E(s)/R(s) = M s^2/(M s^2 + k_d s + k_p)
 

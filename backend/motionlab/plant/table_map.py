@@ -61,7 +61,7 @@ def cell(place: Lanes, cells: Lanes) -> tuple[Lanes, Lanes]:
 
 @compiled
 def phase_turns(force_map: ForceMap, position: Lanes) -> Phases:
-    """Return where each phase stands in its pole pitch at `position`, m; 0 to 1."""
+    """Return the position of each phase in its pole pitch at `position`, m; 0 to 1."""
     turns = (position + force_map.offset) * (1.0 / force_map.tau)
     b, c = turns - 1.0 / 3.0, turns - 2.0 / 3.0
     return Phases(turns - round_down(turns), b - round_down(b), c - round_down(c))
@@ -69,7 +69,7 @@ def phase_turns(force_map: ForceMap, position: Lanes) -> Phases:
 
 @compiled
 def phase_thrust(table: TableMap, tables: Array, turns: Lanes, i: Lanes) -> Lanes:
-    """Return the thrust of one phase, N, where it stands at `turns` with current `i`, A."""
+    """Return the thrust of one phase, N, at `turns` with current `i`, A."""
     u, w, first = _place(table, table.thrust, turns, i, 12.0)
     p = _cubic(load_four(tables, first), w)
     q = _cubic(load_four(tables, first + 4.0), w)
@@ -79,7 +79,7 @@ def phase_thrust(table: TableMap, tables: Array, turns: Lanes, i: Lanes) -> Lane
 
 @compiled
 def phase_normal(table: TableMap, tables: Array, turns: Lanes, i: Lanes) -> Lanes:
-    """Return the normal force of one phase, N, where it stands at `turns` with current `i`, A."""
+    """Return the normal force of one phase, N, at `turns` with current `i`, A."""
     u, w, first = _place(table, table.normal, turns, i, 16.0)
     p = _cubic(load_four(tables, first), w)
     q = _cubic(load_four(tables, first + 4.0), w)

@@ -1,1 +1,1 @@
-"""What a run is judged by: metrics, comparison, the result document."""
+"""Evaluation of a run: metrics, comparison, result document."""

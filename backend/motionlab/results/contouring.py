@@ -1,4 +1,4 @@
-"""Contouring error: how far the mover is from the path, whatever the time."""
+"""Contouring error: distance from the path, independent of time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The result document as a model, so that OpenAPI describes what simulate answers."""
+"""The result document as a pydantic model, for OpenAPI."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ class Segment(_Document):
 
 
 class ResultDocument(Segment):
-    """What came of a run; the same as ``motionlab run --json`` prints."""
+    """Result of a run, as printed by ``motionlab run --json``."""
 
     scenario: str
     seed: int

@@ -1,1 +1,1 @@
-"""The stage in three dimensions: a viser server in a process of its own; docs/stage.md."""
+"""The 3-D view: a viser server in a process of its own; docs/stage.md."""

@@ -13,7 +13,7 @@ from motionlab.scene3d import protocol
 
 
 def main() -> None:
-    """Answer with the port, or why there is none, on stdout; then show what comes."""
+    """Report the port, or a failure, on stdout; then show incoming poses."""
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "w")
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # viser prints there
     told = protocol.read(sys.stdin.buffer)

@@ -36,7 +36,7 @@ class Camera:
     follows: int | None = None
 
     def position(self, aspect: float) -> tuple[float, float, float]:
-        """Return where the camera stands for a picture of this width over height, m."""
+        """Return the camera position for a viewport of this width over height, m."""
         direction = np.array(self.direction) / np.linalg.norm(self.direction)
         distance = max(self.tall, self.wide / aspect) / (2.0 * np.tan(FIELD_OF_VIEW / 2.0))
         x, y, z = distance * direction + self.middle

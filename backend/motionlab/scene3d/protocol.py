@@ -1,4 +1,4 @@
-"""What the web process tells a scene's process, through a pipe, and what it answers.
+"""Messages between the web process and a 3-D view's process, through a pipe.
 
 A message is a kind, one byte, a length, uint32 little-endian, and so many bytes: JSON for what is
 said once, float32 for what moves.
@@ -36,7 +36,7 @@ _LONGEST = 4_000_000
 
 @dataclass(frozen=True)
 class Axis:
-    """What is drawn of an axis.
+    """Drawn data of one axis.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class Axis:
 
 @dataclass(frozen=True)
 class Start:
-    """What a scene shows, said once.
+    """Initial description of a scene.
 
     Attributes
     ----------
@@ -80,7 +80,7 @@ class Start:
 
     @classmethod
     def decode(cls, payload: bytes) -> Self:
-        """Return what a message's payload says."""
+        """Decode a message's payload."""
         told: dict[str, Any] = json.loads(payload)
         x, y = (Axis(**axis) for axis in told.pop("axes"))
         return cls(axes=(x, y), **told)

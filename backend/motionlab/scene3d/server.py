@@ -28,10 +28,10 @@ MAGNIFICATIONS = ("1", "100", "300", "1000")
 
 
 class LabServer(viser.ViserServer):
-    """A viser server that cannot be asked for a public share tunnel."""
+    """A viser server without a public share tunnel."""
 
     def request_share_url(self, verbose: bool = True) -> str | None:
-        """Refuse: nobody beyond this machine is to see the lab by a viewer's wish."""
+        """Refuse a public share tunnel: the lab is never exposed on a viewer's request."""
         return None
 
 
@@ -99,7 +99,7 @@ class SceneServer:
         return self.server.get_port()
 
     def show(self, poses: Values) -> None:
-        """Take newer poses, oldest first, and show the last; one told again shows it completely."""
+        """Accept newer poses, oldest first, and draw the last; a repeated one is drawn anew."""
         with self._lock:
             if self._trail.shape[1:] != poses.shape[1:]:
                 self._trail = poses[:0]

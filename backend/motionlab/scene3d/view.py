@@ -1,4 +1,4 @@
-"""What one viewer sees: every node belongs to its client, so that nothing piles up for the next.
+"""The scene of one viewer: all nodes belong to its client, so no history accumulates.
 
 viser keeps what all clients share for ever, by a number that grows with each update, and a client
 that joins goes through all the numbers. Nodes of one client are forgotten once sent: the shared

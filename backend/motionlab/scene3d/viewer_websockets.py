@@ -1,4 +1,4 @@
-"""What comes over viewers' websockets, kept from doing more than ending the one that it came by."""
+"""Isolate errors of one viewer's websocket from the others."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from websockets.exceptions import ConnectionClosed
 Handler = Callable[[ServerConnection], Awaitable[None]]
 
 NOT_UNDERSTOOD = 1007
-"""Close code of a connection that said what is no message of the stage."""
+"""Close code after an invalid message."""
 
 _QUOTED = 200  # characters of what a viewer has said
 _LOG = logging.getLogger(__name__)
 
 
 class _Visit:
-    """A viewer's connection, and whether it has been turned away."""
+    """A viewer's connection and whether it was closed for an invalid message."""
 
     def __init__(self, connection: ServerConnection) -> None:
         self.connection = connection
@@ -77,7 +77,7 @@ async def _turn_away(visit: _Visit, error: Exception) -> None:
     if not visit.over:
         visit.over = True
         _LOG.warning(
-            "a viewer said what is no message of the stage and was turned away: %s",
+            "invalid message from a viewer, connection closed: %s",
             repr(error)[:_QUOTED],
         )
-        await visit.connection.close(NOT_UNDERSTOOD, "that is no message of the stage")
+        await visit.connection.close(NOT_UNDERSTOOD, "invalid message")

@@ -33,7 +33,7 @@ _CANCEL_SECONDS = 1.0  # for a job that is not wanted any more
 
 
 class Work(NamedTuple):
-    """What a job is to do.
+    """The work of a job.
 
     Attributes
     ----------
@@ -87,7 +87,7 @@ class _Job:
         return self.state in {"queued", "running"}
 
     def told(self) -> dict[str, Any]:
-        """Return all that is told of it but request, partial and result."""
+        """Return the report without request, partial and result."""
         elapsed = 0.0
         if self.began is not None:
             elapsed = (self.ended or time.monotonic()) - self.began
@@ -176,12 +176,12 @@ class Jobs:
         return job.id, report
 
     def report(self, job_id: str) -> bytes | None:
-        """Return what is known of a job that is in memory."""
+        """Return the report of a job in memory."""
         job = self._jobs.get(job_id)
         return None if job is None else job.report()
 
     def told(self) -> list[tuple[dict[str, Any], bytes]]:
-        """Return what is told of each job in memory, and its request."""
+        """Return summary and request of each job in memory."""
         return [(job.told(), job.work.request) for job in self._jobs.values()]
 
     def cancel(self, job_id: str) -> None:
@@ -194,7 +194,7 @@ class Jobs:
             job.doing.cancel()
 
     async def close(self) -> None:
-        """End all processes of jobs; what had not ended is interrupted."""
+        """End all job processes; unfinished jobs become interrupted."""
         self._closed = True
         self._looking.cancel()
         for job in self._jobs.values():
@@ -217,7 +217,7 @@ class Jobs:
         await self._finish(ended)
 
     async def _result(self, job: _Job) -> bytes:
-        """Return the JSON of what comes of a job, when it has had its turn."""
+        """Return the JSON result of a job once it has run."""
 
         def on_progress(share: float, partial: bytes | None) -> None:
             if job.state == "running":

@@ -1,4 +1,4 @@
-"""What is loaded, or on the first start compiled, before it is asked for."""
+"""Imports and compiles in advance of the first request."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from motionlab.simulation.run import run
 
 
 def warm_up() -> None:
-    """Load, or on the first start compile, what simulations and paths need."""
+    """Load simulations and path checks; compile them on the first start."""
     changes = {"trajectory": {"kind": "point", "duration": CONTROL_PERIOD}}
     prepared = prepare(load_scenario("circle", changes))
     document(prepared, run(prepared))
@@ -27,7 +27,7 @@ def warm_up() -> None:
 
 
 def load_the_rest() -> None:
-    """Import what only some calls need: studies, scipy, and skfem by a preview of a force map."""
+    """Import rarely used modules: studies, scipy, and skfem by a force-map preview."""
     compute(Geometry(), "preview")
     for module in pkgutil.walk_packages(studies.__path__, "motionlab.studies."):
         importlib.import_module(module.name)

@@ -63,7 +63,7 @@ def serve(host: str, port: int, names: frozenset[str]) -> None:
     ------
     ConfigError
         If another address than loopback has no token, the token cannot serve as one, a name is
-        none, or the address cannot be had.
+        none, or the server cannot listen at the address.
     """
     token = os.environ.get("MOTIONLAB_TOKEN") or None
     if token is None and not _is_loopback(host):
@@ -127,7 +127,7 @@ def configuration(app: FastAPI, log_level: str = "warning") -> uvicorn.Config:
 
 
 class _Server(uvicorn.Server):
-    """Ends within its grace, whatever a thread or a client does."""
+    """A uvicorn server that ends within its grace period despite busy threads and clients."""
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
         """Begin to end; the first signal starts the last deadline too."""
@@ -181,12 +181,12 @@ def _names_in(text: str) -> frozenset[str]:
 
 
 def listen(host: str, port: int) -> socket.socket:
-    """Return a socket that listens at an address; what it accepts inherits its options.
+    """Return a socket listening at an address; accepted sockets inherit its options.
 
     Raises
     ------
     ConfigError
-        If the address cannot be had.
+        If the server cannot listen at the address.
     """
     with contextlib.ExitStack() as opened:
         try:
@@ -205,7 +205,7 @@ def listen(host: str, port: int) -> socket.socket:
             if getattr(error, "errno", None) == errno.EADDRINUSE:
                 reason += " (--port 0 or make run PORT=0 takes a free port)"
             raise ConfigError(
-                FieldError("--host, --port", f"cannot be had: {reason}", f"{host}:{port}")
+                FieldError("--host, --port", f"cannot listen: {reason}", f"{host}:{port}")
             ) from None
         opened.pop_all()
     return listener

@@ -1,4 +1,4 @@
-"""What the server is told when it starts, and the bounds on what a client may ask."""
+"""Server settings, and limits on requests."""
 
 from __future__ import annotations
 

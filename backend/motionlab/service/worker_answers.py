@@ -80,7 +80,7 @@ async def computed(
     light: bool = False,
     seconds: float | None = None,
 ) -> ComputedResponse:
-    """Answer with the JSON of what a function returns, called by a worker.
+    """Answer with the JSON of a function's result, computed by a worker.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ async def called(
     light: bool = False,
     seconds: float | None = None,
 ) -> Answer:
-    """Return what a function returns that takes a `Call` and its arguments; see `computed`."""
+    """Return the result of a function of a `Call` and arguments; see `computed`."""
     workers: Workers = request.app.state.workers
     seconds = seconds or (LIGHT_SECONDS if light else CALL_SECONDS)
     return await _while_connected(
@@ -116,7 +116,7 @@ async def called(
 
 
 def json_of(_: Call, function: Callable[..., Any], arguments: tuple[Any, ...]) -> bytes:
-    """Return the JSON of what a function returns."""
+    """Return the JSON of a function's result."""
     document = _ANY.dump_python(function(*arguments), mode="json", by_alias=True)
     return json.dumps(document, allow_nan=False, ensure_ascii=False, separators=(",", ":")).encode()
 

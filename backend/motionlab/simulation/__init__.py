@@ -1,1 +1,1 @@
-"""Running a scenario: the kernel, its inputs, and what comes of it."""
+"""Simulation of a scenario: preparation, inputs, runs, batches and results."""

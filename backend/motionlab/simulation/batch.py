@@ -201,7 +201,7 @@ def _check(case: Prepared, variants: tuple[str, ...], index: int) -> None:
 
 
 def _shared(case: Prepared) -> object:
-    """Return what cases must have in common to run side by side on the same inputs."""
+    """Return the properties that cases must share to run side by side on the same inputs."""
     return (
         case.scenario.trajectory,
         case.scenario.window,
@@ -211,7 +211,7 @@ def _shared(case: Prepared) -> object:
 
 
 def _acting(scenario: Scenario) -> object:
-    """Return what decides the load and the draws of every noise source."""
+    """Return the properties that determine the load and the draws of every noise source."""
     axes = (scenario.plant.x, scenario.plant.y)
     noise = (
         scenario.load.noise,

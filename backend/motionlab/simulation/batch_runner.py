@@ -81,7 +81,7 @@ class Course:
         progress: Progress | None = None,
         watch: Watch | None = None,
     ) -> Scores:
-        """Move many movers and return what each metric is.
+        """Simulate many movers and return their metrics.
 
         Parameters
         ----------
@@ -178,7 +178,7 @@ class Course:
 
 @dataclass(frozen=True)
 class _Block:
-    """What came of one block: (TALLY_ROWS, movers, axes), (movers, axes), (movers, axes, ticks)."""
+    """Results of one block: (TALLY_ROWS, movers, axes), (movers, axes), (movers, axes, ticks)."""
 
     tally: Array
     failed: NDArray[np.int64]
@@ -215,7 +215,7 @@ def _all_inputs(prepared: Prepared) -> Array:
 def _in_threads(
     work: Callable[[int], tuple[int, _Block]], items: Iterable[int], threads: int
 ) -> Iterator[tuple[int, _Block]]:
-    """Yield what `work` gives of each item, in the order in which they are done."""
+    """Yield the results of `work` for each item, in order of completion."""
     first, *others = items
     if not others:  # a search asks for one block at a time: no thread has to be started for it
         yield work(first)

@@ -1,4 +1,4 @@
-"""What acts on all variants alike: reference, load, and the draws of every noise source.
+"""Inputs common to all variants: reference, load, and the draws of every noise source.
 
 Time is cut into pages of PAGE ticks. Each noise source of each axis draws every page from a
 generator of its own, keyed by (seed, source, axis, page): draws never depend on what a controller

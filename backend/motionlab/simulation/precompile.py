@@ -25,7 +25,7 @@ def mark() -> Path:
 
 
 def main() -> int:
-    """Compile what is not compiled yet, leaving the cores to others."""
+    """Compile missing kernels at low priority."""
     with contextlib.suppress(OSError):
         os.nice(10)
     point = {"trajectory": {"kind": "point", "duration": CONTROL_PERIOD}}

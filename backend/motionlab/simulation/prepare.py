@@ -75,11 +75,11 @@ class Prepared:
 
     @property
     def motion_size(self) -> int:
-        """What reference and load take, bytes."""
+        """Size of reference and load, bytes."""
         return self.reference.ticks * _SHARED
 
     def recording_size(self, ticks: int | None = None) -> int:
-        """Return what a run that records all or some ticks takes beside the motion, bytes."""
+        """Return the size of a recording of all or some ticks, beside the motion, bytes."""
         variants = len(self.scenario.variants) * len(CHANNELS) * len(AXES) * np.float32().itemsize
         return self.motion_size + (self.reference.ticks if ticks is None else ticks) * (
             variants + _SHARED
@@ -165,7 +165,7 @@ def limit_sets(changes: Epochs) -> list[tuple[Span, MotionLimits]]:
 
 
 def _check_feasibility(trajectory: TrajectoryConfig, changes: Epochs) -> None:
-    """Check the motion against what each variant can do between one change and the next."""
+    """Check the motion against the limits of each variant between scheduled changes."""
     for span, decides, maps in _deciding(changes):
         _check(trajectory, decides, span, maps)
 

@@ -67,7 +67,7 @@ def document(prepared: Prepared, recording: Recording) -> dict[str, Any]:
 
 
 def metadata(prepared: Prepared) -> dict[str, str]:
-    """Return what a recording needs to be reproduced: scenario, seed, versions."""
+    """Return the metadata that reproduce a recording: scenario, seed, versions."""
     return {
         "scenario": json.dumps(prepared.scenario.model_dump(mode="json"), allow_nan=False),
         "seed": str(prepared.scenario.seed),

@@ -1,4 +1,4 @@
-"""The running state of a scenario: what a run from start to end and a live session share."""
+"""The running state of a scenario, common to complete runs and live sessions."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ BRAKING = 0.5
 
 @dataclass(frozen=True)
 class Snapshot:
-    """Where a simulation stands, to go on from there.
+    """A resumable state of a simulation.
 
     Attributes
     ----------
@@ -110,7 +110,7 @@ class Simulation:
         return count
 
     def snapshot(self) -> Snapshot:
-        """Return where the simulation stands."""
+        """Return the present state."""
         return Snapshot(self.tick, self._state.copy())
 
     @property
@@ -146,7 +146,7 @@ class Simulation:
         self._forget_pages()
 
     def stop(self) -> int:
-        """Brake the reference to rest and return the tick at which it stands."""
+        """Brake the reference to rest and return the tick of standstill."""
         plant = self._scenario.plant
         limits = (BRAKING * plant.x.acceleration_max, BRAKING * plant.y.acceleration_max)
         self._forget_pages()
@@ -158,7 +158,7 @@ class Simulation:
         self._parameters[:, FORCE_LIMIT_ROW] = 0.0
 
     def asked(self, start: int, stop: int) -> NDArray[np.float32]:
-        """Return what the motor is asked to do over some ticks of one page; a view.
+        """Return the reference over some ticks of one page; a view.
 
         Returns
         -------

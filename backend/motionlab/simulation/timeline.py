@@ -16,7 +16,7 @@ _SAME_PLACE = 1e-12  # m
 
 
 class Timeline:
-    """What the motor is asked to do and what pushes it, tick by tick.
+    """Reference and load, tick by tick.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ class Timeline:
         return position, velocity, acceleration, load
 
     def load(self, tick: int, force: Callable[[int, int], Array]) -> None:
-        """Replace the load from `tick` on by what `force` returns for stop and start, N."""
+        """Replace the load from `tick` on by the values of `force(start, stop)`, N."""
         self._loads = [entry for entry in self._loads if entry[0] < tick]
         self._loads.append((tick, force))
 
@@ -112,7 +112,7 @@ class Timeline:
 
 
 def _repeats_from(reference: Reference) -> int | None:
-    """Return the tick that follows the last one when a motion goes on, or None if it cannot."""
+    """Return the tick from which a motion repeats after its end, or None."""
     end = np.array(reference.end)
     if reference.period:
         again = reference.ticks - reference.period

@@ -1,4 +1,4 @@
-"""What-if runs: the whole scenario where that is soon done, else its window from a stored state."""
+"""What-if runs: the whole scenario if short, else its window from a stored state."""
 
 from __future__ import annotations
 

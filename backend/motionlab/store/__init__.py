@@ -1,1 +1,1 @@
-"""What users save on disk."""
+"""User data on disk."""

@@ -1,4 +1,4 @@
-"""Files that are whole or not there, and where the user's data lie."""
+"""Atomic writes, and the location of the user's data."""
 
 from __future__ import annotations
 
@@ -140,6 +140,6 @@ def remove_leftovers(root: Path) -> None:
 
 
 def failure(what: str, error: OSError) -> StoreError:
-    """Return what to raise for a file that could not be written."""
+    """Return the error for a file that could not be written."""
     reason = f"{what}: {error.strerror or error}"
     return StoreFull(reason) if error.errno in _FULL else StoreError(reason)

@@ -1,4 +1,4 @@
-"""What lists tell of files, read again only once a file has changed."""
+"""Cached summaries of files, refreshed when a file changes."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ Stamp = tuple[int, int, int, int]
 
 
 def stamp(path: Path) -> Stamp:
-    """Return what changes when a file does, also where a copy keeps the time of its original."""
+    """Return a stamp that changes with a file, even if a copy keeps the modification time."""
     found = path.stat()
     return found.st_ino, found.st_mtime_ns, found.st_ctime_ns, found.st_size
 
 
 class Index(Generic[T]):
-    """A summary of each file, by path and stamp; those not asked for longest go first.
+    """A summary of each file, by path and stamp; the least recently used are evicted.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Force maps that were computed before, by the hash of what they depend on."""
+"""Computed force maps, by the hash of their inputs."""
 
 from __future__ import annotations
 

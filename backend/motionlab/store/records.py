@@ -39,7 +39,7 @@ class RecordStore:
         self._files_max = files_max
 
     def keep(self, record_id: str, summary: bytes, whole: bytes) -> None:
-        """Keep a record, in place of what was kept under its id.
+        """Save or replace the record of an id.
 
         Parameters
         ----------
@@ -89,7 +89,7 @@ class RecordStore:
         return lines
 
     def read(self, record_id: str) -> bytes | None:
-        """Return the second line of a record, or None where there is none of that id."""
+        """Return the second line of a record, or None if there is none."""
         if not _ID.fullmatch(record_id):
             return None
         try:

@@ -57,7 +57,7 @@ class TrajectoryStore:
         self._files_max = files_max
 
     def names(self) -> list[str]:
-        """Return the names of what is saved, sorted."""
+        """Return the names of saved trajectories, sorted."""
         return sorted(path.stem for path in self._folder.glob("*.toml") if is_name(path.stem))
 
     def kind(self, name: str) -> str:
@@ -93,7 +93,7 @@ class TrajectoryStore:
             raise FileNotFoundError(path) from None
 
     def write(self, name: str, tables: dict[str, Any]) -> None:
-        """Save tables under a name, in place of what was there; a failure leaves that untouched.
+        """Save or replace tables under a name; a failure leaves the old ones untouched.
 
         Parameters
         ----------
@@ -120,7 +120,7 @@ class TrajectoryStore:
             raise failure(f"{name} cannot be saved", error) from error
 
     def delete(self, name: str) -> bool:
-        """Delete what is saved under a name; return whether there was anything.
+        """Delete a saved trajectory; return whether it existed.
 
         Raises
         ------

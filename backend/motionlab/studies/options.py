@@ -19,7 +19,7 @@ def add_scenario(parser: argparse.ArgumentParser, what: str = "") -> None:
 
 
 def add_set(parser: argparse.ArgumentParser, what: str) -> None:
-    """Add ``--set KEY=VALUE``, which `what` explains."""
+    """Add ``--set KEY=VALUE`` with the help text `what`."""
     parser.add_argument(
         "--set", dest="assignments", metavar="KEY=VALUE", action="append", default=[], help=what
     )
@@ -37,5 +37,5 @@ def source(options: argparse.Namespace) -> str | Path:
 
 
 def given(options: argparse.Namespace, *names: str) -> dict[str, Any]:
-    """Return the options that were given: what is left out keeps the default of its field."""
+    """Return the options on the command line; omitted ones keep their defaults."""
     return {name: value for name in names if (value := getattr(options, name)) is not None}

@@ -27,7 +27,7 @@ Progress = Callable[..., None]
 
 
 class _Lazy:
-    """An attribute of a class that is imported when it is asked for."""
+    """A class attribute imported on first use."""
 
     def __init__(self, path: str) -> None:
         self._path = path
@@ -43,7 +43,7 @@ def lazy(path: str) -> Any:
 
 
 class Bounds(Protocol):
-    """What a server allows one request; `motionlab.service.settings.Settings` has the numbers."""
+    """Limits of one request on a server; values in `motionlab.service.settings.Settings`."""
 
     @property
     def direct_max(self) -> float: ...  # noqa: D102
@@ -162,19 +162,19 @@ class Study:
         return plan
 
     def report(self, found: Any) -> str:
-        """Return what was found as text for people; the document where there is no other."""
+        """Return the result as text; the document where there is no report."""
         return self.text(found)
 
     def excess(self, plan: Any, bounds: Bounds) -> list[FieldError]:
-        """Return in what a plan is too large for one request."""
+        """Return the limit that a plan exceeds, if any."""
         return []
 
     def kept(self, plan: Any) -> Any | None:
-        """Return what was found before, where that is kept."""
+        """Return an earlier result of the same request, if stored."""
         return None
 
     def document(self, found: Any) -> Any:
-        """Return the document of what was found."""
+        """Return the document of a result."""
         return found
 
     def add_options(self, parser: argparse.ArgumentParser) -> None:

@@ -1,1 +1,1 @@
-"""What is recorded, and how it is kept."""
+"""Recorded channels, their storage and streaming."""

@@ -1,4 +1,4 @@
-"""The recorded channels: what each is, in which unit, at which instant.
+"""The recorded channels: meaning, unit and instant of each.
 
 A sample at tick k holds the state at t = k T_s and everything the controller computed from it;
 thrust and acceleration are those just after the new command acts.

@@ -36,7 +36,7 @@ class Frame:
 
 
 def header(columns: int, sequence: int, ticks: int, first_tick: int) -> bytes:
-    """Return what comes before a frame's columns."""
+    """Return a frame's header."""
     return _HEADER.pack(MAGIC, PROTOCOL, columns, sequence, ticks, first_tick)
 
 

@@ -1,4 +1,4 @@
-"""What a run leaves behind: every channel of every variant, tick by tick."""
+"""Recording of a run: every channel of every variant, tick by tick."""
 
 from __future__ import annotations
 

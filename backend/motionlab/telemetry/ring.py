@@ -40,7 +40,7 @@ class Ring:
 
     @property
     def size(self) -> int:
-        """What it takes, bytes."""
+        """Size, bytes."""
         return self._data.nbytes
 
     def clear(self) -> None:

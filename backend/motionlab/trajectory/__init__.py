@@ -1,1 +1,1 @@
-"""References: geometry, time laws, sampling and feasibility."""
+"""References: geometry, motion profiles, sampling and feasibility."""

@@ -1,4 +1,4 @@
-"""From a drawn path and its time law to pieces of motion."""
+"""Pieces of motion from a drawn path and its motion profile."""
 
 from __future__ import annotations
 
@@ -136,7 +136,7 @@ def _run_through(
 def _on_legs(  # noqa: PLR0913, PLR0917 - the tables of the legs
     law: int, begins: Array, origins: Array, ways: Array, numbers: Array, u: Array
 ) -> Law:
-    """Return the way along the path and its derivatives; `law` numbers one of `STOPPING`."""
+    """Return the arc length and its derivatives; `law` numbers one of `STOPPING`."""
     leg = locate(begins, u)
     way, rate, second = np.empty(len(u)), np.empty(len(u)), np.empty(len(u))
     for k in range(len(u)):

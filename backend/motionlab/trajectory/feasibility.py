@@ -58,7 +58,7 @@ def check(reference: Reference, limits: MotionLimits, *, span: Span = ALWAYS) ->
 
 
 def refusal(demand: Demand, quantity: int, tick: int) -> Infeasible:
-    """Return the error that tells of one tick at which a quantity is outside its limit."""
+    """Return the error of one tick at which a quantity exceeds its limit."""
     limit = demand.limit_at(quantity, tick)
     return Infeasible(
         quantity=QUANTITIES[quantity],

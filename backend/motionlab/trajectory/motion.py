@@ -1,4 +1,4 @@
-"""A motion as pieces: each a path run through by a time law in whole control periods."""
+"""A motion as pieces: paths with motion profiles in whole control periods."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Piece:
 
     @property
     def parts(self) -> tuple[tuple[int, bool], ...]:
-        """Ticks of each stretch between stops, and whether the reference stands in it."""
+        """Ticks of each stretch between stops, and whether the reference is at rest in it."""
         return self.stretches or ((self.ticks, self.still),)
 
     def at(self, ticks: Array) -> tuple[Array, Array, Array]:

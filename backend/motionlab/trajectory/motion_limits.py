@@ -1,4 +1,4 @@
-"""What a motion asks of one axis, held against what the motor can do, in one compiled pass.
+"""Check of a motion against the limits of one axis, in one compiled pass.
 
 The page asks for this at every move of a hand: arrays as long as the motion are made only where
 something has to be kept for each tick.
@@ -45,7 +45,7 @@ Flags = NDArray[np.uint8]
 
 @dataclass(frozen=True)
 class MotionLimits:
-    """What the motor can do; pairs are (x, y).
+    """Limits of the motor; pairs are (x, y).
 
     Attributes
     ----------
@@ -118,7 +118,7 @@ class Reach(NamedTuple):
 
 @dataclass(frozen=True)
 class Demand:
-    """What a motion asks of one axis.
+    """Quantities that a motion requires of one axis.
 
     Attributes
     ----------
@@ -151,7 +151,7 @@ class Demand:
     peaks: Ticks
 
     def value_at(self, quantity: int, tick: int) -> float:
-        """Return what is asked for at one tick, in the quantity's unit."""
+        """Return the required value at one tick, in the quantity's unit."""
         return float(_value(quantity, tick, self.samples))
 
     def limit_at(self, quantity: int, tick: int) -> float:
@@ -224,7 +224,7 @@ def _demand(reference: Reference, limits: MotionLimits, axis: int, span: Span) -
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
 def _thrust(friction: Array, acceleration: Array, mass: float, easy: float) -> tuple[Array, Ticks]:
-    """Return M a + f_f(v) and the ticks at which it is more than what is easy."""
+    """Return M a + f_f(v) and the ticks at which it exceeds the guaranteed thrust."""
     thrust = np.empty(len(friction))
     count = 0
     for k in range(len(friction)):
@@ -248,7 +248,7 @@ def mean_acceleration(acceleration: float, now: float, before: float) -> float:
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
 def _jump(way: float, now: float, before: float) -> float:
-    """Return what no velocity between those of two ticks explains of the way."""
+    """Return the part of a displacement that the velocities at both ticks do not explain."""
     slow, fast = CONTROL_PERIOD * min(now, before), CONTROL_PERIOD * max(now, before)
     return way - min(max(way, slow), fast)
 

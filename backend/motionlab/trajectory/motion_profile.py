@@ -1,4 +1,4 @@
-r"""Time laws: how far along its path a motion is at each instant.
+r"""Motion profiles: how far along its path a motion is at each instant.
 
 A law returns the path parameter and its first two derivatives. It does not know the unit of time:
 `u` and every duration share one unit, and the derivatives are per that unit. Callers count in whole

@@ -1,4 +1,4 @@
-"""Geometry: where a path runs, as a function of a parameter q that a time law supplies.
+"""Path geometry as a function of a parameter q, supplied by a motion profile.
 
 A path maps q of shape (n,) to the position (n, 2) in m and its first two derivatives with respect
 to q. It knows no time; `motionlab.trajectory.motion_profile` knows no place.

@@ -141,7 +141,7 @@ def _samples(pieces: list[Piece], total: int) -> tuple[Array, Array, Array]:
 
 
 def _holds(pieces: list[Piece], position: Array) -> tuple[Interval, ...]:
-    """Find where the reference stands after a move, joining neighbours at the same place."""
+    """Find the standstills after moves, joining neighbours at the same position."""
     holds: list[Interval] = []
     stands_at = None
     for start, stop, still in _stretches(pieces):
@@ -164,7 +164,7 @@ def _edges(pieces: list[Piece]) -> tuple[Interval, ...]:
 
 
 def _stretches(pieces: list[Piece]) -> Iterator[tuple[int, int, bool]]:
-    """Yield first tick, tick after the last, and whether the reference stands, in order."""
+    """Yield first tick, tick after the last, and whether the reference is at rest, in order."""
     start = 0
     for piece in pieces:
         for ticks, still in piece.parts:

@@ -27,7 +27,7 @@ _POWERS = {
     "coefficient": -2,
     "j_max": -3,
 }
-"""How a number of a time law goes with a stretch of time; dwells and delays stay as they are."""
+"""Exponents by which the numbers of a motion profile scale with time; dwells are unchanged."""
 
 _RESTS = frozenset({"point", "dwell", "step"})
 _LARGEST = 1e4
@@ -50,7 +50,7 @@ def stretched(trajectory: TrajectoryConfig, factor: float) -> TrajectoryConfig:
     Raises
     ------
     ConfigError
-        If a number of its time law would leave its range.
+        If a number of its motion profile would leave its range.
     """
     try:
         return type(trajectory).model_validate(_scaled(trajectory.model_dump(), factor))

@@ -41,7 +41,7 @@ class Curve:
 
     @property
     def length(self) -> float:
-        """Way along the whole path, m."""
+        """Arc length of the whole path, m."""
         return float(self.marks[-1])
 
 
@@ -75,9 +75,9 @@ def spline(points: Sequence[Vector], *, closed: bool) -> Curve:
 
     Its knots are spaced by the square root of the distance between points (centripetal), which
     keeps it from overshooting where near and far points alternate. An open one has no curvature at
-    its ends. Continuous curvature makes the acceleration of a smooth time law continuous, which a
-    local cubic (Catmull-Rom) does not; the price is that a point moves the whole curve, by a factor
-    of about -0.27 less for each point further away.
+    its ends. Continuous curvature makes the acceleration of a smooth motion profile continuous,
+    unlike a local cubic (Catmull-Rom). In return a point moves the whole curve, by a factor of
+    about -0.27 less for each point further away.
 
     The arc length is integrated by Gauss-Legendre quadrature between nodes and inverted by cubic
     Hermite interpolation and a step of Newton.
@@ -208,7 +208,7 @@ def _coefficients(corners: Array, steps: Array, moments: Array) -> Array:
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
 def _pace(cubic: Array, edge: int, u: float) -> float:
-    """Return d way/d parameter at u of an edge."""
+    """Return d(arc length)/d(parameter) at u of an edge."""
     x = cubic[1, edge, 0] + u * (2.0 * cubic[2, edge, 0] + u * (3.0 * cubic[3, edge, 0]))
     y = cubic[1, edge, 1] + u * (2.0 * cubic[2, edge, 1] + u * (3.0 * cubic[3, edge, 1]))
     return math.sqrt(x * x + y * y)
@@ -225,7 +225,7 @@ def _slope(cubic: Array, u: Array) -> Array:
 
 
 def _table(cubic: Array, knots: Array, nodes: int) -> tuple[Array, Array, Array]:
-    """Return way, parameter and d parameter/d way at the nodes, evenly spaced in each edge."""
+    """Return arc length, parameter and its derivative at nodes evenly spaced in each edge."""
     fine = np.diff(knots)[:, None] / nodes
     starts = np.arange(nodes) * fine
     arc = np.zeros_like(starts)
@@ -239,7 +239,7 @@ def _table(cubic: Array, knots: Array, nodes: int) -> tuple[Array, Array, Array]
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
 def _arc(cubic: Array, edge: int, start: float, end: float) -> float:
-    """Return the way from one parameter of an edge to another."""
+    """Return the arc length between two parameters of an edge."""
     half = 0.5 * (end - start)
     arc = 0.0
     for i in range(len(_ABSCISSAE)):

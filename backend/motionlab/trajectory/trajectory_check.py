@@ -1,4 +1,4 @@
-"""What a motion asks of the motor, as data to draw, and everywhere it asks too much."""
+"""Check of a motion as data to draw, with all its violations."""
 
 from __future__ import annotations
 
@@ -138,7 +138,7 @@ class Examination:
 
 
 def examine(trajectory: TrajectoryConfig, limits: LimitSets, *, bins: int) -> Examination:
-    """Hold a motion against the limits and decimate what it asks for.
+    """Check a motion against the limits and decimate its profiles.
 
     Parameters
     ----------
@@ -224,7 +224,7 @@ def _violation(reference: Reference, outside: Intervals, index: int) -> Violatio
 def _profiles(
     reference: Reference, found: list[Demand], limits: MotionLimits, size: int
 ) -> Iterable[Profile]:
-    """Yield the curves of position, speed and, for each axis, of what is asked and available."""
+    """Yield position, speed and, per axis, required and available quantities."""
     for axis, name in enumerate(AXES):
         first = reference.position[::size, axis].astype(np.float32)
         yield Profile(f"{name}.position", "m", first, first)
@@ -306,7 +306,7 @@ def _collect(beyond: Flags, size: int, shown: Flags) -> None:
 
 
 def _peaks(found: list[Demand]) -> list[Peak]:
-    """Return the peak of each quantity; of thrust where it takes most of what there is."""
+    """Return the peak of each quantity; of thrust, the largest share of the available one."""
     peaks = []
     for demand in found:
         for quantity, tick in enumerate(demand.peaks.tolist()):

@@ -110,7 +110,7 @@ def test_points_arrive_while_it_goes_on_and_it_can_be_cancelled(client: httpx.Cl
 def test_a_failed_experiment_is_a_failed_job(client: httpx.Client) -> None:
     location = submitted(client, BODY | {"set": {"divergence_error": 1e-6}})
     until(lambda: client.get(location).json()["state"] == "failed")
-    assert "ran away" in client.get(location).json()["error"]
+    assert "diverged" in client.get(location).json()["error"]
 
 
 @pytest.mark.parametrize(
@@ -226,4 +226,4 @@ def test_bad_input_ends_with_two(
 
 def test_an_experiment_that_fails_ends_with_one(capsys: pytest.CaptureFixture[str]) -> None:
     assert main([*COMMAND, "--set", "divergence_error=1e-6"]) == 1
-    assert "ran away" in capsys.readouterr().err
+    assert "diverged" in capsys.readouterr().err

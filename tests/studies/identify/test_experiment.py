@@ -409,7 +409,7 @@ def test_the_thrust_of_a_period_is_the_motors_where_the_map_is_its_own() -> None
 
 
 def test_a_loop_that_runs_away_fails() -> None:
-    with pytest.raises(ExperimentFailed, match=r"ran away .* x\.following_error"):
+    with pytest.raises(ExperimentFailed, match=r"diverged .* x\.following_error"):
         identified(**SHORT, set={"divergence_error": 1e-6})
 
 

@@ -106,7 +106,7 @@ def test_an_unstable_set_is_named_with_its_limit(capsys: pytest.CaptureFixture[s
     assert main([*COMMAND, "--set", "variants.B.controller.x.k_p=6e6"]) == 0
     text = capsys.readouterr().out
     assert "warning: the present gains are unstable" in text
-    assert "k_p = 6e+06 N/m (the edge of stability, moved alone:" in text
+    assert "k_p = 6e+06 N/m (the stability boundary, moved alone:" in text
 
 
 def test_a_landscape_job_tells_a_coarse_map_first(client: httpx.Client) -> None:

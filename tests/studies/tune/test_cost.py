@@ -14,7 +14,7 @@ from motionlab.studies.tune.evaluation import (
     outcome_violations,
 )
 from motionlab.studies.tune.request import Constraints
-from motionlab.studies.tune.trials import RAN_AWAY, Outcome
+from motionlab.studies.tune.trials import DIVERGED, Outcome
 
 WANTED = Constraints(gain_margin=2.0, phase_margin=0.5, Ms=2.0, saturated=0.1, force=10.0)
 STILL = Outcome(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, diverged=False)
@@ -59,7 +59,7 @@ def test_limits_that_are_exceeded() -> None:
         "saturated = 0.3000, at most 0.1000 wanted",
         "force = 20.00 N, at most 10.00 wanted",
     ]
-    assert [one.words for one in outcome_violations(WANTED, RAN_AWAY)] == ["runs away"]
+    assert [one.words for one in outcome_violations(WANTED, DIVERGED)] == ["diverges"]
 
 
 def verdict(cost: float, *, linear: float = 0.0, tried: float = 0.0) -> Verdict:

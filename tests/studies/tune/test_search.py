@@ -1,4 +1,4 @@
-"""Tuning on the simulated motor: the edge of stability, candidates, the landscape."""
+"""Tuning on the simulated motor: the stability boundary, candidates, the landscape."""
 
 from __future__ import annotations
 
@@ -193,7 +193,7 @@ def test_margins_told_are_the_worst_over_the_velocities() -> None:
 
 
 def factor(one: Margins) -> float:
-    """Return the smallest factor, up or down, to the edge of stability."""
+    """Return the smallest factor, up or down, to the stability boundary."""
     return min(one.gain_margin or math.inf, 1.0 / (one.gain_reduction or 1e-9))
 
 
@@ -254,7 +254,7 @@ def test_an_unstable_start_is_told_with_its_limit_and_left() -> None:
     found = searched(axis="x", set={"variants.B.controller.x.k_p": 6e6})
     (warning,) = found.warnings
     assert "variants.B.controller.x.k_p = 6e+06 N/m" in warning
-    assert "edge of stability" in warning
+    assert "stability boundary" in warning
     group = found.groups[0]
     assert any("unstable" in violation for violation in group.present.violations)
     assert group.candidates[0].violations == []

@@ -68,7 +68,7 @@ class Cell:
 
 
 def _iron(half: HalfBasis, geometry: Geometry) -> Indices:
-    """Return the unknowns of teeth and of what lies behind them."""
+    """Return the unknowns of the teeth and of the iron behind them."""
     x, y = centroids(half.mesh)
     solid = (np.abs(y) > geometry.g / 2) & in_tooth(geometry, x)
     return np.union1d(half.basis.element_dofs[:, solid], half.outside)

@@ -74,7 +74,7 @@ def _cell(place: Array, first: float, step: float, count: int) -> tuple[NDArray[
 
 
 def _hermite(t: Array, order: int) -> tuple[Array, Array, Array, Array]:
-    """Return what value and slope at a cell's begin, and at its end, weigh at `t`; or slopes."""
+    """Return the Hermite weights of value and slope at both ends of a cell at `t`; or slopes."""
     if order:
         return 6 * t * (t - 1), (3 * t - 1) * (t - 1), 6 * t * (1 - t), t * (3 * t - 2)
     return (

@@ -93,7 +93,7 @@ def _rounded(point: Array) -> tuple[int, int]:
 
 
 def thinned(line: Array, tolerance: float) -> Array:
-    """Return a polyline without the points that lie on the way (Douglas and Peucker)."""
+    """Return a polyline simplified by Douglas and Peucker."""
     kept = np.zeros(len(line), dtype=bool)
     kept[[0, -1]] = True
     waiting = [(0, len(line) - 1)]

@@ -1,4 +1,4 @@
-"""What is told of a force map: where it is kept, its peaks, how far to trust it, its tables."""
+"""Document of a force map: storage, peaks, stated uncertainty, tables."""
 
 from __future__ import annotations
 
@@ -62,14 +62,14 @@ class MapTables(MapEntry):
 
 
 def entry(force_map: ForceMap, *, name: str, shipped: bool) -> MapEntry:
-    """Return what is told of a map without its tables."""
+    """Return a map's entry without its tables."""
     return MapEntry(**_entry(force_map, name, shipped=shipped))
 
 
 def tables(
     force_map: ForceMap, *, name: str, shipped: bool, positions: int, currents: int
 ) -> MapTables:
-    """Return what is told of a map, with tables of its splines.
+    """Return a map's entry with tables of its splines.
 
     Parameters
     ----------

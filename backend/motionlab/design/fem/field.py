@@ -33,7 +33,7 @@ class NoConvergence(MotionLabError):
 
 
 class Solution(NamedTuple):
-    """What one field gives, for one phase."""
+    """Results of one field, for one phase."""
 
     coenergy: float  # J
     linkage: float  # Wb

@@ -75,7 +75,7 @@ class ForceMapDocument(Config):
 
 
 def content_hash(geometry: Geometry, preset: PresetName) -> str:
-    """Return what names a map: a hash of all that its numbers depend on, 16 hexadecimal digits."""
+    """Return a map's name: a hash of all inputs of its numbers, 16 hexadecimal digits."""
     content = [METHOD_VERSION, preset, geometry.model_dump(mode="json")]
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
 
@@ -145,7 +145,7 @@ class ForceMap:
 
     @cached_property
     def digest(self) -> str:
-        """Hash of the numbers themselves, 16 hexadecimal digits: what a result depends on."""
+        """Hash of the map's numbers, 16 hexadecimal digits."""
         d = self.document
         numbers = [d.positions, d.currents, d.coenergy, d.normal_force]
         return hashlib.sha256(json.dumps(numbers).encode()).hexdigest()[:16]
@@ -177,7 +177,7 @@ class ForceMap:
         return self._at(self._normal_force, x, i)
 
     def hermite(self, table: Literal["coenergy", "normal_force"] = "coenergy") -> Array:
-        """Return what fixes each cell of co-energy or normal force.
+        """Return the Hermite coefficients of co-energy or normal force, cell by cell.
 
         Returns
         -------

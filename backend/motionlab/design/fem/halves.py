@@ -50,7 +50,7 @@ class HalfBasis:
 
 
 def glued(lower: HalfBasis, upper: HalfBasis, shift: int) -> Indices:
-    """Return for each unknown, those of `lower` first, the one that stands for it.
+    """Return the representative of each unknown, those of `lower` first.
 
     The right end is the left one, and the upper half's mid-gap line lies `shift` unknowns further
     on the lower one's.

@@ -94,7 +94,7 @@ class FieldPicture(Config):
 
 
 class _Window(NamedTuple):
-    """What is shown, m."""
+    """Visible region, m."""
 
     half_width: float
     bottom: float
@@ -189,7 +189,7 @@ def _within(triangles: Triangles, window: _Window) -> Triangles:
 
 
 def sampled(corners: Array, values: Array, x: Array, y: Array) -> Array:
-    """Return what triangles have at the points of a grid.
+    """Return piecewise constant values of triangles at the points of a grid.
 
     The triangles stand in strips between horizontal lines: at one height those of a strip follow
     each other from left to right.

@@ -86,7 +86,7 @@ def report(force_map: ForceMap) -> str:
 
 
 def _published(force_map: ForceMap) -> list[str]:
-    """Return what the paper prints of the same motor, and how far the model is to be trusted."""
+    """Return the paper's values for the same motor, with the model's stated uncertainty."""
     g = force_map.document.geometry
     trust = uncertainty(force_map.document.preset, g)
     return [

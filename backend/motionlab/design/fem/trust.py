@@ -1,4 +1,4 @@
-"""What the paper prints of its forces, and how far this model of them is to be trusted."""
+"""The paper's printed forces, and the stated uncertainty of this model."""
 
 from __future__ import annotations
 

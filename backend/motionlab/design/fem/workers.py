@@ -133,7 +133,7 @@ def _one_thread_each() -> Iterator[None]:
 
 
 class _Worker:
-    """What a worker process has: one model."""
+    """State of a worker process: one model."""
 
     model: FieldModel
     currents: Array

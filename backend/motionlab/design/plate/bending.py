@@ -107,7 +107,7 @@ class Plate:
         return Surface(self._x, self._y, found[nodes].reshape(shape))
 
     def _rigidities(self, along_x: Rib, along_y: Rib) -> dict[str, Array]:
-        """Return what the form takes: at each element's points, N m."""
+        """Return bending rigidities at each element's quadrature points, N m."""
         s = self.shape
         on_x, on_y = (
             np.isclose(self._middles[axis][:, None], each.places, rtol=0, atol=s.rib_width / 2)

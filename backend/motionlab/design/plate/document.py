@@ -1,4 +1,4 @@
-"""Two designs of a platform, bent: what ``motionlab platform --json`` and the API answer."""
+"""Document of two bent platform designs, as ``motionlab platform --json`` and the API return."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Deflection(Config):
 
 
 class PaperDeformation(Config):
-    """What the paper prints of the same platform."""
+    """The paper's printed deformations of the platform."""
 
     previous: float = Field(description="m")
     new: float = Field(description="m")

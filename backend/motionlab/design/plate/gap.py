@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 
 
 class Gaps(NamedTuple):
-    """What four movers find under a platform."""
+    """Air gaps of four movers below a platform."""
 
     forces: Array  # N, towards the stator
     closed: Array  # m, by which each gap is smaller

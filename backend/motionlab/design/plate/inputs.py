@@ -1,4 +1,4 @@
-"""What is asked of a platform: its shape, its supports, the movers' normal forces."""
+"""Inputs of a platform: shape, supports, normal forces of the movers."""
 
 from __future__ import annotations
 
@@ -204,7 +204,7 @@ _DEFAULTS: dict[str, dict[str, dict[str, Any]]] = {
 
 
 def read_platform_request(request: Mapping[str, Any]) -> PlatformRequest:
-    """Return a request, checked; what it leaves out is the default of its axis.
+    """Return a validated request; omitted fields have the axis's defaults.
 
     Raises
     ------

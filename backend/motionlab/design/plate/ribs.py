@@ -1,4 +1,4 @@
-"""What a rib below a plate adds to the plate's stiffness."""
+"""Stiffness contributions of ribs below a plate."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Rib(NamedTuple):
 
 
 def rib(shape: Shape, count: int, *, along: float, across: float) -> Rib:
-    """Return what each of `count` ribs adds.
+    """Return the contribution of each of `count` ribs.
 
     The rib and the flange of plate that works with it bend about their common neutral axis. Beyond
     the flange's own bending, which the plate has, by the parallel axes

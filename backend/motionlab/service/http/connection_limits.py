@@ -1,4 +1,4 @@
-"""A client's connection, HTTP or websocket, with bounds on what it may hold and how long."""
+"""Limits on the size and duration of client connections, HTTP and websocket."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ class Connection(HttpToolsProtocol):
             super().connection_lost(exc)
 
     def data_received(self, data: bytes) -> None:
-        """Parse what came, or refuse where too much of it waits."""
+        """Parse incoming data, or refuse it if too much is pending."""
         if self.flow is None:
             return
         self._waiting += len(data)
@@ -144,7 +144,7 @@ class Connection(HttpToolsProtocol):
         super().resume_writing()
 
     def handle_websocket_upgrade(self) -> None:
-        """Hand over to a websocket, or refuse what it would wait for without an answer."""
+        """Upgrade to a websocket, or refuse a request that would wait without an answer."""
         self._clear_deadline()
         sockets = sum(isinstance(c, Socket) for c in self.connections)
         if sockets >= self.websockets_max:
@@ -285,7 +285,7 @@ class Socket(WebSocketsSansIOProtocol):
         return self.writable.is_set() and not self.transport.is_closing()
 
     def write(self, opcode: Opcode, *parts: bytes) -> None:
-        """Send a message without waiting; `has_room` says whether to."""
+        """Send a message without waiting; `has_room` tells whether the buffer accepts it."""
         if self.close_sent or self.transport.is_closing():
             return
         length = sum(map(len, parts))
@@ -298,7 +298,7 @@ class Socket(WebSocketsSansIOProtocol):
         self.transport.write(b"".join((head, *parts)))
 
     def data_received(self, data: bytes) -> None:
-        """Take in what came, piece by piece."""
+        """Process incoming data piece by piece."""
         if len(data) <= _PIECE and not self._pieces:
             self._take_in(data)
         else:
@@ -322,7 +322,7 @@ class Socket(WebSocketsSansIOProtocol):
             self._taker(bytes(data) if self.curr_msg_data_type == "text" else None)
 
     def handle_ping(self) -> None:
-        """Answer a ping, unless its client does not read what it is sent."""
+        """Answer a ping, unless its client does not read its answers."""
         output = b"".join(self.conn.data_to_send())
         if self.transport.get_write_buffer_size() < UNREAD_MAX:
             self.transport.write(output)
@@ -372,7 +372,7 @@ class Socket(WebSocketsSansIOProtocol):
             return
 
     def _go_on(self) -> None:
-        """Take in what has come, for a while at a time."""
+        """Process pending data for one time slice."""
         until = time.perf_counter() + _TURN
         while self._pieces and self._later is None:
             self._take_in(self._pieces.popleft())

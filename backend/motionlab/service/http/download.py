@@ -23,7 +23,7 @@ _CHUNK = 256 * 1024  # bytes
 
 @contextlib.contextmanager
 def temporary_folder() -> Iterator[Path]:
-    """Give a folder to write an answer in, gone with the block; what is open stays readable.
+    """Provide a temporary folder for an answer; files open at its end stay readable.
 
     Raises
     ------

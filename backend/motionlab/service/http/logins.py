@@ -21,7 +21,7 @@ ATTEMPTS_SECONDS = 60.0
 
 
 class Login(NamedTuple):
-    """What a valid cookie says."""
+    """Contents of a valid cookie."""
 
     id: str
     expires: float
@@ -86,7 +86,7 @@ class Logins:
         return self._signed(f"{name}.{int(monotonic()) + LIFETIME}")
 
     def verify(self, value: str) -> Login | None:
-        """Return the log-in that a cookie stands for, None if it does not or no longer."""
+        """Return the login of a cookie, None if invalid or expired."""
         content = value.rpartition(".")[0]
         if not hmac.compare_digest(value.encode(), self._signed(content).encode()):
             return None

@@ -1,4 +1,4 @@
-"""What the OpenAPI document says beyond what FastAPI can tell of the routes."""
+"""Additions to FastAPI's OpenAPI document."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What OpenAPI says of input whose form only the parser of scenarios decides."""
+"""OpenAPI descriptions of input that only the scenario parser validates."""
 
 from __future__ import annotations
 
@@ -141,7 +141,7 @@ class TrajectoryTable:
 
 
 def links(parameter: str, *operations: str) -> dict[str, Any]:
-    """Return OpenAPI links from what was created to the operations on it.
+    """Return OpenAPI links from a created resource to its operations.
 
     Parameters
     ----------

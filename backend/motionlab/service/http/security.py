@@ -1,4 +1,4 @@
-"""What is checked of every request before the application sees it: host, origin, token, size."""
+"""Checks of every request before the application: host, origin, token, size."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _HEADERS = {
 
 
 class Guard:
-    """ASGI middleware that turns away what the settings do not allow.
+    """ASGI middleware that refuses requests outside the settings.
 
     A page of another site can make a browser send requests here. Checking Host defeats DNS
     rebinding, where Origin and Host agree on a foreign name; checking Origin on writes and on

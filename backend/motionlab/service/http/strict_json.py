@@ -25,7 +25,7 @@ class JsonRoute(APIRoute):
     """A route that refuses a body in which a key comes twice: which value is meant is a guess."""
 
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
-        """Return the handler, given requests that read their JSON this way."""
+        """Return the handler with strict JSON parsing of its requests."""
         handler = super().get_route_handler()
 
         async def handle(request: Request) -> Response:

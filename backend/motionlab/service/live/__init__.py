@@ -1,1 +1,1 @@
-"""Live sessions: the clock that advances them, what changes them, and their streams."""
+"""Live sessions: their clock, changes and streams."""

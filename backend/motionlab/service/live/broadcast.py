@@ -1,4 +1,4 @@
-"""Turns of the streams: each sends what is new, and none keeps the event loop from others."""
+"""Fair turns of the streams on the event loop."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ _LOG = logging.getLogger(__name__)
 
 
 class Sender(Protocol):
-    """What has something to send now and then."""
+    """A source of data with something to send now and then."""
 
     def send(self) -> None:
-        """Send what is new, as far as there is room for it."""
+        """Send pending data as far as buffers have room."""
         ...
 
 

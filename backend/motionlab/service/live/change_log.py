@@ -1,4 +1,4 @@
-"""What has been changed in a session since its scenario was loaded; the latest can be undone."""
+"""Changes of a session since its scenario was loaded; the latest can be undone."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class Changes:
 
 
 def changed(scenario: Scenario, wanted: Mapping[str, Any], tick: int) -> tuple[Scenario, Change]:
-    """Return a scenario with changes from a tick on, and what they are.
+    """Return a scenario with changes from a tick on, and the changes.
 
     Raises
     ------
@@ -106,7 +106,7 @@ def _with(scenario: Scenario, *changes: Change) -> Scenario | None:
 
 
 def _value_at(tables: Any, path: str) -> Any:
-    """Return what stands at a dotted path."""
+    """Return the value at a dotted path."""
     for key in path.split("."):
         tables = tables[int(key)] if isinstance(tables, list) else tables[key]
     return tables

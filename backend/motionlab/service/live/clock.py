@@ -16,11 +16,11 @@ _REST_SECONDS = 0.001
 
 
 class Clocked(Protocol):
-    """What a clock advances."""
+    """An object advanced by a clock."""
 
     @property
     def runs(self) -> bool:
-        """Whether it goes on advancing."""
+        """Whether it is running."""
         ...
 
     def keep_up(self, now: float) -> None:
@@ -33,7 +33,7 @@ class Clocked(Protocol):
 
 
 class Clock:
-    """Advances sessions in a thread of its own and has the event loop publish what is new.
+    """Advances sessions in a thread of its own and publishes from the event loop.
 
     The kernel releases the interpreter's lock, so the event loop answers while sessions advance.
     """

@@ -20,7 +20,7 @@ _SHARED = len(AXES) * len(REFERENCES)
 
 
 class History:
-    """What a session has done of late.
+    """Recent samples and metrics of a session.
 
     Parameters
     ----------

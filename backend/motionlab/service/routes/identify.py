@@ -1,4 +1,4 @@
-"""What an identification would do, without doing it."""
+"""Plans of identifications."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ async def plan_identification(
         Body(examples=[{"scenario": "circle", "axis": "x", "time_max": 5.0}]),
     ],
 ) -> Response:
-    """Check an identification and say what it would do and how long that takes; nothing moves."""
+    """Validate an identification and return its motions and times; nothing moves."""
     settings: Settings = request.app.state.settings
     return await computed(request, _plan, body, settings.work_max, light=True)
 

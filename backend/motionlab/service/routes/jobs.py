@@ -1,4 +1,4 @@
-"""Jobs: what takes long is accepted, watched, cancelled."""
+"""Jobs: accepting, watching and cancelling long work."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _INTERRUPTED = {
 
 
 def accepted(report: type[BaseModel]) -> dict[int | str, dict[str, Any]]:
-    """Return what OpenAPI says of an answer by `as_job`, whose report is of one kind."""
+    """Return the OpenAPI response of `as_job` for one kind of report."""
     return {
         202: {
             "model": report,
@@ -118,7 +118,7 @@ async def as_job(
     *asked: Any,
     batches: bool = False,
 ) -> Response:
-    """Queue work and return the answer that tells where to ask for it.
+    """Queue work and return 202 with its location.
 
     Parameters
     ----------
@@ -154,7 +154,7 @@ async def as_job(
 def _listed(
     records: RecordStore, kind: Kind | None, own: list[tuple[dict[str, Any], bytes]]
 ) -> list[JobSummary]:
-    """Return all jobs: as they are told of, or else as they are recorded; runs in a worker."""
+    """Return all jobs, from memory or else from their records; runs in a worker."""
     found: dict[str, JobSummary] = {}
     for line in records.summaries():
         try:

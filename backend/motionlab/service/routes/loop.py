@@ -34,8 +34,8 @@ class LoopOfAxis(BaseModel):
     k_d_limit: float | None = Field(description="Nearest k_d at which stability changes, N s/m")
     crossover: float | None = Field(description="Highest frequency at which abs(L) = 1, Hz")
     phase_margin: float | None = Field(description="rad")
-    gain_margin: float | None = Field(description="Factor > 1 up to the edge of stability")
-    gain_reduction: float | None = Field(description="Factor < 1 down to the edge of stability")
+    gain_margin: float | None = Field(description="Factor > 1 up to the stability boundary")
+    gain_reduction: float | None = Field(description="Factor < 1 down to the stability boundary")
     Ms: float = Field(description="Peak of the sensitivity")
     bandwidth: float | None = Field(description="-3 dB of L/(1 + L), Hz")
 

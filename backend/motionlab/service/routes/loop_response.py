@@ -1,4 +1,4 @@
-"""The loop over frequency, and what eqs (39) to (42) promise of it."""
+"""The loop over frequency, and eqs (39) to (42) beside simulations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What ships: scenarios, as names and resolved, and the schema they follow."""
+"""Shipped scenarios and parts, and the schema of scenarios."""
 
 from __future__ import annotations
 

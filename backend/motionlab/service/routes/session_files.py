@@ -1,4 +1,4 @@
-"""What a live session has measured and with what: metrics, telemetry and scenario as files."""
+"""Files of a live session: metrics, telemetry, scenario."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ async def get_telemetry(
     session: Found,
     format: Annotated[Literal["csv", "parquet"], Query()] = "parquet",
 ) -> Response:
-    """Return what the ring holds, 30 s at most, as a file."""
+    """Return the contents of the ring, 30 s at most, as a file."""
     state = request.app.state
     memory: Memory = state.memory
     slots: asyncio.Semaphore = state.downloads

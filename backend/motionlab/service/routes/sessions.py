@@ -147,7 +147,7 @@ async def list_sessions(request: Request) -> Response:
     "/{session_id}", operation_id="getSession", response_model=SessionInfo, responses=responses(404)
 )
 async def get_session(session: Found) -> Response:
-    """Return what is known of a session."""
+    """Return the state of a session."""
     return _info(session)
 
 

@@ -73,7 +73,7 @@ async def simulate(
 
 
 def prepare_request(body: SimulateRequest, settings: Settings) -> Prepared:
-    """Return a request's scenario, checked, or raise what is wrong with it."""
+    """Return a request's validated scenario."""
     prepared = prepare(load_scenario(body.scenario, body.set))
     if prepared.work > settings.work_max:
         raise ConfigError(

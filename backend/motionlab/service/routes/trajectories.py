@@ -129,7 +129,7 @@ def get_trajectory(name: Name) -> Kept:
     responses=responses(400, 409, 413, 415, 422, 503, 507),
 )
 def put_trajectory(name: Name, body: Annotated[Table, Body(examples=[EXAMPLE_PATH])]) -> Kept:
-    """Save a trajectory under a name, in place of what was saved there."""
+    """Save or replace a trajectory under a name."""
     _refuse_shipped(name)
     trajectory = validate_trajectory(body)
     _store().write(name, trajectory.model_dump(mode="json", exclude_none=True))
@@ -151,7 +151,7 @@ def delete_trajectory(name: Name) -> Response:
 
 
 def warm_up() -> None:
-    """Load, or on the first start compile, what a check needs."""
+    """Load, or on the first start compile, the trajectory check."""
     points = [[0.0, 0.0], [0.01, 0.0], [0.01, 0.01]]
     for geometry in ("polyline", "spline"):
         table = {"kind": "path", "points": points, "closed": True, "geometry": geometry}
@@ -232,7 +232,7 @@ def _entry(name: str) -> Entry:
 
 
 def _saved_entry(store: TrajectoryStore, name: str) -> Entry | None:
-    """Return what is saved under a name, also where only opening it can tell what is wrong."""
+    """Return a saved trajectory's entry, with its error if it cannot be opened."""
     try:
         return Entry(name=name, shipped=False, kind=store.kind(name))
     except OSError:  # deleted since it was listed, or unreadable

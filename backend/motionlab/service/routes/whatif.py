@@ -1,4 +1,4 @@
-"""What-if: a run at every move of a slider, its curves decimated, in one binary answer."""
+"""What-if: a run for every move of a slider, its curves decimated, in one binary answer."""
 
 from __future__ import annotations
 

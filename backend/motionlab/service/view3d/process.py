@@ -1,4 +1,4 @@
-"""A session seen in 3-D: the child process that shows it, and what feeds it."""
+"""The 3-D view of a session: its child process and the feed of poses."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _POSE_TICKS = round(1.0 / protocol.RATE / CONTROL_PERIOD)
 
 
 class Scene:
-    """One scene's process, and what feeds it.
+    """One 3-D view's process and its feed.
 
     Parameters
     ----------
@@ -208,7 +208,7 @@ class Scene:
         return protocol.Start(self.origin, _axes(scenario.plant), labels, path).encode()
 
     def _idle(self) -> bool:
-        """Return whether the process has taken what it was sent."""
+        """Return whether the process has consumed all that was sent."""
         stdin = None if self._process is None else self._process.stdin
         return stdin is not None and stdin.transport.get_write_buffer_size() == 0
 

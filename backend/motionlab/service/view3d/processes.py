@@ -83,7 +83,7 @@ class Scenes:
             await self.evict_idle()
 
     async def evict_idle(self) -> None:
-        """End scenes that nobody watches, that hang, or whose session is gone."""
+        """End views that are unwatched, unresponsive, or without a session."""
         ready = [scene for scene in self.all() if not scene.starting]
         for scene in ready:
             unwatched = time.monotonic() - scene.watched > UNWATCHED_SECONDS

@@ -1,4 +1,4 @@
-"""Carries a browser's requests to a scene's process on loopback, which speaks to nobody else."""
+"""Proxy of a browser's requests to a 3-D view's process on loopback."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ QUEUE_MESSAGES = 4
 """Messages from the process that wait here; beyond, it has to wait with its own."""
 
 STALLED_SECONDS = 20.0
-"""How long a viewer may take nothing before it is turned away."""
+"""Time after which a viewer that reads nothing is disconnected, s."""
 
 ANSWER_SECONDS = 10.0
 """How long the process may take to answer a request for its page."""
@@ -79,7 +79,7 @@ async def answers(scene: Scene) -> bool:
 
 
 async def _get(scene: Scene, asked: str) -> tuple[int, Headers, bytes]:
-    """Return status, headers and body of what the process answers at its root."""
+    """Return status, headers and body of the process's root page."""
     reader, writer = await asyncio.open_connection("127.0.0.1", scene.port, limit=PAGE_MAX)
     try:
         host = f"Host: 127.0.0.1:{scene.port}\r\n"
@@ -127,7 +127,7 @@ async def carry(websocket: WebSocket, scene: Scene) -> None:
 
 
 async def _connect(scene: Scene, offered: list[Subprotocol]) -> ClientConnection:
-    """Return a websocket to a scene's process with little room for what is not read."""
+    """Return a websocket to a 3-D view's process with a small receive buffer."""
     link = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     try:
         link.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER)
@@ -150,7 +150,7 @@ async def _connect(scene: Scene, offered: list[Subprotocol]) -> ClientConnection
 
 
 async def _outwards(websocket: WebSocket, upstream: ClientConnection) -> tuple[int, str] | None:
-    """Send what the process says; nothing further is read from it until that is taken."""
+    """Forward the process's messages, with back-pressure from the viewer."""
     try:
         async for message in upstream:
             async with asyncio.timeout(STALLED_SECONDS):
@@ -168,7 +168,7 @@ async def _outwards(websocket: WebSocket, upstream: ClientConnection) -> tuple[i
 
 
 async def _inwards(websocket: WebSocket, upstream: ClientConnection) -> tuple[int, str] | None:
-    """Send what the viewer says, until it leaves."""
+    """Forward the viewer's messages until it leaves."""
     while True:
         received = await websocket.receive()
         if received["type"] == "websocket.disconnect":

@@ -48,7 +48,7 @@ class Contents:
             yield os.pread(self._file.fileno(), min(_CHUNK, self.size - start), start)
 
     def close(self) -> None:
-        """Free it; what has been read stays."""
+        """Free it; data already read stay valid."""
         self._file.close()
 
 
@@ -59,12 +59,12 @@ class Received(NamedTuple):
     contents: Contents | None
 
     def load(self) -> Any:
-        """Return what was sent."""
+        """Return the message's content."""
         return pickle.loads(self.body)
 
 
 class Failure(NamedTuple):
-    """An exception on its way: its class may want arguments that pickle does not know of."""
+    """A pickled exception, independent of the arguments of its class."""
 
     kind: type[BaseException]
     args: tuple[Any, ...]
@@ -72,7 +72,7 @@ class Failure(NamedTuple):
 
     @classmethod
     def of(cls, error: BaseException) -> Failure:
-        """Return what remakes an exception; one that cannot be pickled becomes its description."""
+        """Return a picklable form of an exception, its description if necessary."""
         failure = cls(type(error), error.args, error.__dict__)
         try:
             pickle.loads(pickle.dumps(failure)).error()
@@ -91,7 +91,7 @@ class Failure(NamedTuple):
 
 
 def too_deep() -> ConfigError:
-    """Return what is wrong with a body whose tables lie in each other too often."""
+    """Return an error if a body is nested too deeply."""
     return ConfigError(FieldError("body", "is nested too deeply"))
 
 
@@ -116,7 +116,7 @@ class Inbox:
         self._files: deque[int] = deque()
 
     def fill(self) -> bool:
-        """Read once what is there; return False at its end."""
+        """Read once from the socket; return False at end of file."""
         data, files, _, _ = socket.recv_fds(self._socket, _READ, 16)
         self._files.extend(files)
         self._bytes += data
@@ -141,7 +141,7 @@ class Inbox:
 
 
 def send(sock: socket.socket, message: object, content: bytes | None = None) -> None:
-    """Send a message, and beside it what is too large for one, through a blocking socket."""
+    """Send a message, and a large payload beside it, through a blocking socket."""
     data = framed(message, with_file=content is not None)
     if content is None:
         sock.sendall(data)

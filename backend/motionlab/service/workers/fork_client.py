@@ -51,7 +51,7 @@ class WorkerLost(MotionLabError):
 
 
 class Answer:
-    """What a call has returned, and the memory that is held until it has been passed on.
+    """The result of a call, with the memory reserved until it is forwarded.
 
     Attributes
     ----------
@@ -68,14 +68,14 @@ class Answer:
         self._memory = memory
 
     def read(self) -> bytes:
-        """Return the bytes and give back what was held."""
+        """Return the bytes and release the reserved memory."""
         assert self.contents is not None
         content = self.contents.read()
         self.close()
         return content
 
     def close(self) -> None:
-        """Give back what was held."""
+        """Release the reserved memory."""
         if self.contents is not None:
             self.contents.close()
         self._memory.give_back(self._held)
@@ -132,7 +132,7 @@ class Worker:
         *arguments: Any,
         on_progress: OnProgress | None = None,
     ) -> Answer:
-        """Have a function called there, and return what it returns or raise what it raises.
+        """Call a function in the worker; return its result or raise its exception.
 
         Parameters
         ----------
@@ -190,7 +190,7 @@ class Worker:
             return
 
     def end(self, reason: str) -> None:
-        """Note that the process is gone, after what it has still said."""
+        """Record the end of the process, after its remaining messages."""
         if self.ended.done():
             return
         with contextlib.suppress(OSError):

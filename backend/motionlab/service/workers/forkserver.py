@@ -1,4 +1,4 @@
-"""The process that workers are forked from: one thread, everything loaded, none of the secrets.
+"""The process that workers are forked from: single-threaded, fully loaded, without secrets.
 
 ``python -m motionlab.service.workers.forkserver DESCRIPTOR``: a fork takes some milliseconds where
 a new interpreter takes seconds, and the compiled code is in memory once for all.
@@ -28,7 +28,7 @@ _LOG = logging.getLogger(__name__)
 
 
 class ForkServer:
-    """Forks workers, ends them, and says how they ended.
+    """Forks workers, ends them, and reports how they ended.
 
     Parameters
     ----------
@@ -107,13 +107,13 @@ class ForkServer:
 
 
 def _kill(pid: int) -> None:
-    """End a worker, which leads a group, and what it has started."""
+    """Kill a worker's process group."""
     with contextlib.suppress(ProcessLookupError):
         os.killpg(pid, signal.SIGKILL)
 
 
 def _tried(load: Callable[[], None]) -> bool:
-    """Load something; calls that need what cannot be loaded say so themselves."""
+    """Load a module, deferring a failure to the calls that need it."""
     loaded = True
     try:
         load()

@@ -78,7 +78,7 @@ class Call:
         _allow(self._held)
 
     def progress(self, share: float, partial: BaseModel | None = None) -> None:
-        """Report the share done and what is there so far; end the call if it is cancelled."""
+        """Report progress and partial results; end the call if cancelled."""
         if select.select([self._socket], [], [], 0)[0]:
             self._answer()
         self._share, self._partial = share, partial or self._partial
@@ -86,7 +86,7 @@ class Call:
             self._tell()
 
     def finish(self) -> None:
-        """Send what is there, if that has not been sent."""
+        """Send the pending partial result."""
         if self._partial is not None:
             self._tell()
 
@@ -144,7 +144,7 @@ def end_with(parent: int) -> None:
 
 
 def settle_in(priority: int) -> None:
-    """Leave the processor to the server where it wants it, and signals to it as well."""
+    """Lower the priority of this process and reset its signals."""
     for name in _IGNORED:
         signal.signal(name, signal.SIG_IGN)
     os.nice(priority)
@@ -160,7 +160,7 @@ def resident() -> int:
 
 
 def _allow(held: int) -> None:
-    """Bound what can be allocated from now on: what is there, what is held, and a rest."""
+    """Limit further allocation: present size, reservation and a margin."""
     if sys.platform != "linux":
         return
     status = Path("/proc/self/status").read_text(encoding="ascii")

@@ -1,1 +1,1 @@
-"""Friction identification as an experiment: what a real machine could measure, and fits to it."""
+"""Friction identification as an experiment: measurements of a real machine, and fits to them."""

@@ -1,4 +1,4 @@
-"""Phase currents, told from commands and readings together by a smoother of the current loops.
+"""Phase currents, estimated from commands and readings by a smoother of the current loops.
 
 A drive reports a current in steps and at the samples only. What flowed is known better, because the
 command is known too: over a control period a current approaches the command that acts, ``c_k``, but
@@ -67,7 +67,7 @@ class Smoothed(NamedTuple):
 
 @dataclass
 class CurrentLoops:
-    """What the records so far tell of an axis's current loops.
+    """Estimated parameters of an axis's current loops.
 
     Pooled, because a slow motion alone tells little: its currents hardly leave their commands.
     A reading is an interval, half a step either way, and r the value under which the readings that
@@ -107,7 +107,7 @@ class CurrentLoops:
 
     @property
     def variance(self) -> float:
-        """Variance q of what the amplifiers add in a control period, A^2."""
+        """Variance q of the amplifier noise per control period, A^2."""
         if self._count == 0:
             return 0.0
         return max(0.0, self._surprise / self._count - (1.0 + self.left_over**2) * _READ)
@@ -124,7 +124,7 @@ class CurrentLoops:
 
 
 def reported(current: Array, amplifiers: AmplifierConfig) -> Array:
-    """Return what the drives say of true currents, A, shape (3, n).
+    """Return the drives' readings of true currents, A, shape (3, n).
 
     An amplifier's gain and offset are its current sensor's: its loop brings what the sensor says,
     not the current, to the command. No experiment sees them.

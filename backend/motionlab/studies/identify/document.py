@@ -110,7 +110,7 @@ class IdentificationDocument(_Document):
 
 
 class Standing(_Document):
-    """What is going on."""
+    """Progress of the experiment."""
 
     axis: str | None = Field(description="null while the circle is run for comparison")
     stage: Stage = Field(description="sliding, presliding or comparison")
@@ -128,7 +128,7 @@ class Known(_Document):
 
 
 class PartialIdentification(_Document):
-    """What is there while an identification goes on."""
+    """Intermediate results of an identification."""
 
     standing: Standing
     known: dict[str, Known]
@@ -145,7 +145,7 @@ class PlannedMotion(_Document):
 
 
 class PlanDocument(_Document):
-    """What an identification would do, before it does it."""
+    """The plan of an identification."""
 
     simulated_time: float = _si("About how long it takes on a motor", "s")
     simulated_time_max: float = _si("Longest that one request may ask for", "s")

@@ -1,4 +1,4 @@
-"""From what was fitted to what the document says of it."""
+"""Document of an identification, from its fits."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ _NEAR_ZERO = 0.5
 
 @dataclass(frozen=True)
 class Found:
-    """What the experiment gave on one axis.
+    """Results of the experiment on one axis.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class Found:
 
 
 def axis_document(rig: Rig, axis: str, found: Found) -> AxisIdentification:
-    """Return what was found on one axis, beside what was believed and what is true."""
+    """Return the results of one axis beside the old model and the true values."""
     velocity = np.array([point.velocity for point in found.points])
     force = np.array([point.force for point in found.points])
     presliding = found.presliding
@@ -88,7 +88,7 @@ def axis_document(rig: Rig, axis: str, found: Found) -> AxisIdentification:
 
 
 def known_document(rig: Rig, axis: str) -> Known:
-    """Return what is believed of the friction of an axis, and what is true."""
+    """Return the model's and the true friction of an axis."""
     true = getattr(rig.scenario.plant, axis).friction
     return Known(
         believed=_parameters(rig.identified_model(axis).friction),
@@ -124,7 +124,7 @@ def ramp_document(rate: float, force: Array, measured: Array, fitted: Array) -> 
 
 
 def is_a_model(found: dict[str, float], believed: FrictionConfig) -> bool:
-    """Return whether a controller's model can take what was found in place of what it believed."""
+    """Return whether the identified values are valid in a controller's model."""
     try:
         FrictionConfig.model_validate(believed.model_dump() | found)
     except ValidationError:

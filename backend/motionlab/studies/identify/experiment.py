@@ -1,4 +1,4 @@
-"""The whole experiment: uniform motions, force ramps, fits, and the document of what was found."""
+"""The complete experiment: uniform motions, force ramps, fits, document."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def identify(experiment: Experiment, progress: Progress | None = None) -> Identi
     Raises
     ------
     ExperimentFailed
-        If the motor ran away.
+        If the motor diverged.
     """
     return _Run(experiment, progress).document()
 
@@ -172,7 +172,7 @@ class _Run:
         return axis_document(self.rig, axis, everything), changes
 
     def _slide(self, axis: str) -> list[str]:
-        """Carry out the uniform motions of an axis; return what is wrong with them."""
+        """Carry out the uniform motions of an axis; return warnings."""
         doubts: list[Doubt] = []
         self.points[axis], self.motions[axis] = [], []
         planned = self.planned[axis]
@@ -192,7 +192,7 @@ class _Run:
         return in_words(doubts)
 
     def _refuse_oscillation(self, axis: str, doubts: list[Doubt]) -> None:
-        """End an experiment whose loop is unstable: what it measures is no friction."""
+        """End an experiment whose loop is unstable: it would not measure friction."""
         controller = self.rig.controller
         if not oscillates(self.points[axis], doubts, controller.force_limit):
             return
@@ -303,7 +303,7 @@ class _Run:
         self._report(None)
 
     def _stand(self, axis: str | None, stage: Stage, done: int, count: int) -> None:
-        """Tell what begins, and what is there so far."""
+        """Report the next step and the results so far."""
         self._report(
             PartialIdentification(
                 standing=Standing(axis=axis, stage=stage, done=done, count=count),

@@ -171,7 +171,7 @@ def fit_presliding(
 
 
 def _about_speeds(fitted: Fitted, speed: Array) -> list[str]:
-    """Say where the speeds leave out what a parameter acts on."""
+    """Warn of parameters that the range of speeds does not determine."""
     v_s = fitted["v_s"]
     slowest, fastest = float(speed.min()), float(speed.max())
     warnings = []

@@ -1,4 +1,4 @@
-"""What an identification would do: every number checked before the first motion."""
+"""The plan of an identification: every number validated before the first motion."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def plan(request: IdentifyRequest, source: Source | None = None) -> Experiment:
 
 
 def plan_document(experiment: Experiment, simulated_time_max: float) -> PlanDocument:
-    """Return what an experiment would do and how long it takes.
+    """Return the motions of an experiment and their duration.
 
     The force ramps depend on the stiction that is yet to be found; until then that of the model
     which is identified anew stands for it.

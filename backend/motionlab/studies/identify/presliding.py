@@ -122,7 +122,7 @@ def ramp_thrust(
 
 
 def displacement(ramp: Ramp, record: VariantRecord, axis: str) -> tuple[Array, str | None]:
-    """Return the way from the rest before the ramp, m, along it, and what is wrong with it.
+    """Return the displacement from the rest before the ramp, m, along it, and warnings.
 
     Only the encoder is read.
     """

@@ -1,4 +1,4 @@
-"""What an identification is asked for."""
+"""Requests of identifications."""
 
 from __future__ import annotations
 

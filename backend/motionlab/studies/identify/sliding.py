@@ -170,7 +170,7 @@ def measure(  # noqa: PLR0913, PLR0917 - a motion, its record, and what earlier 
     axis: str,
     loops: CurrentLoops,
 ) -> tuple[list[Point], list[Doubt]]:
-    """Return the mean friction of both ways where the axis followed, and what is wrong with them.
+    """Return the mean friction of both directions where the axis followed, and warnings.
 
     Only commands, the currents that the drives report and the encoder are read.
     """

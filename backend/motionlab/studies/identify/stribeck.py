@@ -1,4 +1,4 @@
-"""The Stribeck curve, what a fit of it found, and the band around it."""
+"""The Stribeck curve, its fit, and the fit's confidence band."""
 
 from __future__ import annotations
 

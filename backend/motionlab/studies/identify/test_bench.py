@@ -85,11 +85,11 @@ class Rig:
         return self.scenario.variants[self.variant].controller
 
     def model(self, axis: str) -> AxisModelConfig:
-        """Return what that controller believes of an axis."""
+        """Return that controller's model of an axis."""
         return getattr(self.controller.model, axis)
 
     def identified_model(self, axis: str) -> AxisModelConfig:
-        """Return what the variant whose friction is identified anew has believed of an axis."""
+        """Return the old model of an axis, of the variant whose friction is identified."""
         return getattr(self.scenario.variants[self.apply_to].controller.model, axis)
 
     def uncompensated(self) -> Scenario:
@@ -132,12 +132,12 @@ def record(prepared: Prepared, progress: Callable[[int], None] | None = None) ->
     Raises
     ------
     ExperimentFailed
-        If the axis ran away.
+        If the axis diverged.
     """
     result = run(prepared, progress).variants[_ONLY]
     if result.diverged is not None:
         raise ExperimentFailed(
-            f"identification: the motor ran away at t = {result.diverged.time:.4f} s of "
+            f"identification: the motor diverged at t = {result.diverged.time:.4f} s of "
             f"one motion: {result.diverged.channel}"
         )
     return result

@@ -1,4 +1,4 @@
-"""What eqs (39) to (42) promise of a loop, beside what its simulation does."""
+"""Eqs (39) to (42) for a loop, beside its simulation."""
 
 from __future__ import annotations
 
@@ -51,15 +51,15 @@ class AccuracyDocument(_Document):
     parabola: float = _si("Steady-state error at that acceleration, eq. (40) with 2 R = a", "m")
     sine: SineAccuracy | None = Field(description="null for a motion that does not repeat")
     ideal_peak: float | None = _si(
-        "Largest error, simulated: PD alone, without friction; null where it runs away", "m"
+        "Largest error, simulated: PD alone, without friction; null where it diverges", "m"
     )
     simulated_peak: float | None = _si(
-        "Largest error, simulated as the scenario is; null where it runs away", "m"
+        "Largest error, simulated as the scenario is; null where it diverges", "m"
     )
 
 
 def accuracy(request: AxisRequest, scenario: Scenario) -> AccuracyDocument:
-    """Return what eqs (39) to (42) promise of one axis, and what it does.
+    """Return eqs (39) to (42) for one axis beside simulated errors.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def accuracy(request: AxisRequest, scenario: Scenario) -> AccuracyDocument:
 
 
 def _error(prepared: Prepared, axis: str) -> np.ndarray | None:
-    """Return the following error over the window, m, or None where it runs away."""
+    """Return the following error over the window, m, or None if the axis diverged."""
     (record,) = run(prepared).variants.values()
     if record.diverged is not None:
         return None

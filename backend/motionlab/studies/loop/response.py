@@ -80,7 +80,7 @@ class ResponseDocument(_Document):
 
 
 class FrequencySweepDocument(ResponseDocument):
-    """The loop of one axis as a sweep of the simulation finds it; so far, while it goes on."""
+    """The loop of one axis by a frequency sweep of the simulation, or part of it."""
 
     linearised: ResponseDocument = Field(description="The same loop, linearised at that velocity")
 

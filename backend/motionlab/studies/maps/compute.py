@@ -50,7 +50,7 @@ def run(plan: MapRequest, progress: Progress | None = None) -> ForceMap:
 
 
 def document(found: ForceMap) -> MapEntry:
-    """Return what is told of a map without its tables."""
+    """Return a map's document without its tables."""
     return entry(found, name=found.document.content_hash, shipped=False)
 
 

@@ -99,7 +99,7 @@ class ComputeMap(Study):
         return {"preset": options.preset, "geometry": changes}
 
     def before(self, plan: MapRequest, options: argparse.Namespace) -> str | None:
-        """Return the fit where one is asked for; refuse a file that could not be written."""
+        """Return the fit if requested; refuse a file that could not be written."""
         from motionlab.studies.maps.compute import kept_maps
 
         if options.fit is not None:

@@ -172,7 +172,7 @@ def run_cases(
 
 
 def case_changes(planned: Cases, case: int) -> dict[str, Any]:
-    """Return what makes the plant of one case.
+    """Return the changes that make the plant of one case.
 
     Raises
     ------

@@ -54,7 +54,7 @@ class AxisStudy(_Document):
 
 
 class Probability(_Document):
-    """Share of the cases that meet a spec, with what so few cases can tell."""
+    """Share of the cases that meet a spec, with its confidence interval."""
 
     share: float
     low: float = Field(description="Lower end of the 95 % interval, after Wilson")

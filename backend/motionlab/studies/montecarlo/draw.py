@@ -83,7 +83,7 @@ def _has(tables: dict[str, Any], path: str) -> bool:
 
 
 def _look_up(axis: dict[str, Any], variation: Variation, loc: str) -> Array:
-    """Return what a variation starts from, as an array with one item or one for each phase."""
+    """Return the nominal value of a variation, as an array with one item or one per phase."""
     value: Any = axis
     if not _has(axis, variation.path):
         raise ConfigError(FieldError(loc, "is no number of this plant", variation.path))

@@ -1,4 +1,4 @@
-"""What a Monte Carlo study is asked for: how many plants, and how each may differ."""
+"""Requests of Monte Carlo studies: number of plants and their distributions."""
 
 from __future__ import annotations
 

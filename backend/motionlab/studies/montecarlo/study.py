@@ -87,7 +87,7 @@ class MonteCarlo(Study):
         return super().request_of(options, changes) | spec | given(options, "cases", "seed")
 
     def before(self, plan: Cases, options: argparse.Namespace) -> str | None:
-        """Return one plant as options of ``motionlab run``, where one is asked for."""
+        """Return one plant as options of ``motionlab run``, if requested."""
         from motionlab.studies.montecarlo.cases import case_changes
 
         if options.case is None:

@@ -1,12 +1,12 @@
-"""Bands of the measured motions, all from what the paper leaves open; fixed before any run.
+"""Bands of the measured motions, derived from unprinted choices; fixed before any run.
 
 * Encoder: one count of 50 nm.
 * Printed digits: half of the last one.
-* Time law of edges that stop at the corners. The error that acceleration alone makes is
+* Motion profile of edges that stop at the corners. The error that acceleration alone makes is
   ``M a/k_p``, eq. (40). For an edge of length d in the time T the peak acceleration is
   4 d/T^2 at least (bang-bang), 5.77 d/T^2 by minimum jerk, which is what runs here, 6.28 d/T^2 by
   the cycloid. The band is the share by which ours may exceed the least, 31 % of ``M a/k_p``.
-* Time law of moves on y. The paper prints up to 1.66 m/s^2 and no acceleration; without
+* Motion profile of moves on y. The paper prints up to 1.66 m/s^2 and no acceleration; without
   compensation the nominal motor's own steady state goes from 0.95 to 1.90 um (trapezoid) and from
   0.80 to 2.00 um (staircase) between 1.66 and 1.0 m/s^2. The band is half of that.
 """
@@ -38,7 +38,7 @@ def gains(scenario: str, axis: str) -> tuple[float, float, float]:
 
 
 def edge_law(scenario: str, axis: str) -> float:
-    """Return what the unknown time law of a polygon's edges may add to the following error, m.
+    """Return the possible effect of an edge's unprinted motion profile on the error, m.
 
     ``(5.77 - 4) M d/(T^2 k_p)`` with d the length of an edge along the axis and T its duration.
     """

@@ -1,4 +1,4 @@
-"""What the paper chose or read off data sheets: nothing to compute."""
+"""The paper's design choices and data-sheet values: nothing to compute."""
 
 from __future__ import annotations
 

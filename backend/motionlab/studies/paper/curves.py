@@ -27,7 +27,7 @@ def curve(
     *,
     kind: Literal["line", "points"] = "line",
 ) -> FigureSeries:
-    """Return a curve as it stands; samples that are not finite are gaps.
+    """Return a curve; samples that are not finite become gaps.
 
     Parameters
     ----------

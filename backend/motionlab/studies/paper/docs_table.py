@@ -19,7 +19,7 @@ _KINDS = {kind.id: kind.title for kind in KINDS}
 
 
 def table() -> str:
-    """Return every row in Markdown, group by group: what is printed, how it is judged, the band."""
+    """Return every row in Markdown, by group: printed value, judgement, band."""
     lines = []
     for group in GROUPS:
         lines += [f"### {group.title}", "", f"{group.about}. `{group.id}`", ""]

@@ -1,4 +1,4 @@
-"""What is said of the paper's numbers: rows, figures and errata, as REST and ``--json`` print."""
+"""Document of the paper's numbers: rows, figures and errata, for REST and ``--json``."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class RowValue(_Document):
 
 
 class RowSpread(_Document):
-    """The number over many plausible motors, none of them fitted to anything."""
+    """The number over many random motors, fitted to nothing."""
 
     what: str = Field(description="Which number, under which controller")
     low: float = Field(description="5 % of the motors lie below")
@@ -227,7 +227,7 @@ class ReproduceDocument(_Document):
 
 
 class PartialReproduce(_Document):
-    """What is there while it goes on."""
+    """Rows and figures computed so far."""
 
     doing: str = Field(description="What is computed now")
     rows: list[JudgedRow]

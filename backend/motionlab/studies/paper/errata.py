@@ -1,4 +1,4 @@
-"""What the paper prints and does not hold, each with the computation that shows it."""
+"""Errata of the paper, each with the computation that shows it."""
 
 from __future__ import annotations
 

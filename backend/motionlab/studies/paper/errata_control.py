@@ -19,7 +19,7 @@ from motionlab.studies.paper.printed_number import step
 
 
 def published_k(experiments: Experiments) -> Erratum:
-    """Return that K of (25) is singular, and what it does."""
+    """Return that K of (25) is singular, with its effect."""
     quiet = stability.terms(experiments.run("circle", {}), "B", "x")
     noiseless = stability.terms(experiments.run("circle", stability.NOISELESS), "B", "x")
     run = experiments.run("circle-published-k", {}).document["variants"]
@@ -167,7 +167,7 @@ def _apart(one: float, other: float) -> float:
 
 
 def derivative(_: Experiments) -> Erratum:
-    """Return what (43) as scanned makes of a stuck axis, whose z moves with it: it would ring."""
+    """Return that (43) as scanned would make a stuck axis oscillate."""
     axis = load_scenario("circle").plant.x
     M, friction = axis.mass, LuGre(**axis.friction.model_dump(exclude={"enabled"}))
     sigma_0, sigma_1, sigma_2 = friction[:3]

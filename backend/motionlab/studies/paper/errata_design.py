@@ -96,7 +96,7 @@ def first_factor(experiments: Experiments) -> Erratum:
 
 
 def lengths(experiments: Experiments) -> Erratum:
-    """Return what lambda 42.3 mm needs by either reading, and what it really is."""
+    """Return the lambda that 42.3 mm requires by either reading, and the true one."""
     rating = experiments.design().rating
     assert rating is not None, "the paper's example has dimensions"
     needed = rating.lambda_needed
@@ -164,7 +164,7 @@ def velocities(experiments: Experiments) -> Erratum:
 
 
 def deformation(_: Experiments) -> Erratum:
-    """Return that the y plate's reduction is not what the lengths give."""
+    """Return that the printed reduction of the y plate contradicts the printed lengths."""
     share = 1.0 - 34.18 / 126.36
     return Erratum(
         id="deformation",

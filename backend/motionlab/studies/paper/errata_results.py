@@ -37,7 +37,7 @@ def force_data(_: Experiments) -> Erratum:
 
 
 def force_limit(_: Experiments) -> Erratum:
-    """Return what a command of 40 N gives."""
+    """Return the force of a 40 N command."""
     controller = load_scenario("circle").variants["B"].controller
     believed = controller.model.x.force_map
     model = force_model(believed, controller.sharing, controller.current_limit)

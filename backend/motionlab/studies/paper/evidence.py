@@ -1,4 +1,4 @@
-"""What kind a row is: what it shows that ours agrees with what is printed, if it shows anything."""
+"""Kinds of rows: the evidence that agreement with a printed value provides."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What rows are computed from: runs, the sizing, a force map, an identification; each once."""
+"""Experiments behind the rows: runs, sizing, force map, identification; each once."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Run:
 
 
 class Experiments:
-    """Experiments that are done when first asked for, and kept.
+    """Experiments, computed on first use and cached.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ class Experiments:
         return self._runs[key]
 
     def forget_long_runs(self) -> None:
-        """Let go of runs whose recordings take much room."""
+        """Drop runs with large recordings."""
         self._runs = {
             key: kept for key, kept in self._runs.items() if kept.recording.ticks <= _LONG
         }

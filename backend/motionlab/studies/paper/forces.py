@@ -47,7 +47,7 @@ def peak_normal(force_map: ForceMap, current: float = I_PEAK) -> float:
 
 
 def two_phase_thrust(force_map: ForceMap) -> Array:
-    """Return the thrust of the phases that pull one way at peak current, over a pitch, N."""
+    """Return the thrust of the phases of one direction at peak current, over a pitch, N."""
     x = positions(force_map)
     full = np.full(len(x), I_PEAK)
     thrusts = [force_map.thrust(x - k * force_map.tau / 3, full) for k in range(3)]

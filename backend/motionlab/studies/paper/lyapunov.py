@@ -54,7 +54,7 @@ class Lyapunov:
 
     @property
     def rising_share(self) -> float:
-        """Share of the ticks at which V rises, although (38) says it never does."""
+        """Share of the ticks at which V rises; zero by (38)."""
         return float((self.rate > 0.0).mean())
 
     @property
@@ -76,7 +76,7 @@ class Lyapunov:
 
     @property
     def zero_error_bristle(self) -> float:
-        """Largest abs(e_z) where e passes through zero, m; (34) says there is none.
+        """Largest abs(e_z) at zero crossings of e, m; zero by (34).
 
         V is 0 there although the state is not: V is only semidefinite.
         """

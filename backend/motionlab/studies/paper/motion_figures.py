@@ -68,7 +68,7 @@ def _y_motion(experiments: Experiments, figure: str, panel: str) -> PaperFigure:
         group=TEXT,
         title=f"Fig. {figure[3:]}({_PARTS[panel]}): {label.split(',')[0]}",
         about=f"{_Y_TITLES[figure]}, matched motor; velocity and acceleration by differences of "
-        "the encoder, as in the paper. The time law is ours.",
+        "the encoder, as in the paper. The motion profile is ours.",
         x=TIME,
         y=FigureAxis(label=label, unit=unit),
         series=series,
@@ -123,7 +123,7 @@ def _fig8_error(experiments: Experiments, scenario: str, axis: str) -> PaperFigu
         id=f"fig8-{scenario}-{axis}",
         group=TEXT,
         title=f"Fig. 8(b): {scenario}, {axis}",
-        about="Matched motor, the last lap. Edges stop at the corners; their time law is ours.",
+        about="Matched motor, the last lap. Edges stop at the corners; the motion profile is ours.",
         x=TIME,
         y=FigureAxis(label=f"following error, {axis}", unit="m"),
         series=[

@@ -1,4 +1,4 @@
-"""What the text of section IV-A says of the motions of Figs 6 to 8."""
+"""Claims of section IV-A on the motions of Figs 6 to 8."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _EDGES = {
 
 
 def _smooth(scenario: str) -> dict[str, Any]:
-    """Return changes that put minimum jerk in place of the trapezoidal time law."""
+    """Return changes from the trapezoidal motion profile to minimum jerk."""
     law = load_scenario(scenario).trajectory
     assert isinstance(law, Trapezoid | Staircase)
     foot = law.start.y - _EDGES[scenario][0]
@@ -130,7 +130,7 @@ QUANTITIES = (
         *("m/s", (-0.14, 0.15), "[-0.14, 0.15] m/s"),
         group=GROUP,
         kind="input",
-        reason="the paper prints no time law; ours takes its velocity from this very range",
+        reason="the paper prints no motion profile; ours takes its velocity from this very range",
     ),
     Quantity(
         *("y-acceleration-range", _TEXT, "Accelerations of both y motions"),
@@ -139,7 +139,7 @@ QUANTITIES = (
         comparison="within",
         band=0.0,
         reason=_TRUE,
-        basis=f"true acceleration; {BASIS}; time law ours",
+        basis=f"true acceleration; {BASIS}; motion profile ours",
         source=Source(_accelerations),
         doing="trapezoid-y",
         figure="fig6-acceleration",

@@ -1,4 +1,4 @@
-"""What the paper quotes of other machines, sections I, II-A and IV-B: nothing to compute."""
+"""The paper's figures of other machines, sections I, II-A and IV-B: nothing to compute."""
 
 from __future__ import annotations
 

@@ -62,7 +62,7 @@ def _error(run: Run, axis: str) -> np.ndarray:
 
 
 def _late_mean(axis: str, changes: dict[str, Any]) -> Compute:
-    """Return what computes the mean following error over the last fifth of a run."""
+    """Return a computation of the mean following error over the last fifth of a run."""
 
     def compute(experiments: Experiments) -> Found:
         error = _error(experiments.run("circle", changes), axis)

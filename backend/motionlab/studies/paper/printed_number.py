@@ -1,4 +1,4 @@
-"""A printed number: what it says, how far off still holds and why, and what computes ours."""
+"""A printed number with its band, the reason of the band, and the computation of ours."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ API = "http://127.0.0.1:8000/api/v1"
 
 @dataclass(frozen=True)
 class Found:
-    """What was computed for one row.
+    """Computed result of one row.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class Source:
 
 @dataclass(frozen=True)
 class Spread:
-    """Which number of a Monte Carlo study stands beside a row.
+    """Reference to a number of a Monte Carlo study, shown beside a row.
 
     Attributes
     ----------
@@ -126,7 +126,7 @@ class Quantity:
     rival: float | None = None
 
     def __post_init__(self) -> None:
-        """Refuse a row that could neither be judged nor says why."""
+        """Refuse a row with neither a judgement nor a reason."""
         judged = self.comparison != "none"
         if judged == (self.kind in {"input", "no_data"}):
             raise ValueError(f"{self.id}: an input is not judged, nor is what has no data")
@@ -136,7 +136,7 @@ class Quantity:
             raise ValueError(f"{self.id}: no reason for the band")
 
     def row(self, known: Mapping[str, str]) -> PaperRow:
-        """Return the row as it stands before anything is computed."""
+        """Return the row before any computation."""
         recipe = None if self.source is None else self.source.recipe
         return PaperRow(
             id=self.id,
@@ -183,7 +183,7 @@ def _recipe(command: str, call: str, body: dict[str, Any], find: Sequence[str] =
 
 
 def look_up(document: Any, path: str) -> Any:
-    """Return what a dotted path with whole numbers for places in lists leads to."""
+    """Return the value at a dotted path; integers index lists."""
     for key in path.split("."):
         document = document[int(key)] if isinstance(document, list) else document[key]
     return document
@@ -196,7 +196,7 @@ def from_run(
     changes: Mapping[str, Any] | None = None,
     others: Mapping[str, tuple[str, Mapping[str, Any], str | tuple[str, str]]] | None = None,
 ) -> Source:
-    """Return a number, or both ends of a range, of the result documents of runs.
+    """Return a computation that reads a number, or both ends of a range, from runs.
 
     Parameters
     ----------
@@ -223,7 +223,7 @@ def from_run(
 
 
 def from_design(find: str, others: Mapping[str, str] | None = None) -> Source:
-    """Return a number of the document of the sizing, and others beside it."""
+    """Return a computation that reads a number from the sizing."""
 
     def compute(experiments: Experiments) -> Found:
         tables = experiments.design().model_dump(by_alias=True)
@@ -234,7 +234,7 @@ def from_design(find: str, others: Mapping[str, str] | None = None) -> Source:
 
 
 def from_identify(find: str) -> Source:
-    """Return a parameter of the document of the identification."""
+    """Return a computation that reads a parameter from the identification."""
 
     def compute(experiments: Experiments) -> Found:
         found = look_up(experiments.identification().model_dump(), find)

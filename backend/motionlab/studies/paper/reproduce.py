@@ -67,7 +67,7 @@ def reproduce(only: Sequence[str] = (), progress: Progress | None = None) -> Rep
 
 
 def plan(request: ReproduceRequest, source: object = None) -> list[str]:
-    """Return the rows and groups that are asked for; raise ConfigError for one there is not."""
+    """Return the selected rows and groups; raise ConfigError for unknown ones."""
     quantities(request.only)
     return request.only
 
@@ -135,7 +135,7 @@ class _Reproduction:
         return row
 
     def _share(self, share: float) -> None:
-        """Take the share of the experiment under way."""
+        """Report the progress of the present experiment."""
         if self.progress is not None:
             ahead = self.pending.get(self.doing, 0.0) * min(share, 1.0)
             self.progress(min(1.0, (self.done + ahead) / self.total), None)
@@ -149,7 +149,7 @@ class _Reproduction:
 
 
 def _study(quantity: Quantity) -> str:
-    """Return what a row's Monte Carlo study is called while it goes on."""
+    """Return the progress label of a row's Monte Carlo study."""
     return "" if quantity.spread is None else f"Monte Carlo, {quantity.spread.scenario}"
 
 
@@ -159,7 +159,7 @@ def judged(
     known: Mapping[str, str],
     spread: RowSpread | None = None,
 ) -> JudgedRow:
-    """Return the row that a computation makes of a printed number.
+    """Return the judged row of a printed number and its computation.
 
     Parameters
     ----------

@@ -10,7 +10,7 @@ _ONLY_MAX = 500
 
 
 class _Names:
-    """Has the schema list what there is, looked up when the schema is asked for.
+    """Lists the available names in the schema, on demand.
 
     Names that are none are refused by `quantities`, which says what was meant.
     """

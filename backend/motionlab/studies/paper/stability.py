@@ -23,7 +23,7 @@ _PRINTED = {"x": 10.4e-6, "y": 11.6e-6}
 
 
 def terms(run: Run, variant: str, axis: str) -> Lyapunov | None:
-    """Return the terms of the argument over a run's main window; None of one that diverged."""
+    """Return the terms of the proof over a run's main window; None if it diverged."""
     record = run.recording.variants[variant]
     if record.diverged is not None:
         return None

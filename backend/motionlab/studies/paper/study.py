@@ -1,4 +1,4 @@
-"""The paper's numbers, computed and compared with what is printed."""
+"""The paper's numbers, computed and compared with the printed ones."""
 
 from __future__ import annotations
 

@@ -91,7 +91,7 @@ def accuracy(
 
 
 def edges(row_id: str, paper: Number, axis: str, **more: Any) -> Quantity:
-    """Return a row on the following error along edges, whose time law the paper does not print.
+    """Return a row on the following error along edges of unprinted motion profile.
 
     Parameters
     ----------
@@ -110,9 +110,9 @@ def edges(row_id: str, paper: Number, axis: str, **more: Any) -> Quantity:
         paper=paper,
         run=(scenario, axis),
         band=law + COUNT + _ROUND,
-        reason=f"the time law of the edges is not printed: 31 % of M a/k_p, {law * 1e6:.1f} um, "
-        "between the least acceleration that stops at the corners and ours; one encoder count; "
-        "half of the last printed digit",
+        reason="the motion profile of the edges is not printed: "
+        f"31 % of M a/k_p, {law * 1e6:.1f} um, between the least acceleration that stops at the "
+        "corners and ours; one encoder count; half of the last printed digit",
         figure=f"fig8-{scenario}-{axis}",
         note=LIKE_PD,
         **fields,

@@ -9,7 +9,7 @@ BETTER = 1.0
 
 
 def holds(comparison: Comparison, *, paper: Number, ours: Number, band: float) -> bool:
-    """Return whether ours agrees with what is printed, within a band.
+    """Return whether ours agrees with the printed value, within a band.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The analytic force map fitted to a table: what a controller without tables may be told."""
+"""The analytic force map fitted to a table, for controllers without tables."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ from motionlab.studies.sharing.sharing import FitDocument, SharingDocument, Used
 
 
 def report(found: Sequence[SharingDocument]) -> str:
-    """Return what one command comes to by several laws, a row for each."""
+    """Return the comparison of several sharing functions for one command, a row each."""
     first = found[0]
     lines = [
         f"{first.force:g} N commanded over one pole pitch of {first.controller.tau * 1e3:g} mm, "

@@ -1,4 +1,4 @@
-"""Force sharing over a pole pitch, asked for by name and answered as a document."""
+"""Force sharing over a pole pitch: request and document."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ class CopperLoss(_Document):
 
 
 class SharingCurves(_Document):
-    """What happens at each position."""
+    """Forces and currents at each position."""
 
     position: list[float] = Field(description="Over one pole pitch of the controller's map, m")
     current: list[list[float]] = Field(description="Of phases a, b, c, A")
@@ -128,7 +128,7 @@ class SharingCurves(_Document):
 
 
 class SharingDocument(_Document):
-    """What a command comes to over one pole pitch."""
+    """Response to a force command over one pole pitch."""
 
     law: SharingLaw
     force: float = Field(description="Commanded, N")
@@ -163,7 +163,7 @@ class FitDocument(_Document):
 
 
 def sharing(request: SharingRequest) -> SharingDocument:
-    """Return what a command comes to over one pole pitch.
+    """Return the response to a force command over one pole pitch.
 
     Raises
     ------
@@ -251,7 +251,7 @@ def fit(name: str) -> FitDocument:
 
 
 def _used(choice: str | AnyForceMapConfig, loc: str) -> tuple[AnyForceMapConfig, UsedMap]:
-    """Return a map, and what is told of it."""
+    """Return a map and its description."""
     name = choice if isinstance(choice, str) else None
     config = choice
     if isinstance(config, str):

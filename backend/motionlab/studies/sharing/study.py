@@ -67,7 +67,7 @@ class Sharing(Study):
         return changes
 
     def before(self, plan: SharingRequest, options: argparse.Namespace) -> str | None:
-        """Return every law beside the others, unless one or a document is asked for."""
+        """Return the comparison of all sharing functions, unless one or a document is requested."""
         from motionlab.studies.sharing.report import report
         from motionlab.studies.sharing.sharing import LAWS, sharing
 

@@ -1,1 +1,1 @@
-"""Tuning: gains found by the simplex, gain landscapes, and the edge of stability."""
+"""Tuning: gain search by the simplex, cost maps, and the stability boundary."""

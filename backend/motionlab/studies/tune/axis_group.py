@@ -1,4 +1,4 @@
-"""Axes that are tuned together: which numbers are searched, and what a point of that search is."""
+"""Axes that are tuned together: searched parameters, points of the search."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _DRAWS = 100
 
 @dataclass(frozen=True)
 class Group:
-    """Axes that are tuned together, as points of the logarithms of what is searched.
+    """Axes that are tuned together; points are logarithms of the searched parameters.
 
     Attributes
     ----------
@@ -39,14 +39,14 @@ class Group:
 
     @property
     def request(self) -> TuneRequest:
-        """What was asked for."""
+        """The request."""
         request = self.problem.request
         assert isinstance(request, TuneRequest)
         return request
 
     @cached_property
     def fields(self) -> dict[str, tuple[float, float]]:
-        """What is searched, by path below the controller: low and high."""
+        """Searched fields by path below the controller: low and high."""
         request = self.request
         gains = {
             f"{axis}.{name}": getattr(request.bounds, name)
@@ -142,7 +142,7 @@ class Group:
 
     @cached_property
     def _known(self) -> list:
-        """The loops asked for last, and what they were asked for."""
+        """Cache of the latest loops and their keys."""
         return [None, {}]
 
 

@@ -1,4 +1,4 @@
-"""What a set of gains costs: a weighted sum of metrics."""
+"""Cost of a set of gains: a weighted sum of metrics."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SCALES: dict[Metric, float] = {
 
 
 def cost(objective: Mapping[Metric, float], metrics: Mapping[str, Values]) -> Values:
-    """Return ``sum w m/unit`` over the metrics of an objective; infinite where one ran away.
+    """Return ``sum w m/unit`` over the metrics of an objective; infinite after a divergence.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What tuning and a gain landscape find, as REST answers and ``--json`` prints it."""
+"""Results of tuning and of cost maps, for REST and ``--json``."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class _Document(BaseModel):
 
 
 class GainMetrics(_Document):
-    """What one axis did on one motor over the window; all null where it ran away."""
+    """Metrics of one axis on one motor over the window; null if it diverged."""
 
     peak: float | None = _si("Largest following error", "m")
     rms: float | None = _si("Root mean square of the following error", "m")
@@ -43,7 +43,7 @@ class GainMargins(_Document):
     """
 
     stable: bool = Field(description="At each of these velocities")
-    gain_margin: WorstMargin | None = _si("Factor up, or down, to the edge of stability", "1")
+    gain_margin: WorstMargin | None = _si("Factor up, or down, to the stability boundary", "1")
     phase_margin: WorstMargin | None = _si("Distance of arg L from -180 degrees", "rad")
     Ms: WorstMargin | None = _si("Peak of the sensitivity", "1")
 
@@ -60,9 +60,9 @@ class TunedAxis(_Document):
 
 
 class VerdictDocument(_Document):
-    """What is thought of a set of gains."""
+    """Evaluation of a set of gains."""
 
-    cost: float | None = Field(description="On the worst motor; null where it ran away")
+    cost: float | None = Field(description="On the worst motor; null where it diverged")
     feasible: bool = Field(description="Whether it holds every constraint")
     violations: list[str] = Field(description="Constraints that it does not hold, with figures")
 
@@ -84,7 +84,7 @@ class Candidate(VerdictDocument):
 
 
 class TuneHistory(_Document):
-    """What one start of the simplex evaluated, in order."""
+    """Evaluations of one start of the simplex, in order."""
 
     gains: dict[str, list[float]] = Field(description="By path below the controller, SI")
     cost: list[float | None] = Field(description="null where a constraint does not hold")
@@ -129,14 +129,14 @@ class TuneDocument(_Document):
 
 
 class PartialGroup(_Document):
-    """What the starts of one group have evaluated so far."""
+    """Evaluations of one group so far."""
 
     axes: list[str]
     starts: list[TuneHistory]
 
 
 class PartialTuning(_Document):
-    """What is there while the simplex goes on."""
+    """Intermediate results of a search."""
 
     groups: list[PartialGroup]
 
@@ -147,9 +147,9 @@ class AxisLandscape(_Document):
     stride: int = Field(description="Every which gain of each side is there; 1 at the end")
     k_p: list[float] = _si("Along the columns", "N/m")
     k_d: list[float] = _si("Along the rows", "N s/m")
-    cost: list[list[float | None]] = Field(description="Row by row; null where it ran away")
+    cost: list[list[float | None]] = Field(description="Row by row; null where it diverged")
     edge: list[list[tuple[float, float]]] = Field(
-        description="Lines of (k_p, k_d) on which the linearised loop is at the edge of stability"
+        description="Lines of (k_p, k_d) on which the linearised loop is at the stability boundary"
     )
     present: tuple[float, float] = Field(description="k_p and k_d of the scenario")
     paper: tuple[float, float] = Field(description="k_p and k_d of the paper for this motion")
@@ -162,7 +162,7 @@ class PartialLandscape(_Document):
 
 
 class LandscapeDocument(PartialLandscape):
-    """The cost over the plane of gains, and the edge of stability in it."""
+    """The cost over the plane of gains, with the stability boundary."""
 
     scenario: str
     seed: int

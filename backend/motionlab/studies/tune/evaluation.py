@@ -1,4 +1,4 @@
-"""The verdict on a set of gains: what it costs, and which constraints it does not hold.
+"""Evaluation of a set of gains: cost and violated constraints.
 
 Sets of gains that hold every constraint are compared by their cost; of two that do not, the one
 that violates less is the better one, and any that holds is better than any that does not (K. Deb,
@@ -31,7 +31,7 @@ _REFUSED = 1e12
 """Least value of a set of gains that violates a constraint."""
 
 _UNSTABLE = 1e3
-"""Violation of one that is unstable or runs away, and more: any other is less."""
+"""Violation of one that is unstable or diverges, and more: any other is less."""
 
 _TINY = 1e-12
 """Least margin that is told from none."""
@@ -58,12 +58,12 @@ class Violation:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What is thought of a set of gains.
+    """Evaluation of a set of gains.
 
     Attributes
     ----------
     cost : float
-        On the worst motor, infinite where it ran away; NaN where it was not tried.
+        On the worst motor, infinite where it diverged; NaN where it was not tried.
     linear, tried : mapping of (motor, axis) to list of Violation
         What the linearised loops, and the trials, do not hold.
     """
@@ -79,7 +79,7 @@ class Verdict:
 
     @property
     def value(self) -> float:
-        """What the simplex compares: the cost, or how far the worst loop, else trial, violates."""
+        """Sort key of the simplex: cost, or the worst violation of a loop, else of a trial."""
         violation = _worst(self.linear) or _worst(self.tried)
         return _REFUSED * (1.0 + violation) if violation > 0.0 else self.cost
 
@@ -156,7 +156,7 @@ def margin_violations(limits: Constraints, figures: Figures) -> list[Violation]:
 def outcome_violations(limits: Constraints, outcome: Outcome) -> list[Violation]:
     """Return which limits a trial exceeds, and by which share."""
     if outcome.diverged:
-        return [Violation(_UNSTABLE, "runs away")]
+        return [Violation(_UNSTABLE, "diverges")]
     found = _over("force", outcome.force, None, limits.force)
     saturated = limits.saturated
     if saturated is None or outcome.saturated <= saturated:

@@ -1,4 +1,4 @@
-"""The cost over the plane of gains: coarse at first, then finer, with the edge of stability."""
+"""The cost over the plane of gains, coarse then refined, with the stability boundary."""
 
 from __future__ import annotations
 

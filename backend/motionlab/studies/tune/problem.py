@@ -1,4 +1,4 @@
-"""What is tuned: a variant's axes, and the motors and motion that they are judged on."""
+"""The tuning problem: a variant's axes with the motors and the motion that judge them."""
 
 from __future__ import annotations
 
@@ -74,12 +74,12 @@ class Problem:
         return getattr(owner.controller, axis)
 
     def path(self, field: str) -> str:
-        """Return where a field of the controller stands in the scenario."""
+        """Return the scenario path of a controller's field."""
         return f"variants.{self.variant}.controller.{field}"
 
 
 def plan(request: TuneRequest | LandscapeRequest, source: Source | None = None) -> Problem:
-    """Return what a request asks to tune, checked.
+    """Return the validated tuning problem of a request.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ def unstable_warnings(problem: Problem) -> list[str]:
         limits = stability_limits(problem.scenario, problem.variant, axis)
         named = [
             f"{problem.path(f'{axis}.{gain}')} = {getattr(gains, gain):.6g} {units[gain]}"
-            + (f" (the edge of stability, moved alone: {limit:.6g})" if limit else "")
+            + (f" (the stability boundary, moved alone: {limit:.6g})" if limit else "")
             for gain, limit in limits.items()
         ]
         said.append("the present gains are unstable: " + ", ".join(named))
@@ -137,7 +137,7 @@ def unstable_warnings(problem: Problem) -> list[str]:
 def _trials(
     request: TuneRequest | LandscapeRequest, source: Source, changes: dict[str, Any]
 ) -> Trials:
-    """Return what is run of the one variant."""
+    """Return the trial runs of the variant."""
     loaded = load_scenario(source, request.set | changes)
     variant = request.chosen(loaded)
     if request.window is not None:

@@ -107,7 +107,7 @@ def worst_of(tuned: TunedAxis) -> dict[str, Worst]:
     Returns
     -------
     dict of str to Worst
-        ``peak``, ``rms``, ``effort``, infinite where it ran away, ``gain_margin``,
+        ``peak``, ``rms``, ``effort``, infinite where it diverged, ``gain_margin``,
         ``phase_margin`` and ``Ms``; without the margins that no motor has, and with none of
         them where a loop is unstable.
     """
@@ -142,4 +142,4 @@ def _places(worst: dict[str, Worst]) -> str:
 def _number(value: float | None, scale: float = 1.0) -> str:
     if value is None:
         return "-"
-    return f"{value * scale:.4g}" if math.isfinite(value) else "ran away"
+    return f"{value * scale:.4g}" if math.isfinite(value) else "diverged"

@@ -1,4 +1,4 @@
-"""What a tuning run and a gain landscape are asked for."""
+"""Requests of gain searches and cost maps."""
 
 from __future__ import annotations
 
@@ -52,13 +52,13 @@ class Bounds(Config):
 
 
 class Constraints(Config):
-    """What a set of gains must hold to be a candidate; null leaves one out.
+    """Constraints of a candidate; null disables one.
 
     Margins are the worst of the loop linearised while it slides, from 0.5 to 4 Stribeck velocities.
     """
 
     gain_margin: float | None = quantity(
-        "Least factor by which the loop's gain may grow, or fall, to the edge of stability",
+        "Least factor by which the loop's gain may grow, or fall, to the stability boundary",
         unit="1",
         example=2.0,
         source=f"{OURS}: 6 dB",
@@ -152,7 +152,7 @@ class AxisRequest(_Source):
 
 
 class _Problem(_Source):
-    """What both searches ask for alike."""
+    """Fields common to both requests."""
 
     axis: Literal["x", "y", "both"] = Field(default="both", description="Axes")
     objective: dict[Metric, _Weight] = Field(
@@ -181,7 +181,7 @@ class _Problem(_Source):
 
 
 class TuneRequest(_Problem):
-    """Which gains are searched for, and by what measure."""
+    """Request of a gain search."""
 
     constraints: Constraints = Field(default=Constraints(), title="limits")
     also: dict[Extra, Range] = Field(

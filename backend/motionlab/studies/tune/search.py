@@ -1,4 +1,4 @@
-"""The whole search: starts, side by side, and the document of what they came to."""
+"""The complete search: parallel starts and their document."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ class _Search:
     def _try_out(
         self, points: Sequence[tuple[Group, dict[str, float]]]
     ) -> list[dict[tuple[str, str], Outcome]]:
-        """Return what comes of each point on each motor and axis."""
+        """Return the outcome of each point on each motor and axis."""
         tried: list[dict[tuple[str, str], Outcome]] = [{} for _ in points]
         movers = self._movers(points)
         controllers = [

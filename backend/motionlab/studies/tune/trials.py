@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 
 class Outcome(NamedTuple):
-    """What one axis did under one set of gains, over the window.
+    """Metrics of one axis under one set of gains, over the window.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Outcome(NamedTuple):
     saturated : float
         Share of ticks with force or current at its limit.
     diverged : bool
-        Whether it ran away; then the others are infinite.
+        Whether it diverged; then the others are infinite.
     """
 
     peak: float
@@ -53,7 +53,7 @@ class Outcome(NamedTuple):
     diverged: bool
 
 
-RAN_AWAY = Outcome(*[math.inf] * 7, diverged=True)
+DIVERGED = Outcome(*[math.inf] * 7, diverged=True)
 
 METRICS = {
     "peak": "max_abs_following_error",
@@ -70,7 +70,7 @@ _K_P, _K_D = parameter_row("controller.k_p"), parameter_row("controller.k_d")
 
 
 class Trials:
-    """What sets of gains go through: a motor, a motion, and the window that they are judged over.
+    """Trial setup of gain sets: motor, motion, window.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ class Trials:
         return self.window[1] * CONTROL_PERIOD
 
     def run(self, controllers: Sequence[ControllerConfig]) -> list[dict[str, Outcome]]:
-        """Return what each axis does under each controller."""
+        """Return the outcome of each axis under each controller."""
         movers = np.array([mover_parameters(self.scenario, one) for one in controllers])
         scores = self._course.score(movers.transpose(0, 2, 1)[None])
         return [
@@ -137,7 +137,7 @@ class Trials:
         Returns
         -------
         dict of str to ndarray
-            Keys of `METRICS`, infinite where an axis ran away.
+            Keys of `METRICS`, infinite where an axis diverged.
         """
         one = np.array(mover_parameters(self.scenario, controller)).T
         movers = np.repeat(one[None], len(k_p), axis=0)
@@ -155,7 +155,7 @@ class Trials:
 
     def _outcome(self, scores: Scores, mover: int, axis: int) -> Outcome:
         if scores.failed[mover, axis] >= 0:
-            return RAN_AWAY
+            return DIVERGED
         found = {name: float(scores.metrics[m][mover, axis]) for name, m in METRICS.items()}
         if math.isnan(found["settling"]):
             found["settling"] = self._never

@@ -367,7 +367,7 @@ export interface paths {
         get: operations["getTrajectory"];
         /**
          * Put Trajectory
-         * @description Save a trajectory under a name, in place of what was saved there.
+         * @description Save or replace a trajectory under a name.
          */
         put: operations["putTrajectory"];
         post?: never;
@@ -414,7 +414,7 @@ export interface paths {
         };
         /**
          * Get Session
-         * @description Return what is known of a session.
+         * @description Return the state of a session.
          */
         get: operations["getSession"];
         put?: never;
@@ -618,7 +618,7 @@ export interface paths {
         };
         /**
          * Get Telemetry
-         * @description Return what the ring holds, 30 s at most, as a file.
+         * @description Return the contents of the ring, 30 s at most, as a file.
          */
         get: operations["getTelemetry"];
         put?: never;
@@ -1069,7 +1069,7 @@ export interface paths {
         put?: never;
         /**
          * Plan Identification
-         * @description Check an identification and say what it would do and how long that takes; nothing moves.
+         * @description Validate an identification and return its motions and times; nothing moves.
          */
         post: operations["planIdentification"];
         delete?: never;
@@ -1130,12 +1130,12 @@ export interface components {
             sine: components["schemas"]["SineAccuracy"] | null;
             /**
              * Ideal Peak
-             * @description Largest error, simulated: PD alone, without friction; null where it runs away
+             * @description Largest error, simulated: PD alone, without friction; null where it diverges
              */
             ideal_peak: number | null;
             /**
              * Simulated Peak
-             * @description Largest error, simulated as the scenario is; null where it runs away
+             * @description Largest error, simulated as the scenario is; null where it diverges
              */
             simulated_peak: number | null;
         };
@@ -1397,12 +1397,12 @@ export interface components {
             k_d: number[];
             /**
              * Cost
-             * @description Row by row; null where it ran away
+             * @description Row by row; null where it diverged
              */
             cost: (number | null)[][];
             /**
              * Edge
-             * @description Lines of (k_p, k_d) on which the linearised loop is at the edge of stability
+             * @description Lines of (k_p, k_d) on which the linearised loop is at the stability boundary
              */
             edge: [
                 number,
@@ -1518,7 +1518,7 @@ export interface components {
         };
         /**
          * AxisModelConfig
-         * @description What the controller believes of one axis.
+         * @description A controller's model of one axis.
          */
         AxisModelConfig: {
             /**
@@ -1535,7 +1535,7 @@ export interface components {
         };
         /**
          * AxisRating
-         * @description What one axis can reach without friction.
+         * @description Limits of one axis without friction.
          */
         AxisRating: {
             acceleration: components["schemas"]["Reading"];
@@ -1712,7 +1712,7 @@ export interface components {
         Candidate: {
             /**
              * Cost
-             * @description On the worst motor; null where it ran away
+             * @description On the worst motor; null where it diverged
              */
             cost: number | null;
             /**
@@ -2033,14 +2033,14 @@ export interface components {
         };
         /**
          * Constraints
-         * @description What a set of gains must hold to be a candidate; null leaves one out.
+         * @description Constraints of a candidate; null disables one.
          *
          *     Margins are the worst of the loop linearised while it slides, from 0.5 to 4 Stribeck velocities.
          */
         Constraints: {
             /**
              * Gain Margin
-             * @description Least factor by which the loop's gain may grow, or fall, to the edge of stability
+             * @description Least factor by which the loop's gain may grow, or fall, to the stability boundary
              * @default 2
              * @example 2
              */
@@ -2504,7 +2504,7 @@ export interface components {
         };
         /**
          * DrawnPath
-         * @description Run along a polyline or a smooth curve through points by a time law.
+         * @description Follow a polyline or a smooth curve through points with a motion profile.
          *
          *     With every law but `constant_speed` a polyline stops at each of its points and a spline at its
          *     ends; a closed one ends, and stops, where it starts.
@@ -2538,7 +2538,7 @@ export interface components {
             geometry: "polyline" | "spline";
             /**
              * Law
-             * @description Time law along the path; constant_speed eases from rest and to rest only at its very ends
+             * @description Motion profile along the path; constant_speed eases in and out at its two ends only
              * @default minimum_jerk
              * @enum {string}
              */
@@ -3196,7 +3196,7 @@ export interface components {
         };
         /**
          * FrequencySweepDocument
-         * @description The loop of one axis as a sweep of the simulation finds it; so far, while it goes on.
+         * @description The loop of one axis by a frequency sweep of the simulation, or part of it.
          */
         FrequencySweepDocument: {
             /** Variant */
@@ -3340,7 +3340,7 @@ export interface components {
              * @description At each of these velocities
              */
             stable: boolean;
-            /** @description Factor up, or down, to the edge of stability */
+            /** @description Factor up, or down, to the stability boundary */
             gain_margin: components["schemas"]["WorstMargin"] | null;
             /** @description Distance of arg L from -180 degrees */
             phase_margin: components["schemas"]["WorstMargin"] | null;
@@ -3349,7 +3349,7 @@ export interface components {
         };
         /**
          * GainMetrics
-         * @description What one axis did on one motor over the window; all null where it ran away.
+         * @description Metrics of one axis on one motor over the window; null if it diverged.
          */
         GainMetrics: {
             /**
@@ -3898,7 +3898,7 @@ export interface components {
         };
         /**
          * LandscapeDocument
-         * @description The cost over the plane of gains, and the edge of stability in it.
+         * @description The cost over the plane of gains, with the stability boundary.
          */
         LandscapeDocument: {
             /** Axes */
@@ -4197,12 +4197,12 @@ export interface components {
             phase_margin: number | null;
             /**
              * Gain Margin
-             * @description Factor > 1 up to the edge of stability
+             * @description Factor > 1 up to the stability boundary
              */
             gain_margin: number | null;
             /**
              * Gain Reduction
-             * @description Factor < 1 down to the edge of stability
+             * @description Factor < 1 down to the stability boundary
              */
             gain_reduction: number | null;
             /**
@@ -4676,7 +4676,7 @@ export interface components {
         };
         /**
          * PaperDeformation
-         * @description What the paper prints of the same platform.
+         * @description The paper's printed deformations of the platform.
          */
         PaperDeformation: {
             /**
@@ -4951,7 +4951,7 @@ export interface components {
         };
         /**
          * PartialGroup
-         * @description What the starts of one group have evaluated so far.
+         * @description Evaluations of one group so far.
          */
         PartialGroup: {
             /** Axes */
@@ -4961,7 +4961,7 @@ export interface components {
         };
         /**
          * PartialIdentification
-         * @description What is there while an identification goes on.
+         * @description Intermediate results of an identification.
          */
         PartialIdentification: {
             standing: components["schemas"]["Standing"];
@@ -4996,7 +4996,7 @@ export interface components {
         };
         /**
          * PartialReproduce
-         * @description What is there while it goes on.
+         * @description Rows and figures computed so far.
          */
         PartialReproduce: {
             /**
@@ -5013,7 +5013,7 @@ export interface components {
         };
         /**
          * PartialTuning
-         * @description What is there while the simplex goes on.
+         * @description Intermediate results of a search.
          */
         PartialTuning: {
             /** Groups */
@@ -5074,7 +5074,7 @@ export interface components {
         };
         /**
          * PlanDocument
-         * @description What an identification would do, before it does it.
+         * @description The plan of an identification.
          */
         PlanDocument: {
             /**
@@ -5370,7 +5370,7 @@ export interface components {
         };
         /**
          * Probability
-         * @description Share of the cases that meet a spec, with what so few cases can tell.
+         * @description Share of the cases that meet a spec, with its confidence interval.
          */
         Probability: {
             /** Share */
@@ -5699,7 +5699,7 @@ export interface components {
         };
         /**
          * Requirements
-         * @description What a motor has to do; the defaults are the paper's.
+         * @description Requirements of a motor; defaults from the paper.
          */
         Requirements: {
             /**
@@ -5860,7 +5860,7 @@ export interface components {
         };
         /**
          * ResultDocument
-         * @description What came of a run; the same as ``motionlab run --json`` prints.
+         * @description Result of a run, as printed by ``motionlab run --json``.
          */
         ResultDocument: {
             window: components["schemas"]["Window"];
@@ -5952,7 +5952,7 @@ export interface components {
         };
         /**
          * RowSpread
-         * @description The number over many plausible motors, none of them fitted to anything.
+         * @description The number over many random motors, fitted to nothing.
          */
         RowSpread: {
             /**
@@ -6381,7 +6381,7 @@ export interface components {
         };
         /**
          * SharingCurves
-         * @description What happens at each position.
+         * @description Forces and currents at each position.
          */
         SharingCurves: {
             /**
@@ -6427,7 +6427,7 @@ export interface components {
         };
         /**
          * SharingDocument
-         * @description What a command comes to over one pole pitch.
+         * @description Response to a force command over one pole pitch.
          */
         SharingDocument: {
             /**
@@ -6766,7 +6766,7 @@ export interface components {
         };
         /**
          * SizedDimensions
-         * @description What sizing decides upon: stack length and turns, beside the choices.
+         * @description Results of sizing beside the choices: stack length and turns.
          */
         SizedDimensions: {
             /**
@@ -7004,7 +7004,7 @@ export interface components {
         };
         /**
          * Standing
-         * @description What is going on.
+         * @description Progress of the experiment.
          */
         Standing: {
             /**
@@ -7476,7 +7476,7 @@ export interface components {
         };
         /**
          * TuneHistory
-         * @description What one start of the simplex evaluated, in order.
+         * @description Evaluations of one start of the simplex, in order.
          */
         TuneHistory: {
             /**

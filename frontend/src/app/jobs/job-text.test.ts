@@ -16,8 +16,8 @@ it('leaves out the day where it is today', () => {
 });
 
 it('says why there is no result', () => {
-  expect(trouble({ state: 'failed', error: 'the motor ran away' })).toBe(
-    'failed. the motor ran away',
+  expect(trouble({ state: 'failed', error: 'the motor diverged' })).toBe(
+    'failed. the motor diverged',
   );
   expect(trouble({ state: 'interrupted', error: 'the server ended' })).toBe(
     'was interrupted: the server ended',

@@ -23,7 +23,7 @@ export function moment(iso: string, now = new Date()): string {
   return today ? time : `${date.toLocaleDateString()} ${time}`;
 }
 
-/** Says why there is no result: "failed. The motor ran away"; null where nothing went wrong. */
+/** Says why there is no result: "failed. The motor diverged"; null where nothing went wrong. */
 export function trouble({ state, error }: Pick<JobReport, 'state' | 'error'>): string | null {
   if (state === 'failed') return `failed. ${error ?? ''}`;
   return state === 'interrupted' ? `was interrupted: ${error ?? ''}` : null;

@@ -62,7 +62,7 @@ describe('points', () => {
   });
 });
 
-describe('time laws', () => {
+describe('motion profiles', () => {
   it('have what they need and nothing else', () => {
     const path = newPath(SQUARE, true);
     const limited = withLaw(path, 'jerk_limited');

@@ -51,7 +51,7 @@ it('lists the present gains, the paper’s and the candidates in their order', (
   expect(linesOf([GROUP], 'y')).toEqual([]);
 });
 
-it('tells the error on the worst motor, and none where one ran away', () => {
+it('tells the error on the worst motor, and none where one diverged', () => {
   const [, , worst, away] = linesOf([GROUP], 'x');
   expect(worst?.peak).toEqual({ value: 4e-6, motor: 'motor 1', velocity: null });
   expect(away?.peak).toEqual({ value: null, motor: 'motor 1', velocity: null });

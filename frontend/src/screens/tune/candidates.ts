@@ -8,7 +8,7 @@ export type Verdict = Pick<Candidate, 'cost' | 'feasible' | 'violations'>;
 
 /** The worst of a quantity over the motors, and on which motor that is. */
 export interface Worst {
-  /** SI; null where it ran away. */
+  /** SI; null where it diverged. */
   value: number | null;
   motor: string;
   /** Sliding velocity at which a margin is worst, m/s. */

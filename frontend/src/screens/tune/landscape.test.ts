@@ -44,7 +44,7 @@ it('draws the way of a start only of the axis that is shown', () => {
 it('names the edge of gains that are unstable', () => {
   const figures = { stable: false, k_p_limit: 3.254e6, k_d_limit: null } as LoopFigures;
   expect(limitWarnings(figures, 'x')).toEqual([
-    'The chosen gains of x are unstable. The edge of stability, each gain moved alone: k_p = 3254 N/mm.',
+    'The chosen gains of x are unstable. The stability boundary, each gain moved alone: k_p = 3254 N/mm.',
   ]);
   expect(limitWarnings({ ...figures, stable: true }, 'x')).toEqual([]);
 });

@@ -4,14 +4,14 @@ import type { AxisLandscape, TuneHistory, Axis } from '../../app/api/types';
 import type { Line as MapLine, Spot } from '../../plot/types';
 import type { Line } from './candidates';
 
-/** The edge of stability: one line, with a gap between its pieces. */
+/** The stability boundary: one line, with a gap between its pieces. */
 export function edgeLine({ edge }: AxisLandscape): MapLine[] {
   const gap: [null, null] = [null, null];
   const places = edge.flatMap((piece) => [...piece, gap]);
   if (places.length === 0) return [];
   return [
     {
-      name: 'edge of stability',
+      name: 'stability boundary',
       x: places.map(([k_p]) => k_p),
       y: places.map(([, k_d]) => k_d),
       ink: 'bad',

@@ -28,7 +28,7 @@ const MARGINS: readonly {
   {
     name: 'gain margin',
     unit: 'dB',
-    title: 'By which the loop’s gain may grow to the edge of stability',
+    title: 'By which the loop’s gain may grow to the stability boundary',
     read: ({ gain_margin }) => inDecibels(gain_margin),
   },
   {
@@ -117,7 +117,7 @@ export function promiseNote({ accuracy }: LookedAt, scenario: Scenario | null): 
   const last = unknown.pop() ?? '';
   const note = `The equations are of a mass under PD control in continuous time: they do not know ${unknown.join(', ')} or ${last}.`;
   const none = ' This motion does not repeat: (41) and (42), which are of a sine, do not apply.';
-  const away = ' A dash stands where the simulation ran away.';
+  const away = ' A dash stands where the simulation diverged.';
   const ran = accuracy.simulated_peak === null || accuracy.ideal_peak === null;
   return `${note}${accuracy.sine ? '' : none}${ran ? away : ''}`;
 }

@@ -23,7 +23,7 @@ export const LIMITS: Record<Constraint, { name: string; title: string; unit: str
   gain_margin: {
     name: 'gain margin ≥',
     title:
-      'By which the loop’s gain may grow, or fall, to the edge of stability; from 0.5 to 4 Stribeck velocities',
+      'By which the loop’s gain may grow, or fall, to the stability boundary; from 0.5 to 4 Stribeck velocities',
     unit: 'dB',
   },
   phase_margin: {

@@ -14,6 +14,6 @@ export function limitWarnings(figures: LoopFigures | null, axis: Axis): string[]
     limit === null ? [] : [`${gain} = ${digits(limit / 1e3, 4)} ${unit}`],
   );
   const nearest =
-    edges.length > 0 ? ` The edge of stability, each gain moved alone: ${edges.join(', ')}.` : '';
+    edges.length > 0 ? ` The stability boundary, each gain moved alone: ${edges.join(', ')}.` : '';
   return [`The chosen gains of ${axis} are unstable.${nearest}`];
 }
