@@ -1,7 +1,7 @@
 """Paths through points, run through by arc length: polylines and cubic splines.
 
 As in `motionlab.trajectory.path` a path maps its parameter q to a position and two derivatives;
-here q is the way along the path in m, so the first derivative is the unit tangent and the second
+here q is the arc length in m, so the first derivative is the unit tangent and the second
 the curvature.
 """
 
@@ -30,10 +30,10 @@ class Curve:
     Attributes
     ----------
     path : Path
-        Way along the path, m, to position, unit tangent and curvature; a closed one goes round and
+        Arc length, m, to position, unit tangent and curvature; a closed one goes round and
         round.
     marks : ndarray, shape (points,) or (points + 1,)
-        Way to each point; a closed path has its start once more at the end, m.
+        Arc length at each point; a closed path has its start once more at the end, m.
     """
 
     path: Path
@@ -94,16 +94,14 @@ def spline(points: Sequence[Vector], *, closed: bool) -> Curve:
     Lee, "Choosing nodes in parametric curve interpolation", Computer-Aided Design 1989.
     """
     corners = _corners(points, closed=closed)
-    knots, moments = _fit(corners, closed=closed)
-    steps = np.diff(knots)
-    cubic = _coefficients(corners, steps, moments)
-    nodes_per_edge = int(np.clip(_NODES // len(steps), *_NODES_PER_EDGE))
-    ways, parameters, pace = _table(cubic, knots, nodes_per_edge)
-    marks = ways[::nodes_per_edge].copy()
+    knots, cubic = _fit(corners, closed=closed)
+    nodes_per_edge = int(np.clip(_NODES // cubic.shape[1], *_NODES_PER_EDGE))
+    arc_lengths, parameters, pace = _table(cubic, knots, nodes_per_edge)
+    marks = arc_lengths[::nodes_per_edge].copy()
 
     def at(q: Array) -> tuple[Array, Array, Array]:
         q = _once_round(q, marks[-1]) if closed else q
-        return _follow(cubic, knots, nodes_per_edge, ways, parameters, pace, q)
+        return _follow(cubic, knots, nodes_per_edge, arc_lengths, parameters, pace, q)
 
     return Curve(at, marks)
 
@@ -126,7 +124,7 @@ def _corners(points: Sequence[Vector], *, closed: bool) -> Array:
 
 
 def _once_round(q: Array, length: float) -> Array:
-    """Bring ways along a closed path into its first lap."""
+    """Bring arc lengths of a closed path into its first lap."""
     if q.size and 0.0 <= q.min() and q.max() < length:
         return q
     return np.mod(q, length)
@@ -148,62 +146,13 @@ def locate(marks: Array, q: Array) -> NDArray[np.int64]:
 
 
 def _fit(corners: Array, *, closed: bool) -> tuple[Array, Array]:
-    """Return the knots and the second derivatives at them of the interpolating spline."""
+    """Return centripetal knots and the coefficients between them, (4, edges, 2), constant first."""
+    from scipy.interpolate import CubicSpline  # noqa: PLC0415 - slow, for drawn paths only
+
     edges = np.diff(corners, axis=0)
-    steps = np.sqrt(np.hypot(edges[:, 0], edges[:, 1]))
-    knots = np.concatenate(([0.0], np.cumsum(steps)))
-    slopes = edges / steps[:, None]
-    moments = np.zeros_like(corners)
-    if closed:
-        before = np.roll(steps, 1)
-        jumps = 6.0 * (slopes - np.roll(slopes, 1, axis=0))
-        moments[:-1] = _solve_cyclic(before, 2.0 * (before + steps), steps, jumps)
-        moments[-1] = moments[0]
-    elif len(steps) > 1:
-        jumps = 6.0 * np.diff(slopes, axis=0)
-        moments[1:-1] = _solve(steps[:-1], 2.0 * (steps[:-1] + steps[1:]), steps[1:], jumps)
-    return knots, moments
-
-
-@numba.njit(error_model="numpy", nogil=True, cache=True)
-def _solve(lower: Array, middle: Array, upper: Array, right: Array) -> Array:
-    """Solve tridiagonal equations without corners for each column of `right`."""
-    n = len(middle)
-    factor = np.empty(n)
-    result = right.copy()
-    pivot = middle[0]
-    result[0] /= pivot
-    for i in range(1, n):
-        factor[i] = upper[i - 1] / pivot
-        pivot = middle[i] - lower[i] * factor[i]
-        result[i] = (result[i] - lower[i] * result[i - 1]) / pivot
-    for i in range(n - 2, -1, -1):
-        result[i] -= factor[i + 1] * result[i + 1]
-    return result
-
-
-def _solve_cyclic(lower: Array, middle: Array, upper: Array, right: Array) -> Array:
-    """Solve tridiagonal equations with the corners lower[0] and upper[-1], by Sherman-Morrison."""
-    corner, other = lower[0], upper[-1]
-    gamma = -middle[0]
-    inner = middle.copy()
-    inner[0] -= gamma
-    inner[-1] -= corner * other / gamma
-    rank_one = np.zeros((len(middle), 1))
-    rank_one[0, 0], rank_one[-1, 0] = gamma, other
-    solution: Array = _solve(lower, inner, upper, np.hstack((right, rank_one)))
-    y, z = solution[:, :-1], solution[:, -1]
-    ratio = corner / gamma
-    return y - z[:, None] * ((y[0] + ratio * y[-1]) / (1.0 + z[0] + ratio * z[-1]))
-
-
-def _coefficients(corners: Array, steps: Array, moments: Array) -> Array:
-    """Return the polynomial coefficients of each edge, shape (4, edges, 2), constant first."""
-    h = steps[:, None]
-    edges = np.diff(corners, axis=0)
-    b = edges / h - h * (2.0 * moments[:-1] + moments[1:]) / 6.0
-    d = np.diff(moments, axis=0) / (6.0 * h)
-    return np.stack((corners[:-1], b, moments[:-1] / 2.0, d))
+    knots = np.concatenate(([0.0], np.cumsum(np.sqrt(np.hypot(edges[:, 0], edges[:, 1])))))
+    cubic = CubicSpline(knots, corners, bc_type="periodic" if closed else "natural")
+    return knots, np.ascontiguousarray(cubic.c[::-1])
 
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
@@ -231,10 +180,10 @@ def _table(cubic: Array, knots: Array, nodes: int) -> tuple[Array, Array, Array]
     arc = np.zeros_like(starts)
     for abscissa, weight in zip(_ABSCISSAE, _WEIGHTS, strict=True):
         arc += weight * _slope(cubic, starts + 0.5 * (1.0 + abscissa) * fine)
-    ways = np.concatenate(([0.0], np.cumsum(0.5 * fine * arc)))
+    arc_lengths = np.concatenate(([0.0], np.cumsum(0.5 * fine * arc)))
     parameters = np.append(knots[:-1, None] + starts, knots[-1])
     slopes = np.append(_slope(cubic, starts), _slope(cubic[:, -1:], fine[-1:] * nodes))
-    return ways, parameters, 1.0 / np.maximum(slopes, _SLOWEST * ways[-1] / knots[-1])
+    return arc_lengths, parameters, 1.0 / np.maximum(slopes, _SLOWEST * arc_lengths[-1] / knots[-1])
 
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
@@ -252,25 +201,25 @@ def _follow(  # noqa: PLR0913, PLR0917 - the tables of a spline
     cubic: Array,
     knots: Array,
     nodes: int,
-    ways: Array,
+    arc_lengths: Array,
     parameters: Array,
     pace: Array,
     q: Array,
 ) -> tuple[Array, Array, Array]:
-    """Return position, unit tangent and curvature at ways q."""
+    """Return position, unit tangent and curvature at arc_lengths q."""
     n = len(q)
     place, tangent, bend = np.empty((n, 2)), np.empty((n, 2)), np.empty((n, 2))
-    node = locate(ways, q)
-    slowest = _SLOWEST * ways[-1] / knots[-1]
+    node = locate(arc_lengths, q)
+    slowest = _SLOWEST * arc_lengths[-1] / knots[-1]
     for k in range(n):
         i = node[k]
         edge = i // nodes
-        width = ways[i + 1] - ways[i]
+        width = arc_lengths[i + 1] - arc_lengths[i]
         rise = parameters[i + 1] - parameters[i]
         # Where the spline all but stands the slopes would throw the cubic about: 3 is monotone.
         start = min(pace[i] * width, 3.0 * rise)
         end = min(pace[i + 1] * width, 3.0 * rise)
-        r = min(max((q[k] - ways[i]) / width, 0.0), 1.0)
+        r = min(max((q[k] - arc_lengths[i]) / width, 0.0), 1.0)
         way = start + r * (3.0 * rise - 2.0 * start - end + r * (start + end - 2.0 * rise))
         u_0 = float(parameters[i] - knots[edge])
         u = u_0 + r * way
@@ -278,7 +227,7 @@ def _follow(  # noqa: PLR0913, PLR0917 - the tables of a spline
         arc, slope = _arc(cubic, edge, u_0, u), _pace(cubic, edge, u)
         if slope > slowest:
             last = u_0 + rise
-            u = min(max(u - (ways[i] + arc - q[k]) / slope, u_0), last)
+            u = min(max(u - (arc_lengths[i] + arc - q[k]) / slope, u_0), last)
         for axis in range(2):
             a, b = cubic[0, edge, axis], cubic[1, edge, axis]
             c, d = cubic[2, edge, axis], cubic[3, edge, axis]
