@@ -56,3 +56,19 @@ served.scenario = {
   metrics: Object.fromEntries(metrics) as Record<string, MetricEntry>,
   contour: { max: metric(['contour max', 'm', true]), rms: metric(['contour RMS', 'm', true]) },
 };
+
+const TUNE: Readonly<Record<string, unknown>> = {
+  axis: 'both',
+  objective: { rms: 1 },
+  constraints: { gain_margin: 2, phase_margin: 0.5236, Ms: null, saturated: 0, force: null },
+  'bounds.k_p': [1e4, 3e7],
+  'bounds.k_d': [1e2, 1e5],
+  plants: [],
+  starts: 4,
+  evaluations: 200,
+};
+const NAMES: Readonly<Record<string, string>> = { 'bounds.k_p': 'range of k_p' };
+const tune = Object.entries(TUNE).map(([path, value]) => {
+  return [path, { ...field(path, [NAMES[path] ?? path]), default: value }] as const;
+});
+served.requests = { tune: Object.fromEntries(tune) };

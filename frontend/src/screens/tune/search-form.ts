@@ -2,24 +2,17 @@
 
 import type { RequestOf } from '../../app/api/operations';
 import { at } from '../../app/api/scenario-paths';
+import type { components } from '../../app/api/schema';
 import type { Axis, ProblemField, Scenario } from '../../app/api/types';
 import type { Source } from '../../app/jobs/job-request';
-import { clean, digits, prettyUnit } from '../../ui/units';
+import { fieldOf, nameOf, refusal, served, type Entries } from '../../app/fields/fields.svelte';
+import { clean } from '../../ui/units';
 
-export const METRICS = ['peak', 'rms', 'itae', 'settling', 'effort'] as const;
-export type Metric = (typeof METRICS)[number];
+type Schemas = components['schemas'];
 
-/** What one unit of weight stands for, as the server has it. */
-export const PER: Record<Metric, string> = {
-  peak: 'µm',
-  rms: 'µm',
-  itae: 'µm s²',
-  settling: '10 ms',
-  effort: 'N',
-};
-
-export const CONSTRAINTS = ['gain_margin', 'phase_margin', 'Ms', 'saturated', 'force'] as const;
-export type Constraint = (typeof CONSTRAINTS)[number];
+/** A metric of the objective. */
+export type Metric = keyof NonNullable<RequestOf<'/tune'>['objective']>;
+export type Constraint = keyof Schemas['Constraints'];
 
 export interface Form {
   /** Name of a shipped scenario; empty: what the Lab's controls show. */
@@ -43,30 +36,29 @@ export interface Form {
   evaluations: number;
 }
 
-/** The server's own defaults. */
-export const DEFAULT: Form = {
-  source: '',
-  variant: '',
-  axis: 'both',
-  weights: { rms: 1 },
-  limits: { gain_margin: 2, phase_margin: 0.5236, Ms: null, saturated: 0, force: null },
-  k_p: [1e4, 3e7],
-  k_d: [1e2, 1e5],
-  observer: false,
-  plants: [],
-  window: null,
-  starts: 4,
-  evaluations: 200,
-};
+/** Fields of the request, which are there before the screen is. */
+export function fields(): Entries {
+  return served.requests.tune ?? {};
+}
 
-/** What a constraint begins with when it is switched on. */
-export const USUAL: Record<Constraint, number> = {
-  gain_margin: 2,
-  phase_margin: 0.5236,
-  Ms: 2,
-  saturated: 0,
-  force: 30,
-};
+/** What the server takes for what is left out. */
+export function defaults(): Form {
+  const of = (path: string) => fields()[path]?.default;
+  const from = {
+    axis: of('axis'),
+    weights: of('objective'),
+    limits: of('constraints'),
+    k_p: of('bounds.k_p'),
+    k_d: of('bounds.k_d'),
+    plants: of('plants'),
+    starts: of('starts'),
+    evaluations: of('evaluations'),
+  } as Pick<
+    Form,
+    'axis' | 'weights' | 'limits' | 'k_p' | 'k_d' | 'plants' | 'starts' | 'evaluations'
+  >;
+  return { source: '', variant: '', observer: false, window: null, ...from };
+}
 
 export const OBSERVER = 'disturbance_observer.bandwidth';
 /** Hz */
@@ -116,23 +108,14 @@ export function landscapeBody(form: Form, source: Source): RequestOf<'/landscape
   return { ...common(form, source), points: 64 };
 }
 
-/** Settings of a landscape, and further ones of a search, by their key in a request. */
-export const SETTINGS = {
-  landscape: {
-    variant: 'controller',
-    axis: 'axis',
-    objective: 'objective',
-    bounds: 'ranges of the gains',
-    window: 'window',
-  },
-  search: {
-    constraints: 'limits',
-    also: 'observer',
-    plants: 'motors',
-    starts: 'starts',
-    evaluations: 'evaluations',
-  },
-};
+const OF_BOTH = ['variant', 'axis', 'objective', 'bounds', 'window'];
+const OF_SEARCH = ['constraints', 'also', 'plants', 'starts', 'evaluations'];
+
+/** Names of the settings of a landscape, or of a search, by their key in a request. */
+export function settings(of: 'landscape' | 'search'): Record<string, string> {
+  const keys = of === 'search' ? [...OF_BOTH, ...OF_SEARCH] : OF_BOTH;
+  return Object.fromEntries(keys.map((key) => [key, fieldOf(key, fields()).label]));
+}
 
 /** Returns what a search or a landscape was asked for as the form shows it; not its scenario. */
 export function formOf(request: Readonly<Record<string, unknown>>): Partial<Form> {
@@ -145,7 +128,7 @@ export function formOf(request: Readonly<Record<string, unknown>>): Partial<Form
     variant: asked.variant,
     axis: asked.axis,
     weights: asked.objective,
-    limits: constraints && { ...DEFAULT.limits, ...constraints },
+    limits: constraints && { ...defaults().limits, ...constraints },
     k_p: bounds?.k_p,
     k_d: bounds?.k_d,
     observer: also && OBSERVER in also,
@@ -158,28 +141,9 @@ export function formOf(request: Readonly<Record<string, unknown>>): Partial<Form
   return Object.fromEntries(said) as Partial<Form>;
 }
 
-const NAMES: Record<string, string> = {
-  'bounds.k_p': 'range of k_p',
-  'bounds.k_d': 'range of k_d',
-  objective: 'objective',
-  'objective.settling': 'settling',
-  'constraints.gain_margin': 'gain margin',
-  'constraints.phase_margin': 'phase margin',
-  'window.start': 'start of the window',
-  'window.end': 'end of the window',
-};
-
 /** Writes what the server has against a request: which number, why, and what is allowed. */
-export function complaint({ loc, message, value, range, unit }: ProblemField): string {
-  const got =
-    typeof value === 'number'
-      ? ` ${digits(value, 4)}`
-      : typeof value === 'string' && value !== ''
-        ? ` ${value}`
-        : '';
-  const shown = prettyUnit(unit ?? '');
-  const allowed = range ? ` Allowed: ${range}${/\d/.test(range) ? ` ${shown}` : ''}` : '';
-  return `${NAMES[loc] ?? loc}${got}: ${message}.${allowed.trimEnd()}${allowed ? '.' : ''}`;
+export function complaint(problem: ProblemField): string {
+  return [nameOf(problem.loc, fields()), refusal(problem, fields())].join(': ');
 }
 
 /** A gain margin as a person of the field writes it, and back. */

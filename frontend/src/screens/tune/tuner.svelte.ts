@@ -23,10 +23,10 @@ import { costAt } from './landscape';
 import { LoopStore } from './loop-store.svelte';
 import {
   complaint,
-  DEFAULT,
+  defaults,
   formOf,
   landscapeBody,
-  SETTINGS,
+  settings,
   tuneBody,
   variantOf,
   type Form,
@@ -42,7 +42,9 @@ class Tuner {
   readonly comparison = new Comparison(app.api, (fields) => fields.map(complaint).join(' '));
   /** Gains that were given to the Lab. */
   readonly given = new AppliedChanges();
-  form = $state.raw<Form>(load('tune', DEFAULT));
+  /** What a person has set; all else is the server's default. */
+  private entered = $state.raw<Partial<Form>>(load('tune', {}));
+  readonly form = $derived<Form>({ ...defaults(), ...this.entered });
   /** The shipped scenario that the form names. */
   private named = $state.raw<Scenario | null>(null);
   refused = $state.raw<readonly string[]>([]);
@@ -131,9 +133,8 @@ class Tuner {
     const { request } = this.search.report ?? {};
     const { source, scenario } = this;
     if (!request || !source || !scenario) return [];
-    const names = { ...SETTINGS.landscape, ...SETTINGS.search };
     const body = (form: Form) => tuneBody(form, source, scenario);
-    return differing(request, body(this.form), body(DEFAULT), names);
+    return differing(request, body(this.form), body(defaults()), settings('search'));
   });
 
   readonly mapSettings = $derived.by(() => {
@@ -141,7 +142,7 @@ class Tuner {
     const { source } = this;
     if (!request || !source) return [];
     const body = (form: Form) => landscapeBody(form, source);
-    return differing(request, body(this.form), body(DEFAULT), SETTINGS.landscape);
+    return differing(request, body(this.form), body(defaults()), settings('landscape'));
   });
 
   /** Whether the gains that a job began with are those that are there now. */
@@ -158,9 +159,9 @@ class Tuner {
   }
 
   change(changes: Partial<Form>): void {
-    this.form = { ...this.form, ...changes };
+    this.entered = { ...this.entered, ...changes };
     this.refused = [];
-    save('tune', this.form);
+    save('tune', this.entered);
   }
 
   async choose(source: string): Promise<void> {
