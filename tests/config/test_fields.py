@@ -76,7 +76,7 @@ def test_requests_have_the_defaults_of_their_models() -> None:
     assert tune["bounds.k_p"].default == [1e4, 3e7]
     assert tune["constraints.Ms"] == FieldEntry(
         label="M_s",
-        description="Largest peak of the sensitivity",
+        description="Largest peak of the sensitivity 1/(1 + L)",
         bounds={"exclusive_minimum": 1.0, "maximum": 100.0},
         example=2.0,
     )

@@ -25,7 +25,12 @@ OBJECTIVE = choices(
     ("peak", "peak error", "Largest following error over the window", "µm"),
     ("rms", "RMS error", "Root mean square of the following error", "µm"),
     ("itae", "ITAE", "Integral of time times |e|, from the start of the window", "µm s^2"),
-    ("settling", "settling time", "Longest settling time of a hold", "10 ms"),
+    (
+        "settling",
+        "settling time",
+        "Longest settling time of a hold; needs a motion that comes to rest",
+        "10 ms",
+    ),
     ("effort", "RMS thrust", "Root mean square of the thrust", "N"),
 )
 """Metrics of an objective; the unit is that of a weight of 1."""
@@ -67,7 +72,7 @@ class Constraints(Config):
         le=100,
     )
     phase_margin: float | None = quantity(
-        "Least phase margin",
+        "Least phase margin, from 0.5 to 4 Stribeck velocities",
         shown="°",
         example=0.5236,
         unit="rad",
@@ -77,7 +82,7 @@ class Constraints(Config):
         lt=3.1416,
     )
     Ms: float | None = quantity(
-        "Largest peak of the sensitivity",
+        "Largest peak of the sensitivity 1/(1 + L)",
         label="M_s",
         unit="1",
         source=OURS,

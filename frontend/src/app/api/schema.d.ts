@@ -2047,14 +2047,14 @@ export interface components {
             gain_margin: number | null;
             /**
              * Phase Margin
-             * @description Least phase margin
+             * @description Least phase margin, from 0.5 to 4 Stribeck velocities
              * @default 0.5236
              * @example 0.5236
              */
             phase_margin: number | null;
             /**
              * M_s
-             * @description Largest peak of the sensitivity
+             * @description Largest peak of the sensitivity 1/(1 + L)
              * @example 2
              */
             Ms?: number | null;
