@@ -6,7 +6,7 @@ import reprlib
 from dataclasses import dataclass, field
 
 SHOWN_MAX = 20
-"""Errors that are told of; the others are counted."""
+"""Errors listed in a message; further ones are counted."""
 
 LENGTH_MAX = 200
 """Characters of a value or a path that are shown."""

@@ -15,6 +15,11 @@ CALL = re.compile(r"`([A-Z]+) (/[^`? ]*)")
 LINK = re.compile(r"""(?:\]\(|src(?:set)?=")([^)"#:]+)(?:#[^)"]*)?[)"]""")
 SECTION = re.compile(r"\]\(([\w./-]*\.md)?#([^)]+)\)")
 HEADING = re.compile(r"^#+ (.+)$", re.MULTILINE)
+IDIOMS = re.compile(
+    r"edges? of stability|r[au]ns? away|laws? of sharing|time laws?\b|turned away|\bof late\b"
+    r"|\b(?:is|are|was) told\b|\bnobody\b|\blets? go of\b",
+    re.IGNORECASE,
+)
 NAMED = re.compile(r"\bdocs/[a-z-]+\.md\b")
 
 
@@ -42,6 +47,23 @@ def test_every_page_can_be_reached_from_the_readme():
         links = [(page.parent / target).resolve() for target in LINK.findall(page.read_text())]
         waiting += [link for link in links if link.suffix == ".md" and link not in seen]
     assert set(PAGES) <= seen
+
+
+def test_text_uses_the_terms_of_the_field():
+    """Stability boundary, diverged, force-sharing function, motion profile; plain sentences."""
+    sources = {"backend/motionlab": "py", "frontend/src": "svelte", "configs": "toml", "docs": "md"}
+    files = [
+        file for folder, kind in sources.items() for file in (ROOT / folder).rglob(f"*.{kind}")
+    ]
+    found = {file.name: IDIOMS.findall(file.read_text()) for file in [*files, ROOT / "README.md"]}
+    assert {name: words for name, words in found.items() if words} == {}
+
+
+def test_lines_of_the_pages_fit_a_screen():
+    tested = ("|", "    ", "$$", "Readings of", "  `motionlab")  # tables, commands, equations
+    for page in PAGES[2:]:
+        lines = [line for line in page.read_text().splitlines() if not line.startswith(tested)]
+        assert [line for line in lines if len(line) > 160 and "](" not in line] == [], page.name
 
 
 def test_pages_that_the_program_names_are_there():

@@ -213,7 +213,7 @@ def _walk(
 
 
 def strip(annotation: Any) -> Any:
-    """Return an annotation without what pydantic is told beside it."""
+    """Return an annotation without its pydantic metadata."""
     while typing.get_origin(annotation) is typing.Annotated:
         annotation = typing.get_args(annotation)[0]
     return annotation

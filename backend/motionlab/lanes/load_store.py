@@ -1,6 +1,6 @@
 """Lanes in arrays: rows read as named tuples of lanes, and written from them.
 
-How wide the lanes of an array are its type does not say: what reads one is told, by a constant or
+The type of an array does not contain the width of its lanes: a reader takes it from a constant or
 by lanes that are as wide.
 """
 

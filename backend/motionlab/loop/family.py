@@ -198,7 +198,7 @@ does in one such step where it falls by 40 dB a decade."""
 _UNIT = 1e3
 """Gain that is large enough to tell by: N/m, and N s/m."""
 _TINY = 1e-12
-"""Least distance from -1 that is told from none."""
+"""Numerical floor of the distance from -1."""
 
 
 def _affine(corners: Array) -> Array:

@@ -78,7 +78,7 @@ class StageView:
         What stands on it.
     """
 
-    def __init__(  # noqa: PLR0913 - a stage is told everything once
+    def __init__(  # noqa: PLR0913 - everything about a stage, once
         self,
         scene: viser.SceneApi,
         root: str,

@@ -35,9 +35,8 @@ _visit: ContextVar[_Visit | None] = ContextVar("visit", default=None)
 def contained(handler: Handler) -> Handler:
     """Return a handler of connections, any failure of which closes its own with a line in the log.
 
-    viser reads and handles a message in tasks that nobody waits for: what one cannot be made of
-    would print a traceback, and the viewer that sent it might stay. Each task is told from its
-    context whose message it handles.
+    viser reads and handles messages in tasks that are never awaited: an invalid one would print a
+    traceback, and its viewer might stay. The context of a task identifies its connection.
     """
 
     @functools.wraps(handler)

@@ -7,7 +7,7 @@ import type { Axis, Series, Spot } from './types';
 export type Rows = readonly ArrayLike<number | null>[];
 
 export interface ColourAxis extends Axis {
-  /** Values on both sides of this are told apart: a diverging map, as far up as down. */
+  /** Centre of a diverging map, as far up as down. */
   centre?: number;
 }
 

@@ -58,7 +58,7 @@ def _complete(document: dict[str, Any], settings: Settings) -> None:
     document["components"]["securitySchemes"] = _SCHEMES
     document["security"] = [{name: []} for name in _SCHEMES]
     if settings.token is None:
-        document["security"].append({})  # nobody is asked
+        document["security"].append({})  # no authentication on loopback
     for path in OPEN_PATHS:
         for operation in document["paths"][path].values():
             operation["security"] = []

@@ -15,7 +15,7 @@ from motionlab.service.memory_budget import Memory
 from motionlab.simulation.prepare import Prepared
 
 IDLE_SECONDS = 1800.0
-"""Time after which a session ends that nobody has asked for or watched."""
+"""Time after which an idle session is evicted: no request, no viewer."""
 SPARE_SECONDS = 60.0
 """The same, when its place is wanted."""
 _EVICTION_PERIOD = 30.0
@@ -66,7 +66,7 @@ class Sessions:
         session = await asyncio.get_running_loop().run_in_executor(self.threads, made)
         idlest = self._replaceable()
         self._memory.check(session.size)
-        # Nobody is evicted unless the new session has its place and its memory.
+        # No session is evicted unless the new session has its place and its memory.
         self._memory.take(session.size - (0 if idlest is None else idlest.size))
         if idlest is not None:
             del self._sessions[idlest.id]
@@ -113,7 +113,7 @@ class Sessions:
             self.expire(time.monotonic())
 
     def expire(self, now: float) -> None:
-        """End sessions that nobody has asked for or watched for a while.
+        """Evict idle sessions.
 
         Parameters
         ----------
@@ -133,5 +133,5 @@ class Sessions:
 
 
 def _idle(session: Session, now: float) -> float:
-    """Return for how long nobody has asked for a session or watched it, s."""
+    """Return the time since a session's last request or viewer, s."""
     return 0.0 if session.listeners else now - session.touched

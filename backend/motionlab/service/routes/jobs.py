@@ -27,7 +27,7 @@ _INTERRUPTED = {
     "state": "interrupted",
     "error": "the server ended before this job did; ask for it again",
 }
-"""What is told of a job whose record says that it goes on, while no server does it."""
+"""Error of a job recorded as running that no server runs."""
 
 
 def accepted(report: type[BaseModel]) -> dict[int | str, dict[str, Any]]:

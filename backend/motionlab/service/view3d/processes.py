@@ -1,6 +1,6 @@
 """The scenes of a server: a child process for each session that somebody watches in 3-D.
 
-A child ends when nobody has watched it for a while, when its session ends, or with this process,
+A child ends after a while without viewers, when its session ends, or with this process,
 whose end closes its stdin. One that died comes back with the next request: viewers ask by
 themselves.
 """

@@ -39,7 +39,7 @@ _PASSED_ON = ("content-type", "content-encoding", "content-length")
 _GOING_AWAY, _TOO_BIG, _TRY_AGAIN = 1001, 1009, 1013
 _NEVER_SENT = (1005, 1006, 1015)  # codes that only stand for how a connection was lost
 
-# The page runs inline scripts and workers of its own; it may reach this server and nobody else,
+# The page runs inline scripts and workers of its own; it may reach this server only,
 # whatever its address is made to say.
 CONTENT_POLICY = (
     "default-src 'self'; script-src 'self' 'unsafe-inline' 'unsafe-eval' blob: data:; "

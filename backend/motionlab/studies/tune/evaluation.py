@@ -34,7 +34,7 @@ _UNSTABLE = 1e3
 """Violation of one that is unstable or diverges, and more: any other is less."""
 
 _TINY = 1e-12
-"""Least margin that is told from none."""
+"""Numerical floor of a margin."""
 
 _PAST_COMMA = {"gain_margin": 3, "phase_margin": 3, "Ms": 3, "saturated": 4, "force": 2}
 _UNITS = {"phase_margin": " rad", "force": " N"}

@@ -26,7 +26,7 @@ Progress = Callable[[float, PartialLandscape | None], None]
 """Takes the share done, 0 to 1, and the map so far when that has changed."""
 
 _COARSEST = 8
-"""Stride of the first map that is told."""
+"""Stride of the first reported map."""
 _AT_ONCE = 512
 """Trials between two looks at whether the work is to end."""
 

@@ -43,7 +43,7 @@ export type JobSummary = Schemas['JobSummary'];
 export type JobKind = JobSummary['kind'];
 export type JobReport =
   paths['/api/v1/jobs/{job_id}']['get']['responses']['200']['content']['application/json'];
-/** What is told of a job of one kind. */
+/** Report of a job of one kind. */
 export type ReportOf<K extends JobKind> = Extract<JobReport, { kind: K }>;
 
 /** Sizing in both directions. */

@@ -4,7 +4,7 @@ import type { JobReport } from '../api/types';
 
 const MINUTE = 60;
 
-/** Writes a time that nobody needs to the second: "under 1 s", "12 s", "3 min". */
+/** Formats a time roughly: "under 1 s", "12 s", "3 min". */
 export function duration(seconds: number): string {
   if (seconds < 1) return 'under 1 s';
   if (seconds < 2 * MINUTE) return `${Math.round(seconds).toString()} s`;

@@ -53,7 +53,7 @@ interface Line {
   numbers: number[];
 }
 
-/** Returns the rows for the first two variants; those that nobody has a number for are left out. */
+/** Returns the rows for the first two variants; those without any number are left out. */
 export function rows(metrics: Metrics, variants: readonly string[]): Row[] {
   const of = variants.slice(0, 2).map((name) => metrics.variants[name]);
   const lines: Line[] = [];

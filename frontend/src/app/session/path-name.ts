@@ -6,7 +6,7 @@ import type { GivenPath } from './kept-sessions';
 
 /**
  * Returns a name such as `my-star`, `my-star, edited` or `drawn path`; empty for the scenario's own
- * path, and for one of the kinds that are told by their numbers.
+ * path, and for one of the kinds identified by their numbers.
  */
 export function pathName(
   trajectory: Trajectory | undefined,

@@ -138,7 +138,7 @@ export class SessionStore {
     await this.api.remove(before).catch(() => undefined);
   }
 
-  /** Whether nobody else watches the session. Asked while our own stream still counts. */
+  /** Whether the session has no other viewer. Asked while our own stream still counts. */
   private async alone(id: string): Promise<boolean> {
     const own = this.client?.connections ?? 0;
     const { watchers } = await this.api.session(id);

@@ -179,7 +179,7 @@ export class StreamClient {
         this.capacity = capacityFor(this.options.seconds, message.rate);
         this.events.rate(message.rate);
         this.events.session(message.session);
-        // The session may have been reset while nobody listened.
+        // The session may have been reset while disconnected.
         if (message.session.timeline !== this.timeline) this.clear();
         this.timeline = message.session.timeline;
         if (this.subscription.columns.length > 0) this.send();

@@ -193,7 +193,7 @@ export function comparedAs(comparison: PaperRow['comparison']): string {
   return COMPARED[comparison];
 }
 
-/** What a screen reader is told of a whole run. */
+/** Screen reader's summary of a run. */
 export function summaryOf(lines: readonly Line[]): string {
   const counts = countOf(lines);
   const done = lines.length - counts.waiting - counts.not_comparable;

@@ -28,7 +28,7 @@ class StabilityLimits {
     try {
       this.known = gainLimits(await app.api.loop(question));
     } catch {
-      this.known = {}; // What was refused is told beside its field.
+      this.known = {}; // The refusal is shown at its field.
     }
   }
 }
