@@ -1,4 +1,4 @@
-"""What a watched 3-D stage costs, and what a viewer that joins late costs the others."""
+"""What a watched 3-D view costs, and what a viewer that joins late costs the others."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def _cost() -> Row:
             server.terminate()
     share = watched - alone
     return Row(
-        f"3-D stage watched, {protocol.RATE:g} Hz, both processes",
+        f"3-D view watched, {protocol.RATE:g} Hz, both processes",
         f"< {_SHARE:.0%} of a core",
         f"{share:.1%}",
         f"{alone:.1%} unwatched",

@@ -1,4 +1,4 @@
-"""Take the pictures of the docs: python -m tests.e2e.pictures, or some: ... lab stage."""
+"""Take the pictures of the docs: python -m tests.e2e.pictures, or some: ... lab view3d."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def main() -> int:
         with sync_playwright() as playwright:
             for name in sys.argv[1:] or _TAKES:
                 flags = FLAGS
-                if name == "stage":
+                if name == "view3d":
                     flags = [flag for flag in FLAGS if flag != "--disable-gpu"] + SOFTWARE_GL
                 browser = playwright.chromium.launch(executable_path=CHROMIUM, args=flags)
                 begun = time.time()
@@ -84,7 +84,7 @@ def _lab(browser: Browser, server: Server) -> None:
         page.close()
 
 
-def _stage(browser: Browser, server: Server) -> None:
+def _view3d(browser: Browser, server: Server) -> None:
     """Play the rhombus until the traces are whole."""
     page = browser.new_page(viewport={"width": 1200, "height": 600})
     page.goto(server.url)
@@ -97,7 +97,7 @@ def _stage(browser: Browser, server: Server) -> None:
     page.wait_for_timeout(9000)  # The trace is 4 s long; drawing in software is slow.
     page.locator(".mantine-Notification-closeButton").first.click()
     page.wait_for_timeout(2500)
-    page.screenshot(path=DOCS / "stage.png")
+    page.screenshot(path=DOCS / "3d-view.png")
     page.close()
 
 
@@ -201,7 +201,7 @@ _TAKES: dict[str, tuple[Callable[[Browser, Server], None], tuple[str, ...]]] = {
         ("motor-sizing-light.png", "motor-field-dark.png", "motor-sharing-light.png"),
     ),
     "paper": (_paper, ("paper-light.png",)),
-    "stage": (_stage, ("stage.png",)),
+    "view3d": (_view3d, ("3d-view.png",)),
 }
 
 PICTURES = {file for _, files in _TAKES.values() for file in files}

@@ -1,4 +1,4 @@
-"""The 3-D stage in a real browser: seen to move, and back after its process was killed."""
+"""The 3-D view in a real browser: seen to move, and back after its process was killed."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def test_the_stage_moves_and_comes_back_when_its_process_is_killed(
     stage: Page, server: Server
 ) -> None:
     before = scene_processes(server)
-    stage.get_by_role("radio", name="Stage 3-D").click()
+    stage.get_by_role("radio", name="3-D view").click()
     until(stage, "the stage is drawn", lambda: shows_a_stage(stage))
     until(stage, "the stage stands still", lambda: not moves(stage))  # once all of it is there
     button(stage, "Play")
@@ -119,7 +119,7 @@ def opened(page: Page) -> Page:
     """Play and open the 3-D view; return the page once the view takes mouse and keys."""
     button(page, "Play")
     state(page, "playing")
-    page.get_by_role("radio", name="Stage 3-D").press("Space")
+    page.get_by_role("radio", name="3-D view").press("Space")
     expect(page.locator("iframe:not([inert])")).to_be_visible(timeout=3 * LONG)
     return page
 

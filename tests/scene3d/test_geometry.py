@@ -1,4 +1,4 @@
-"""What the 3-D stage is drawn from: the paper's dimensions, the phases' places, the feed."""
+"""What the 3-D view is drawn from: the paper's dimensions, the phases' places, the feed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The stage in 3-D as a client of the server finds it: page, websocket, guard, bounds, return."""
+"""The 3-D view as a client of the server finds it: page, websocket, guard, bounds, return."""
 
 from __future__ import annotations
 

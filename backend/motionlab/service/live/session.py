@@ -57,7 +57,7 @@ class SessionStatus(BaseModel):
     time: float = Field(description="Simulated time, s")
     speed: float = Field(description="Simulated time per time")
     stream: str = Field(description="Path of its websocket")
-    watchers: int = Field(description="Streams and stages that are open")
+    watchers: int = Field(description="Streams and 3-D views that are open")
     ends: int | None = Field(description="Tick at which it ends; null if it goes on")
     diverged: dict[str, float | None] = Field(description="Time at which a variant diverged, s")
 

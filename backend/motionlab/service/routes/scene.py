@@ -1,4 +1,4 @@
-"""The stage in 3-D: a page and its websocket, carried from a process of their own."""
+"""The 3-D view: a page and its websocket, carried from a process of their own."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ async def get_scene(request: Request, session_id: str | None = None) -> Response
             scene = await _scene(request, session_id)
             page = await proxy.fetch_page(scene, encoding)
     except OSError as error:
-        raise HTTPException(503, f"the 3-D stage is not available: {error}") from None
+        raise HTTPException(503, f"the 3-D view is not available: {error}") from None
     page.headers["ETag"] = scene.tag
     return page
 

@@ -112,7 +112,7 @@ class Scene:
             reason = "its process answered nothing that can be understood"
         if not self.port:
             await self.end()
-            raise HTTPException(503, f"the 3-D stage is not available: {reason}")
+            raise HTTPException(503, f"the 3-D view is not available: {reason}")
         if self.session is None:
             self._write(self._past())
 

@@ -33,7 +33,7 @@ export const LAB_KEYS: KeyTable = {
 
 /** While the 3-D view has the focus; all other keys of the Lab act there too. */
 export const SCENE_KEYS: KeyTable = {
-  title: 'Stage 3-D',
+  title: '3-D view',
   keys: [
     {
       keys: 'w a s d q e',

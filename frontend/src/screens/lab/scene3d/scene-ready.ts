@@ -1,4 +1,4 @@
-/** Whether the server has a stage to show; asking starts it. */
+/** Whether the server has a 3-D view to show; asking starts it. */
 
 /** Which process shows it, or why none does, for people. */
 export type Standing = { tag: string } | { refusal: string };
