@@ -6235,7 +6235,7 @@ export interface components {
             stream: string;
             /**
              * Watchers
-             * @description Streams and stages that are open
+             * @description Streams and 3-D views that are open
              */
             watchers: number;
             /**
