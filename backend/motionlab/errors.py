@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import reprlib
 from dataclasses import dataclass, field
+from typing import Any
 
 SHOWN_MAX = 20
 """Errors listed in a message; further ones are counted."""
@@ -41,6 +42,17 @@ def shown(value: object, length_max: int = LENGTH_MAX) -> object:
 
 class MotionLabError(Exception):
     """Base of every failure that is reported to the user without a traceback."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return what remakes it, whatever arguments its class takes."""
+        return _remade, (type(self), self.args, self.__dict__)
+
+
+def _remade(kind: type[MotionLabError], args: tuple[Any, ...], facts: dict[str, Any]) -> Any:
+    error = kind.__new__(kind, *args)
+    error.args = args
+    error.__dict__.update(facts)
+    return error
 
 
 SIGNS = {"minimum": ">=", "exclusive_minimum": ">", "maximum": "<=", "exclusive_maximum": "<"}

@@ -8,10 +8,11 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from motionlab.config.load import load_scenario
+from motionlab.executors.executor import cores
 from motionlab.kernel.build import initial_state
 from motionlab.kernel.layout import parameter_row
 from motionlab.simulation.batch import lanes_of
-from motionlab.simulation.batch_runner import Course, cores
+from motionlab.simulation.batch_runner import Course
 from motionlab.simulation.inputs import PAGE, page_inputs
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.timeline import Timeline

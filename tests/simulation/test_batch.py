@@ -10,11 +10,11 @@ import pytest
 
 from motionlab.config.load import load_scenario
 from motionlab.config.planar import AXES
-from motionlab.errors import ConfigError, Infeasible
+from motionlab.errors import ConfigError
 from motionlab.kernel.build import lane_parameters
 from motionlab.kernel.layout import parameter_row
 from motionlab.results.metrics import DEFINITIONS
-from motionlab.simulation.batch import Batch, lanes_of, run_batch, run_prepared
+from motionlab.simulation.batch import Batch, Cases, lanes_of, run_batch, run_prepared
 from motionlab.simulation.batch_runner import Course
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
@@ -56,9 +56,16 @@ def assert_same(batch: Batch, case: int, variants: dict[str, Any]) -> None:
                 assert math.isnan(found) if value is None else found == value, (metric, axis)
 
 
+def batch(
+    name: str, cases: list[dict[str, Any]], *, threads: int | None = None, **tell: Any
+) -> Batch:
+    tables = load_scenario(name, SHORT if name == "circle" else {}).model_dump(mode="json")
+    return run_batch(Cases(tables, 0, cases, threads, {}), **tell)
+
+
 @pytest.fixture(scope="module")
 def circle() -> Batch:
-    return run_batch(load_scenario("circle", SHORT), CASES, threads=3)
+    return batch("circle", CASES, threads=3)
 
 
 @pytest.mark.parametrize("case", range(len(CASES)))
@@ -80,21 +87,21 @@ def test_divergence_ends_both_axes_of_its_variant_only(circle: Batch) -> None:
 @pytest.mark.parametrize("name", ["stair-x-500nm", "trapezoid-y"])
 def test_motion_with_holds(name: str) -> None:
     cases: list[dict[str, Any]] = [{}, {"plant": "matched"}]
-    batch = run_batch(name, cases)
-    assert not np.isnan(batch.metrics["steady_state_error"]).all()
+    found = batch(name, cases)
+    assert not np.isnan(found.metrics["steady_state_error"]).all()
     for case, changes in enumerate(cases):
-        assert_same(batch, case, alone(name, changes))
+        assert_same(found, case, alone(name, changes))
 
 
 def test_bits_do_not_depend_on_threads_or_neighbours(circle: Batch) -> None:
-    few = run_batch(load_scenario("circle", SHORT), CASES[:3], threads=1)
+    few = batch("circle", CASES[:3], threads=1)
     for name, values in few.metrics.items():
         np.testing.assert_array_equal(values, circle.metrics[name][:3])
 
 
 def test_progress_rises_to_one_and_can_end_a_batch() -> None:
     shares: list[float] = []
-    run_batch(load_scenario("circle", SHORT), CASES[-17:], progress=shares.append)
+    batch("circle", CASES[-17:], progress=shares.append)
     assert shares == sorted(shares)
     assert shares[-1] == pytest.approx(1.0)
 
@@ -102,7 +109,7 @@ def test_progress_rises_to_one_and_can_end_a_batch() -> None:
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        run_batch(load_scenario("circle", SHORT), CASES, progress=enough)
+        batch("circle", CASES, progress=enough)
 
 
 def test_watched_errors_are_those_of_the_run() -> None:
@@ -144,14 +151,23 @@ def test_lanes_of_a_scenario_are_those_of_its_runs() -> None:
 
 
 def test_what_is_wrong_with_a_case_is_named() -> None:
-    with pytest.raises(ConfigError, match=r"cases\.1\.plant\.x\.mass.*got -1"):
-        run_batch("circle", [{}, {"plant.x.mass": -1.0}])
+    with pytest.raises(ConfigError, match=r"case 1: plant\.x\.mass.*got -1"):
+        batch("circle", [{}, {"plant.x.mass": -1.0}])
     with pytest.raises(ConfigError, match="needs at least one"):
-        run_batch("circle", [])
+        run_prepared([])
     with pytest.raises(ConfigError, match=r"cases\.0\.trajectory: is too long"):
-        run_batch("circle", [{"trajectory.laps": 1000}])
-    with pytest.raises(Infeasible):
-        run_batch("circle", [{"plant.x.mass": 900.0}])
+        batch("circle", [{"trajectory.laps": 4000}])
+    with pytest.raises(ConfigError, match="cannot add or remove a variant"):
+        variants = load_scenario("circle").model_dump(mode="json")["variants"]
+        batch("circle", [{"variants": variants | {"C": variants["A"]}}])
+
+
+def test_a_case_that_cannot_be_followed_has_no_metrics(circle: Batch) -> None:
+    found = batch("circle", [{"plant.x.mass": 900.0}, {}])
+    assert found.feasible.tolist() == [False, True]
+    for name, values in found.metrics.items():
+        assert np.isnan(values[0]).all()
+        np.testing.assert_array_equal(values[1], circle.metrics[name][0])
 
 
 def test_thousands_of_cases_share_one_load() -> None:

@@ -2,29 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
+import itertools
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.changes import apply_changes
-from motionlab.config.load import load_scenario, validate
+from motionlab.config.load import validate
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.errors import ConfigError, FieldError
+from motionlab.design.fem.force_map import ForceMap
+from motionlab.errors import ConfigError, FieldError, Infeasible
+from motionlab.executors.executor import current
 from motionlab.kernel.build import mover_parameters
 from motionlab.results.metrics import DEFINITIONS
 from motionlab.simulation.batch_runner import Course, Progress
 from motionlab.simulation.prepare import Prepared, prepare
+from motionlab.store.maps import kept_in, lent
 
 Array = NDArray[np.float64]
 
-_PREPARING = 0.2
+Watch = Callable[[NDArray[np.int64], NDArray[np.float32]], None]
+
+_PREPARING = 0.3
 """Share of the work that is done when every case has been checked; a guess, for progress."""
+
+_TOGETHER = 1000  # cases of a task, at most
+_MOTION_SIZE = 100_000_000  # bytes of references and loads that cases side by side may hold
 
 TICKS_MAX = 600_000
 """Ticks of a case: the inputs of all of them lie in memory while a batch runs."""
@@ -43,57 +51,149 @@ class Batch:
         has None or nothing: a variant that diverged, an axis that does not move, no hold.
     failed : ndarray of int, shape (cases, variants)
         Tick at which a variant diverged; -1 where it has not.
+    feasible : ndarray of bool, shape (cases,)
+        Whether the motor can follow the motion.
     """
 
     variants: tuple[str, ...]
     metrics: dict[str, Array]
     failed: NDArray[np.int64]
+    feasible: NDArray[np.bool_]
 
 
-def run_batch(
-    source: str | Path | Mapping[str, Any] | Scenario,
-    cases: Sequence[Mapping[str, Any]],
-    *,
-    threads: int | None = None,
-    progress: Progress | None = None,
-) -> Batch:
-    """Run many cases of one scenario.
+class Cases(NamedTuple):
+    """Some cases of a scenario: a task that can be sent to another process.
+
+    Attributes
+    ----------
+    scenario : dict
+        Tables of the scenario that all of them change.
+    first : int
+        Number of the first case, for errors.
+    changes : sequence of mapping
+        Of each case: dotted path to value.
+    threads : int or None
+        How many threads to use; None for one on each core.
+    maps : dict of str to ForceMap
+        Force maps that do not ship.
+    """
+
+    scenario: dict[str, Any]
+    first: int
+    changes: Sequence[Mapping[str, Any]]
+    threads: int | None
+    maps: dict[str, ForceMap]
+
+
+def tasks(scenario: Scenario, changes: Sequence[Mapping[str, Any]]) -> list[Cases]:
+    """Return all cases of a scenario as tasks for the current executor."""
+    executor, document = current(), scenario.model_dump(mode="json")
+    parts = [changes[part] for part in executor.parts(len(changes), _TOGETHER)]
+    firsts = itertools.accumulate(map(len, parts), initial=0)
+    return [
+        Cases(document, first, part, executor.threads, kept_in(document, part))
+        for first, part in zip(firsts, parts, strict=False)
+    ]
+
+
+def run_batch(cases: Cases, progress: Progress | None = None, watch: Watch | None = None) -> Batch:
+    """Run some cases of a scenario.
 
     Cases that share their motion, load and noise, which takes equal seeds where there is noise at
     all, share one preparation of them and run side by side; others take turns.
 
     Parameters
     ----------
-    source : str, Path, mapping or Scenario
-        As `load_scenario` takes it, or a scenario.
-    cases : sequence of mapping
-        Of each case the changes: dotted path to value.
-    threads : int, optional
-        How many threads to use; one for each core when left out.
+    cases : Cases
+        At least one.
     progress : callable, optional
         Takes the share done; what it raises ends the batch.
+    watch : callable, optional
+        See `run_prepared`.
 
     Returns
     -------
     Batch
-        The same bits for the same case, whatever runs beside it.
+        The same bits for the same case, whatever runs beside it; NaN for a case whose motor cannot
+        follow the motion.
 
     Raises
     ------
     ConfigError
-        Naming the case and what is wrong with it; if there are none; if a case adds a variant.
-    Infeasible
-        If the motor cannot follow the motion of a case.
+        Naming the case and what is wrong with it; if a case adds or removes a variant.
     """
-    base = source if isinstance(source, Scenario) else load_scenario(source)
-    document = base.model_dump(mode="json")
-    prepared = []
-    for index, changes in enumerate(cases):
-        prepared.append(_prepared(document, changes, index))
+    count, variants = len(cases.changes), tuple(cases.scenario["variants"])
+    shape = (count, len(variants), len(AXES))
+    metrics = {name: np.full(shape, np.nan) for name in DEFINITIONS}
+    failed = np.full(shape[:2], -1, dtype=np.int64)
+    feasible = np.zeros(count, dtype=bool)
+    ready = done = 0
+
+    def tell(share: float = 0.0, size: int = 0) -> None:
         if progress is not None:
-            progress(_PREPARING * (index + 1) / len(cases))
-    rest = None if progress is None else lambda share: progress(_PREPARING + 0.8 * share)
-    return run_prepared(prepared, threads=threads, progress=rest)
+            ran = done + share * size
+            progress((_PREPARING * ready + (1.0 - _PREPARING) * ran) / count)
+
+    def prepared_one() -> None:
+        nonlocal ready
+        ready += 1
+        tell()
+
+    with lent(cases.maps):
+        for parcel in _parcels(cases, prepared_one):
+            numbers, size = np.array(list(parcel)), len(parcel)
+
+            def look(
+                movers: NDArray[np.int64], errors: NDArray[np.float32], numbers: Any = numbers
+            ) -> None:
+                if watch is not None:
+                    case, variant = np.divmod(movers, len(variants))
+                    watch(numbers[case] * len(variants) + variant, errors)
+
+            found = run_prepared(
+                list(parcel.values()),
+                threads=cases.threads,
+                progress=lambda share, size=size: tell(share, size),
+                watch=None if watch is None else look,
+            )
+            feasible[numbers] = True
+            failed[numbers] = found.failed
+            for name, values in found.metrics.items():
+                metrics[name][numbers] = values
+            done += size
+    return Batch(variants, metrics, failed, feasible)
+
+
+def changed(document: dict[str, Any], changes: Mapping[str, Any], where: str) -> Scenario:
+    """Return the scenario of a case, which `where` names in errors."""
+    try:
+        scenario = validate(apply_changes(document, changes))
+    except ConfigError as error:
+        raise ConfigError(*(replace(e, loc=f"{where}: {e.loc}") for e in error.errors)) from None
+    if list(scenario.variants) != list(document["variants"]):
+        message = "a case cannot add or remove a variant"
+        raise ConfigError(FieldError(where, message, list(scenario.variants)))
+    return scenario
+
+
+def _parcels(cases: Cases, tell: Callable[[], None]) -> Iterator[dict[int, Prepared]]:
+    """Yield cases that are feasible, by place; as many at once as memory may hold."""
+    parcel: dict[int, Prepared] = {}
+    motions: dict[int, int] = {}
+    for place, changes in enumerate(cases.changes):
+        try:
+            case = prepare(changed(cases.scenario, changes, f"case {cases.first + place}"))
+        except Infeasible:
+            continue
+        finally:
+            tell()
+        parcel[place] = case
+        motions[id(case.reference)] = case.motion_size
+        if sum(motions.values()) > _MOTION_SIZE:
+            yield parcel
+            parcel, motions = {}, {}
+    if parcel:
+        yield parcel
 
 
 def run_prepared(
@@ -101,7 +201,7 @@ def run_prepared(
     *,
     threads: int | None = None,
     progress: Progress | None = None,
-    watch: Callable[[NDArray[np.int64], NDArray[np.float32]], None] | None = None,
+    watch: Watch | None = None,
 ) -> Batch:
     """Run many prepared scenarios of the same variants; see `run_batch`.
 
@@ -157,7 +257,7 @@ def run_prepared(
     first = np.where((failed >= 0).any(axis=2), ended, -1)
     for values in metrics.values():
         values[first >= 0] = np.nan  # a variant ends with either of its axes
-    return Batch(variants, metrics, first)
+    return Batch(variants, metrics, first, np.ones(len(cases), dtype=bool))
 
 
 def lanes_of(prepared: Prepared) -> Array:
@@ -171,16 +271,6 @@ def lanes_of(prepared: Prepared) -> Array:
             for _, scenario in prepared.epochs
         ]
     ).transpose(0, 1, 3, 2)
-
-
-def _prepared(document: dict[str, Any], changes: Mapping[str, Any], index: int) -> Prepared:
-    try:
-        return prepare(validate(apply_changes(document, changes)))
-    except ConfigError as error:
-        place = f"cases.{index}."
-        raise ConfigError(
-            *(FieldError(place + e.loc, e.message, e.value, e.range, e.unit) for e in error.errors)
-        ) from None
 
 
 def _check(case: Prepared, variants: tuple[str, ...], index: int) -> None:

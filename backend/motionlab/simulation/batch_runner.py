@@ -7,7 +7,6 @@ source. Blocks of lanes go to threads; the compiled loop holds no lock meanwhile
 from __future__ import annotations
 
 import itertools
-import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.planar import AXES
+from motionlab.executors.executor import cores
 from motionlab.kernel.accumulator import new_tally, tally_metrics
 from motionlab.kernel.build import LANES_PER_VARIANT, initial_state
 from motionlab.kernel.layout import state_row
@@ -183,13 +183,6 @@ class _Block:
     tally: Array
     failed: NDArray[np.int64]
     errors: NDArray[np.float32]
-
-
-def cores() -> int:
-    """Return how many cores this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def _block_size(movers: int, threads: int) -> int:

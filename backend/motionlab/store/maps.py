@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import functools
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import NamedTuple
 
@@ -95,6 +99,8 @@ def named_map(name: str, loc: str = "force_map") -> ForceMap:
     ConfigError
         If there is none of that name, or it cannot be read.
     """
+    if name in _lent.get():
+        return _lent.get()[name]
     file = map_file(name)
     if file is not None:
         try:
@@ -112,6 +118,26 @@ def named_map(name: str, loc: str = "force_map") -> ForceMap:
             range="one of " + ", ".join(known) + "; `motionlab map` computes more",
         )
     )
+
+
+_lent: ContextVar[dict[str, ForceMap]] = ContextVar("lent", default={})  # noqa: B039 - never changed
+
+
+def kept_in(*tables: object) -> dict[str, ForceMap]:
+    """Return the maps that do not ship and that tables may name, for tasks to take along."""
+    text = json.dumps(tables)
+    kept = {path.stem for folder, ships in folders() if not ships for path in folder.glob("*.json")}
+    return {name: named_map(name) for name in sorted(kept) if f'"{name}"' in text}
+
+
+@contextmanager
+def lent(maps: dict[str, ForceMap]) -> Iterator[None]:
+    """Have `named_map` find these maps, wherever the block runs."""
+    token = _lent.set(maps)
+    try:
+        yield
+    finally:
+        _lent.reset(token)
 
 
 class MapFile(NamedTuple):

@@ -30,6 +30,16 @@ def add_json(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print one JSON document on stdout")
 
 
+def add_scheduler(parser: argparse.ArgumentParser) -> None:
+    """Add ``--scheduler``."""
+    parser.add_argument(
+        "--scheduler",
+        metavar="WHERE",
+        help="where studies are computed: threads, processes[:N], tls://HOST:PORT or "
+        "tcp://127.0.0.1:PORT, docs/cluster.md (MOTIONLAB_SCHEDULER, threads)",
+    )
+
+
 def source(options: argparse.Namespace) -> str | Path:
     """Return the scenario: a shipped one by name, or the path of a file."""
     name: str = options.scenario

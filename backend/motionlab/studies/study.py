@@ -122,6 +122,8 @@ class Study:
     """Of a direct one, whether it takes milliseconds as a rule."""
     keeps: ClassVar[bool] = False
     """Whether what was found is kept, and answered at once when it is asked for again."""
+    scatters: ClassVar[bool] = False
+    """Whether it may be computed by a scheduler's workers."""
     batches: ClassVar[bool] = False
     """Whether it needs the kernels of batches, which are compiled when a server first starts."""
 

@@ -15,10 +15,10 @@ from motionlab.cli import main
 from motionlab.config.load import load_scenario
 from motionlab.errors import ConfigError
 from motionlab.service.settings import Settings
+from motionlab.simulation import batch as module
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run as run_alone
-from motionlab.studies.sweep import run as module
 from motionlab.studies.sweep.document import SweepDocument
 from motionlab.studies.sweep.request import read_request
 from motionlab.studies.sweep.run import plan, run

@@ -43,6 +43,7 @@ class ComputeMap(Study):
     write = lazy("store.maps:save")
     bodies = ({"preset": "default", "geometry": {"g": 0.4e-3}},)
     keeps = True
+    scatters = True
     command = Command(
         name="map",
         help="compute a force map by finite elements",

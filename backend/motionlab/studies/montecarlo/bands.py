@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +50,15 @@ class Bands:
             self._samples[case, variant] = inside[i, :, :: self.stride]
             np.minimum(self._least[variant], least[i], out=self._least[variant])
             np.maximum(self._most[variant], most[i], out=self._most[variant])
+
+    def join(self, parts: Iterable[Bands]) -> None:
+        """Take the bands of all cases from those of some cases each, in order."""
+        first = 0
+        for part in parts:
+            self._samples[first : first + len(part._samples)] = part._samples
+            np.minimum(self._least, part._least, out=self._least)
+            np.maximum(self._most, part._most, out=self._most)
+            first += len(part._samples)
 
     def of(self, variant: int, axis: int) -> dict[str, NDArray[np.float32]] | None:
         """Return the bands of one axis of one variant, m; None where every case diverged."""

@@ -12,16 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab import __version__
-from motionlab.config.changes import apply_changes
-from motionlab.config.load import load_scenario, validate
+from motionlab.config.load import load_scenario
 from motionlab.config.planar import AXES
-from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.errors import ConfigError, FieldError, Infeasible
+from motionlab.errors import ConfigError, FieldError
+from motionlab.executors.executor import current
 from motionlab.lanes import model_hash
 from motionlab.results.comparison import RATIOS
 from motionlab.results.metrics import DEFINITIONS
-from motionlab.simulation.batch import Batch, run_prepared
+from motionlab.simulation.batch import Batch, run_batch, tasks
+from motionlab.simulation.batch import Cases as CaseTask
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.result import plant_name
 from motionlab.studies.montecarlo.bands import Bands
@@ -41,8 +41,6 @@ Array = NDArray[np.float64]
 Source = str | Path | dict[str, Any]
 
 PEAK = "max_abs_following_error"
-_PREPARING = 0.5
-"""Share of the work that is done when every plant has been checked; about."""
 _WORST = 3
 _DIGITS = 5
 _Z = 1.959964  # of a 95 % interval
@@ -111,8 +109,6 @@ def plan(request: MonteCarloRequest, source: Source | None = None) -> Cases:
 def run_cases(
     planned: Cases,
     progress: Callable[[float], None] | None = None,
-    *,
-    threads: int | None = None,
 ) -> MonteCarloDocument:
     """Run every controller of a scenario on every plant.
 
@@ -122,8 +118,6 @@ def run_cases(
         From `plan`.
     progress : callable, optional
         Takes the share done; what it raises ends the study.
-    threads : int, optional
-        How many threads to use; one for each core when left out.
 
     Returns
     -------
@@ -135,20 +129,17 @@ def run_cases(
     ConfigError
         If a draw lies outside of what a plant may be, naming the case.
     """
-    count = len(planned.draws)
-    variants = planned.base.scenario.variants
-    tell = progress or (lambda _: None)
-    window = planned.base.window
-    bands = Bands(count, len(variants), window)
-    feasible, prepared = _prepared(planned, lambda share: tell(_PREPARING * share))
-    numbers = (feasible[:, None] * len(variants) + np.arange(len(variants))).ravel()
-    batch = run_prepared(
-        prepared,
-        threads=threads,
-        progress=lambda share: tell(_PREPARING + (1.0 - _PREPARING) * share),
-        watch=lambda movers, errors: bands.watch(numbers[movers], errors),
-    )
-    metrics = {name: _at(values, feasible, count) for name, values in batch.metrics.items()}
+    count, scenario, window = len(planned.draws), planned.base.scenario, planned.base.window
+    bands = Bands(count, len(scenario.variants), window)
+    parts = tasks(scenario, planned.draws)
+    found = list(current().map(_run, [(part, window) for part in parts], progress))
+    bands.join(part for _, part in found)
+    batches = [batch for batch, _ in found]
+    metrics = {name: np.concatenate([b.metrics[name] for b in batches]) for name in DEFINITIONS}
+    failed = np.concatenate([batch.failed for batch in batches])
+    feasible = np.flatnonzero(np.concatenate([batch.feasible for batch in batches]))
+    if not len(feasible):
+        raise ConfigError(FieldError("vary", "no plant that it gives can follow the motion", count))
     moving = planned.base.reference.moving
     return MonteCarloDocument(
         scenario=planned.base.scenario.name,
@@ -163,9 +154,9 @@ def run_cases(
         window={"start": window[0] * CONTROL_PERIOD, "end": window[1] * CONTROL_PERIOD},
         time=[round(tick * CONTROL_PERIOD, 7) for tick in bands.ticks.tolist()],
         spec=planned.request.spec,
-        variants=_variants(planned, batch, metrics, bands),
+        variants=_variants(planned, failed, metrics, bands),
         improvement={axis: _improvement(metrics, AXES.index(axis)) for axis in moving}
-        if len(variants) > 1
+        if len(scenario.variants) > 1
         else {},
         worst=_worst(planned, metrics[PEAK], feasible),
     )
@@ -185,46 +176,21 @@ def case_changes(planned: Cases, case: int) -> dict[str, Any]:
     return planned.draws[case]
 
 
-def _prepared(
-    planned: Cases, progress: Callable[[float], None]
-) -> tuple[NDArray[np.int64], list[Prepared]]:
-    """Return the cases whose plants can follow the motion, and these ready to run."""
-    document = planned.base.scenario.model_dump(mode="json")
-    feasible, prepared = [], []
-    for case, changes in enumerate(planned.draws):
-        try:
-            prepared.append(prepare(_drawn(document, changes, case)))
-            feasible.append(case)
-        except Infeasible:
-            pass
-        progress((case + 1) / len(planned.draws))
-    if not feasible:
-        raise ConfigError(
-            FieldError("vary", "no plant that it gives can follow the motion", len(planned.draws))
-        )
-    return np.array(feasible), prepared
-
-
-def _drawn(document: dict[str, Any], changes: dict[str, Any], case: int) -> Scenario:
+def _run(
+    task: tuple[CaseTask, tuple[int, int]], progress: Callable[[float], None]
+) -> tuple[Batch, Bands]:
+    """Run some cases; return their metrics and bands."""
+    cases, window = task
+    bands = Bands(len(cases.changes), len(cases.scenario["variants"]), window)
     try:
-        return validate(apply_changes(document, changes))
+        return run_batch(cases, progress, bands.watch), bands
     except ConfigError as error:
-        found = (
-            replace(e, loc=f"case {case}: {e.loc}", message=f"{e.message}: vary it less")
-            for e in error.errors
-        )
+        found = (replace(e, message=f"{e.message}: vary it less") for e in error.errors)
         raise ConfigError(*found) from None
 
 
-def _at(values: Array, cases: NDArray[np.int64], count: int) -> Array:
-    """Return the values of some cases among all of them, NaN for the others."""
-    everywhere = np.full((count, *values.shape[1:]), np.nan)
-    everywhere[cases] = values
-    return everywhere
-
-
 def _variants(
-    planned: Cases, batch: Batch, metrics: dict[str, Array], bands: Bands
+    planned: Cases, failed: NDArray[np.int64], metrics: dict[str, Array], bands: Bands
 ) -> dict[str, VariantStudy]:
     found = {}
     spec = planned.request.spec
@@ -247,7 +213,7 @@ def _variants(
             label=variant.label,
             law=variant.controller.compensation.law,
             enabled=variant.controller.compensation.enabled,
-            diverged=int((batch.failed[:, v] >= 0).sum()),
+            diverged=int((failed[:, v] >= 0).sum()),
             axes=axes,
             meets=probability(int(within.sum()), len(within)) if limits else None,
         )

@@ -47,6 +47,7 @@ class MonteCarlo(Study):
     report = lazy("studies.montecarlo.report:report")
     bodies = ({"scenario": "circle", "cases": 300, "spec": {"x": 12e-6, "y": 15e-6}},)
     batches = True
+    scatters = True
     command = Command(
         name="montecarlo",
         help="run a scenario on many plausible plants",

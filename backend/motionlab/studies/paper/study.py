@@ -40,6 +40,7 @@ class Reproduce(Study):
     has_failed = lazy("studies.paper.reproduce:has_failed")
     bodies = ({"only": ["sizing", "rhombus-x"]},)
     batches = True
+    scatters = True
     command = Command(
         name="reproduce",
         help="compute the paper's numbers and compare them",

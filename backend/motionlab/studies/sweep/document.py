@@ -46,6 +46,13 @@ class Best(_Document):
     set: dict[str, Any] = Field(description="Changes that make the case")
 
 
+class PartialSweep(_Document):
+    """Metrics of the first cases of a sweep; null for the others."""
+
+    done: int = Field(description="Cases that have run")
+    variants: dict[str, SweptVariant]
+
+
 class SweepDocument(_Document):
     """Metrics of a scenario over a grid or a list of values of its fields."""
 

@@ -3,28 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motionlab import __version__
-from motionlab.config.changes import apply_changes
-from motionlab.config.load import load_scenario, validate
+from motionlab.config.load import load_scenario
 from motionlab.config.planar import AXES
-from motionlab.config.scenario import Scenario
 from motionlab.config.validation_errors import unit_of
-from motionlab.errors import ConfigError, FieldError, Infeasible
+from motionlab.executors.executor import current
 from motionlab.lanes import model_hash
 from motionlab.results.metrics import DEFINITIONS
-from motionlab.simulation.batch import run_prepared
+from motionlab.simulation.batch import changed, run_batch, tasks
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.result import plant_name
-from motionlab.studies.study import Source
+from motionlab.studies.study import Progress, Source
 from motionlab.studies.sweep.document import (
     Best,
+    PartialSweep,
     SweepDocument,
     SweptAxis,
     SweptField,
@@ -35,8 +33,6 @@ from motionlab.studies.sweep.request import SweepRequest
 BEST = ("max_abs_following_error", "rms_following_error")
 """Metrics whose best cases are named."""
 
-_TOGETHER = 1000  # cases that are prepared and run side by side, at most
-_MOTION_SIZE = 100_000_000  # bytes of references and loads that they may hold
 _DIGITS = 7
 
 Array = NDArray[np.float64]
@@ -91,11 +87,11 @@ def plan(request: SweepRequest, source: Source | None = None) -> Sweep:
         for index, dimension in enumerate(request.grid):
             points = dimension.points()
             for value in {str(point): point for point in (points[0], points[-1])}.values():
-                _changed(document, {dimension.path: value}, f"grid.{index}")
+                changed(document, {dimension.path: value}, f"grid.{index}")
     return Sweep(request, base, cases)
 
 
-def run(planned: Sweep, progress: Callable[[float], None] | None = None) -> SweepDocument:
+def run(planned: Sweep, progress: Progress | None = None) -> SweepDocument:
     """Run every case; cases of one motion run side by side.
 
     Parameters
@@ -103,7 +99,7 @@ def run(planned: Sweep, progress: Callable[[float], None] | None = None) -> Swee
     planned : Sweep
         From `plan`.
     progress : callable, optional
-        Takes the share done; what it raises ends the sweep.
+        Takes the share done and the metrics so far; what it raises ends the sweep.
 
     Returns
     -------
@@ -115,24 +111,25 @@ def run(planned: Sweep, progress: Callable[[float], None] | None = None) -> Swee
     ConfigError
         Naming the case whose values do not go together.
     """
-    variants = tuple(planned.base.scenario.variants)
-    shape = (len(planned.cases), len(variants), len(AXES))
+    count, scenario = len(planned.cases), planned.base.scenario
+    shape = (count, len(scenario.variants), len(AXES))
     metrics = {name: np.full(shape, np.nan) for name in DEFINITIONS}
-    diverged = np.zeros(shape[:2], dtype=bool)
-    infeasible: list[int] = []
-    done = 0
-    for numbers, prepared in _parcels(planned, infeasible):
+    failed, feasible = np.full(shape[:2], -1), np.zeros(count, dtype=bool)
+    said: PartialSweep | None = None
 
-        def tell(share: float, done: int = done, size: int = len(numbers)) -> None:
-            if progress is not None:
-                progress((done + share * size) / len(planned.cases))
+    def tell(now: float) -> None:
+        nonlocal said
+        if progress is not None:
+            progress(now, said)
+        said = None
 
-        batch = run_prepared(prepared, progress=tell)
-        diverged[numbers] = batch.failed >= 0
-        for name, values in batch.metrics.items():
-            metrics[name][numbers] = values
-        done = numbers[-1] + 1
-    scenario = planned.base.scenario
+    parts = tasks(scenario, planned.cases)
+    for part, found in zip(parts, current().map(run_batch, parts, tell), strict=True):
+        here = slice(part.first, part.first + len(part.changes))
+        failed[here], feasible[here] = found.failed, found.feasible
+        for name, values in found.metrics.items():
+            metrics[name][here] = values
+        said = PartialSweep(done=here.stop, variants=_variants(planned, metrics, failed))
     return SweepDocument(
         scenario=scenario.name,
         plant=plant_name(scenario.plant),
@@ -145,50 +142,23 @@ def run(planned: Sweep, progress: Callable[[float], None] | None = None) -> Swee
         ],
         shape=list(planned.request.shape),
         cases=len(planned.cases),
-        infeasible=infeasible,
-        variants={
-            name: SweptVariant(
-                label=variant.label,
-                diverged=np.flatnonzero(diverged[:, v]).tolist(),
-                axes=_axes(metrics, v),
-            )
-            for v, (name, variant) in enumerate(scenario.variants.items())
-        },
+        infeasible=np.flatnonzero(~feasible).tolist(),
+        variants=_variants(planned, metrics, failed),
         best=_best(planned, metrics),
     )
 
 
-def _parcels(planned: Sweep, infeasible: list[int]) -> Iterator[tuple[list[int], list[Prepared]]]:
-    """Yield numbers of cases with the cases, prepared; as many at once as memory may hold."""
-    document = planned.base.scenario.model_dump(mode="json")
-    numbers: list[int] = []
-    prepared: list[Prepared] = []
-    motions: dict[int, int] = {}
-    for number, changes in enumerate(planned.cases):
-        try:
-            case = prepare(_changed(document, changes, f"case {number}"))
-        except Infeasible:
-            infeasible.append(number)
-            continue
-        numbers.append(number)
-        prepared.append(case)
-        motions[id(case.reference)] = case.motion_size
-        if len(numbers) == _TOGETHER or sum(motions.values()) > _MOTION_SIZE:
-            yield numbers, prepared
-            numbers, prepared, motions = [], [], {}
-    if numbers:
-        yield numbers, prepared
-
-
-def _changed(document: dict[str, Any], changes: Mapping[str, Any], where: str) -> Scenario:
-    try:
-        scenario = validate(apply_changes(document, changes))
-    except ConfigError as error:
-        raise ConfigError(*(replace(e, loc=f"{where}: {e.loc}") for e in error.errors)) from None
-    if list(scenario.variants) != list(document["variants"]):
-        message = "a sweep cannot add or remove a variant"
-        raise ConfigError(FieldError(where, message, list(scenario.variants)))
-    return scenario
+def _variants(
+    planned: Sweep, metrics: dict[str, Array], failed: NDArray[np.int64]
+) -> dict[str, SweptVariant]:
+    return {
+        name: SweptVariant(
+            label=variant.label,
+            diverged=np.flatnonzero(failed[:, v] >= 0).tolist(),
+            axes=_axes(metrics, v),
+        )
+        for v, (name, variant) in enumerate(planned.base.scenario.variants.items())
+    }
 
 
 def _axes(metrics: dict[str, Array], v: int) -> dict[str, SweptAxis]:

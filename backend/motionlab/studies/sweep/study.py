@@ -29,7 +29,8 @@ Values are SI; docs/sweep.md says more. POST /api/v1/sweep takes the same.
 class SweepStudy(Study):
     """Run a scenario over a grid or a list of values of any of its fields.
 
-    The job ends with every metric of every variant and axis in each case, and the best cases.
+    The job ends with every metric of every variant and axis in each case, and the best cases; its
+    report carries the metrics of the cases that have run.
     """
 
     kind = "sweep"
@@ -39,6 +40,7 @@ class SweepStudy(Study):
     report_name = "SweepJob"
     request_model = lazy("studies.sweep.request:SweepRequest")
     document_model = lazy("studies.sweep.document:SweepDocument")
+    partial_model = lazy("studies.sweep.document:PartialSweep")
     planner = lazy("studies.sweep.run:plan")
     run = lazy("studies.sweep.run:run")
     report = lazy("studies.sweep.report:report")
@@ -60,6 +62,7 @@ class SweepStudy(Study):
         {"grid": [{"path": "plant", "values": ["nominal", "as-measured", "matched"]}]},
     )
     batches = True
+    scatters = True
     command = Command(
         name="sweep",
         help="run a scenario over a grid of values",

@@ -3,23 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motionlab import __version__
-from motionlab.config.controller import GainsConfig
+from motionlab.config.controller import ControllerConfig, GainsConfig
 from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.design.fem.force_map import ForceMap
+from motionlab.executors.executor import current
 from motionlab.lanes import model_hash
 from motionlab.loop.family import LoopFamily
 from motionlab.loop.linearise import SLIDING, NoLinearisation
 from motionlab.loop.stability_boundary import stability_edge
 from motionlab.simulation.result import plant_name
+from motionlab.store.maps import kept_in, lent
 from motionlab.studies.tune.cost import cost
 from motionlab.studies.tune.document import AxisLandscape, LandscapeDocument, PartialLandscape
 from motionlab.studies.tune.problem import Problem, unstable_warnings
 from motionlab.studies.tune.request import LandscapeRequest
+from motionlab.studies.tune.trials import Trials
 
 Array = NDArray[np.float64]
 Progress = Callable[[float, PartialLandscape | None], None]
@@ -27,8 +32,8 @@ Progress = Callable[[float, PartialLandscape | None], None]
 
 _COARSEST = 8
 """Stride of the first reported map."""
-_AT_ONCE = 512
-"""Trials between two looks at whether the work is to end."""
+_AT_ONCE = 1024
+"""Trials of a task, at most."""
 
 
 def landscape(problem: Problem, progress: Progress | None = None) -> LandscapeDocument:
@@ -52,6 +57,7 @@ def landscape(problem: Problem, progress: Progress | None = None) -> LandscapeDo
     costs = {axis: np.full((n, n), np.nan) for axis in problem.axes}
     edges = {axis: _edge(problem, axis, k_p, k_d) for axis in problem.axes}
     tried = 0
+    executor, maps = current(), kept_in(problem.scenario.model_dump(mode="json"))
 
     def drawn(stride: int) -> dict[str, AxisLandscape]:
         return {
@@ -78,15 +84,19 @@ def landscape(problem: Problem, progress: Progress | None = None) -> LandscapeDo
             for j in range(0, n, stride)
             if np.isnan(costs[problem.axes[0]][i, j])
         ]
-        for first in range(0, len(level), _AT_ONCE):
-            places = level[first : first + _AT_ONCE]
-            i, j = np.array(places).T
-            metrics = problem.own.over_gains(problem.controller, k_p[j], k_d[i])
+        i, j = np.array(level).T
+        parts = executor.parts(len(level), _AT_ONCE)
+        own, given, threads = problem.own, problem.controller, executor.threads
+        tasks = [_Gains(own, given, k_p[j[p]], k_d[i[p]], threads, maps) for p in parts]
+
+        def tell(share: float, before: int = tried, size: int = len(level)) -> None:
+            told((before + share * size) / n**2, None)
+
+        for part, metrics in zip(parts, executor.map(_try, tasks, tell), strict=True):
             for axis in problem.axes:
-                own = {name: values[:, AXES.index(axis)] for name, values in metrics.items()}
-                costs[axis][i, j] = cost(request.objective, own)
-            tried += len(places)
-            told(tried / n**2, None)
+                of_axis = {name: values[:, AXES.index(axis)] for name, values in metrics.items()}
+                costs[axis][i[part], j[part]] = cost(request.objective, of_axis)
+        tried += len(level)
         told(tried / n**2, PartialLandscape(axes=drawn(stride)) if stride > 1 else None)
         stride //= 2
     scenario, window = problem.scenario, problem.own.window
@@ -102,6 +112,25 @@ def landscape(problem: Problem, progress: Progress | None = None) -> LandscapeDo
         window=[tick * CONTROL_PERIOD for tick in window],
         warnings=unstable_warnings(problem),
     )
+
+
+class _Gains(NamedTuple):
+    """Some points of the plane: a task."""
+
+    trials: Trials
+    controller: ControllerConfig
+    k_p: Array
+    k_d: Array
+    threads: int | None
+    maps: dict[str, ForceMap]
+
+
+def _try(gains: _Gains, progress: Callable[[float], None]) -> dict[str, Array]:
+    """Return metrics of some points, see `Trials.over_gains`."""
+    with lent(gains.maps):
+        return gains.trials.over_gains(
+            gains.controller, gains.k_p, gains.k_d, progress, threads=gains.threads
+        )
 
 
 def _edge(problem: Problem, axis: str, k_p: Array, k_d: Array) -> list[list[tuple[float, float]]]:

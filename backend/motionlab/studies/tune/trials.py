@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,6 +81,7 @@ class Trials:
     """
 
     def __init__(self, prepared: Prepared, window: tuple[int, int]) -> None:
+        self._given = prepared, window
         start, end = window
         whole = prepared.reference
         self.scenario: Scenario = prepared.scenario.model_copy(
@@ -102,6 +103,10 @@ class Trials:
             Prepared(self.scenario, self.reference, load, epochs=((0, self.scenario),))
         )
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return what makes it anew in another process: inputs are computed there."""
+        return Trials, self._given
+
     @property
     def seconds(self) -> float:
         """Simulated time of a trial, s."""
@@ -122,6 +127,8 @@ class Trials:
         k_p: Array,
         k_d: Array,
         progress: Callable[[float], None] | None = None,
+        *,
+        threads: int | None = None,
     ) -> dict[str, Array]:
         """Return metrics, shape (n, 2), of both axes under n pairs of gains, the same for both.
 
@@ -133,6 +140,8 @@ class Trials:
             N/m and N s/m.
         progress : callable, optional
             Takes the share done; what it raises ends the work.
+        threads : int, optional
+            How many threads to use; one for each core when left out.
 
         Returns
         -------
@@ -142,7 +151,7 @@ class Trials:
         one = np.array(mover_parameters(self.scenario, controller)).T
         movers = np.repeat(one[None], len(k_p), axis=0)
         movers[:, _K_P], movers[:, _K_D] = k_p[:, None], k_d[:, None]
-        scores = self._course.score(movers[None], progress=progress)
+        scores = self._course.score(movers[None], threads=threads, progress=progress)
         found = {name: scores.metrics[metric] for name, metric in METRICS.items()}
         found["settling"] = np.where(np.isnan(found["settling"]), self._never, found["settling"])
         return {

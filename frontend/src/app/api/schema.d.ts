@@ -833,7 +833,8 @@ export interface paths {
          * Run a scenario over a grid of values
          * @description Run a scenario over a grid or a list of values of any of its fields.
          *
-         *     The job ends with every metric of every variant and axis in each case, and the best cases.
+         *     The job ends with every metric of every variant and axis in each case, and the best cases; its
+         *     report carries the metrics of the cases that have run.
          */
         post: operations["sweep"];
         delete?: never;
@@ -5012,6 +5013,21 @@ export interface components {
             errata: components["schemas"]["Erratum"][];
         };
         /**
+         * PartialSweep
+         * @description Metrics of the first cases of a sweep; null for the others.
+         */
+        PartialSweep: {
+            /**
+             * Done
+             * @description Cases that have run
+             */
+            done: number;
+            /** Variants */
+            variants: {
+                [key: string]: components["schemas"]["SweptVariant"];
+            };
+        };
+        /**
          * PartialTuning
          * @description Intermediate results of a search.
          */
@@ -7275,11 +7291,8 @@ export interface components {
              * @enum {string}
              */
             kind: "sweep";
-            /**
-             * Partial
-             * @description Results so far, of a job that is running
-             */
-            partial?: null;
+            /** @description Results so far, of a job that is running */
+            partial?: components["schemas"]["PartialSweep"] | null;
             /** @description Results of a job that is done */
             result?: components["schemas"]["SweepDocument"] | null;
         };

@@ -1,0 +1,1 @@
+"""Where the tasks of a study are computed: threads, worker processes, or a Dask cluster."""

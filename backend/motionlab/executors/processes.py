@@ -1,0 +1,113 @@
+"""Tasks in worker processes of this machine."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import CancelledError, Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from multiprocessing.synchronize import Event
+from typing import Any
+
+from motionlab.executors.executor import Pool, WorkerLost
+
+
+class Processes(Pool):
+    """Worker processes, which end with this one.
+
+    Parameters
+    ----------
+    count : int
+        How many; each is started when there is a task for it.
+    """
+
+    def __init__(self, count: int) -> None:
+        context = multiprocessing.get_context("spawn")
+        self._count = count
+        self._stop = context.Event()
+        self._pool = ProcessPoolExecutor(count, context, initializer=_start, initargs=(self._stop,))
+
+    @property
+    def workers(self) -> int:
+        """Worker processes."""
+        return self._count
+
+    def submit(self, function: Callable[..., Any], tasks: Sequence[Any]) -> list[Future[Any]]:
+        """Return a future for each task."""
+        with _one_thread_each():
+            return [self._pool.submit(_carry_out, function, task) for task in tasks]
+
+    def result(self, future: Future[Any]) -> Any:
+        """Return the result of a future that is done."""
+        try:
+            return future.result(timeout=0)
+        except BrokenProcessPool:
+            raise WorkerLost("a worker process was killed; is there enough memory?") from None
+
+    def abandon(self, futures: Sequence[Future[Any]]) -> None:
+        """Cancel what has not ended; wait for the workers to notice."""
+        begun = [future for future in futures if not future.cancel() and not future.done()]
+        if begun:
+            self._stop.set()
+            for future in begun:
+                try:
+                    future.exception()
+                except CancelledError:
+                    continue
+            self._stop.clear()
+
+    def close(self) -> None:
+        """End the processes."""
+        self._stop.set()
+        self._pool.shutdown(wait=True, cancel_futures=True)
+
+
+class _Stopped(Exception):
+    """Raised in a task that is not wanted any more."""
+
+
+_stop: Event | None = None
+
+
+def _start(stop: Event) -> None:
+    """Prepare a worker process."""
+    global _stop  # noqa: PLW0603 - an event reaches a process only when it starts
+    _stop = stop
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # an interrupt is the parent's to handle
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+def _carry_out(function: Callable[..., Any], task: Any) -> Any:
+    return function(task, _tell)
+
+
+def _tell(_: float) -> None:
+    if _stop is not None and _stop.is_set():
+        raise _Stopped
+
+
+@contextmanager
+def _one_thread_each() -> Iterator[None]:
+    """Let processes that start here use one thread each for linear algebra."""
+    names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+    before = {name: os.environ.get(name) for name in names}
+    os.environ.update(dict.fromkeys(names, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
