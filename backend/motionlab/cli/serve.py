@@ -7,6 +7,7 @@ import json
 from typing import Any
 
 from motionlab.cli.exit_codes import DONE
+from motionlab.studies.options import add_scheduler
 
 _PORT_MAX = 65_535
 
@@ -30,6 +31,7 @@ def add(commands: Any) -> None:
         help="further name under which clients reach this server (repeatable; MOTIONLAB_HOSTS "
         "takes several, comma between them)",
     )
+    add_scheduler(parser)
     parser.set_defaults(command=_serve)
     parser = commands.add_parser(
         "openapi", help="print the OpenAPI document", description="Print the OpenAPI document."
@@ -48,7 +50,7 @@ def _serve(options: argparse.Namespace) -> int:
     """Carry out ``motionlab serve``."""
     from motionlab.service.serve import serve
 
-    serve(options.host, options.port, frozenset(options.host_names))
+    serve(options.host, options.port, frozenset(options.host_names), options.scheduler)
     return DONE
 
 

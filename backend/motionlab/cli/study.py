@@ -8,7 +8,8 @@ from typing import Any
 
 from motionlab.cli.exit_codes import DONE, FAILED
 from motionlab.cli.progress import share_done
-from motionlab.studies.options import add_json, add_scenario, add_set, source
+from motionlab.executors.executor import executing
+from motionlab.studies.options import add_json, add_scenario, add_scheduler, add_set, source
 from motionlab.studies.study import Study
 from motionlab.studies.table import STUDIES
 
@@ -31,6 +32,8 @@ def add(commands: Any) -> None:
             add_set(parser, study.command.set)
         study.add_options(parser)
         add_json(parser)
+        if study.scatters:
+            add_scheduler(parser)
         parser.set_defaults(command=functools.partial(_carry_out, study))
 
 
@@ -49,7 +52,8 @@ def _carry_out(study: Study, options: argparse.Namespace) -> int:
     if study.direct:
         found = study.run(plan, lambda *_: None)
     else:
-        with share_done(study.command.title) as progress:
+        scheduler = getattr(options, "scheduler", None)
+        with executing(scheduler), share_done(study.command.title) as progress:
             found = study.run(plan, lambda share, _partial=None: progress(share))
     study.after(found, options)
     print(study.text(found) if options.json else study.report(found))

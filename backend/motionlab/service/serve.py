@@ -19,6 +19,7 @@ import uvicorn
 from fastapi import FastAPI
 
 from motionlab.errors import ConfigError, FieldError
+from motionlab.executors.executor import executing
 from motionlab.service.app import create_app
 from motionlab.service.http.connection_limits import Socket, bounded
 from motionlab.service.http.page import page_root
@@ -46,7 +47,7 @@ _PONG_SECONDS = 60.0  # after which a websocket that answers no ping is closed
 _UNREAD_MAX = 60_000  # ms after which a client that reads nothing at all is given up
 
 
-def serve(host: str, port: int, names: frozenset[str]) -> None:
+def serve(host: str, port: int, names: frozenset[str], scheduler: str | None = None) -> None:
     """Serve until interrupted.
 
     Parameters
@@ -58,6 +59,8 @@ def serve(host: str, port: int, names: frozenset[str]) -> None:
     names : frozenset of str
         Further host names under which clients may reach the server, beside those of
         MOTIONLAB_HOSTS.
+    scheduler : str, optional
+        Where jobs are computed; that of MOTIONLAB_SCHEDULER when left out.
 
     Raises
     ------
@@ -86,6 +89,8 @@ def serve(host: str, port: int, names: frozenset[str]) -> None:
                 range="ASCII without blanks and line ends",
             )
         )
+    with executing(scheduler):
+        pass  # what is no scheduler is refused now
     names |= _names_in(os.environ.get("MOTIONLAB_HOSTS", ""))
     listener = listen(host, port)
     address, taken = listener.getsockname()[:2]
@@ -94,6 +99,7 @@ def serve(host: str, port: int, names: frozenset[str]) -> None:
         token=token,
         hosts=LOOPBACK | own | {name.lower() for name in names},
         memory_max=recordable(Settings.memory_max),
+        scheduler=scheduler,
     )
     shown = f"[{address}]" if ":" in address else address
     page = "" if page_root() is not None else "docs"  # without the page built there is the API

@@ -57,6 +57,8 @@ class Settings:
         Websockets among them; one more is refused.
     scenes_max : int
         Sessions that are shown in 3-D at once, each by a process.
+    scheduler : str or None
+        Where jobs are computed, docs/cluster.md; None for that of MOTIONLAB_SCHEDULER, or threads.
     """
 
     token: str | None = None
@@ -80,6 +82,7 @@ class Settings:
     connections_max: int = 800
     websockets_max: int = 512
     scenes_max: int = 4
+    scheduler: str | None = None
 
     @property
     def bounds(self) -> Settings:

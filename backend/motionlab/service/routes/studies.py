@@ -8,6 +8,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Body, Request, Response
 
 from motionlab.errors import ConfigError
+from motionlab.executors.executor import executing
 from motionlab.service.http.openapi_input import Described, DescribedTable
 from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute
@@ -74,7 +75,8 @@ def check(call: Call, bounds: Settings, kind: str, body: dict[str, Any]) -> byte
 def run(call: Call, body: dict[str, Any], bounds: Settings, *, kind: str) -> Any:
     """Return the document of a study; runs in the process of its job."""
     study = BY_KIND[kind]
-    return study.document(study.run(planned(kind, body, bounds), call.progress))
+    with executing(bounds.scheduler):
+        return study.document(study.run(planned(kind, body, bounds), call.progress))
 
 
 def _summary(study: Study) -> str:
