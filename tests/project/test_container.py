@@ -60,6 +60,22 @@ def test_the_container_may_do_nothing_but_serve():
     assert {"mem_limit", "pids_limit", "restart", "stop_grace_period"} <= LAB.keys()
 
 
+def test_the_cluster_is_closed():
+    assert COMPOSE["networks"]["cluster"] == {"internal": True}
+    for name in ("scheduler", "worker"):
+        service = COMPOSE["services"][name]
+        assert service["profiles"] == ["cluster"]
+        assert service["networks"] == ["cluster"]
+        assert "ports" not in service
+        assert service["read_only"] is True
+        assert service["cap_drop"] == ["ALL"]
+        assert "--protocol tls" in service["command"]
+        assert "--dashboard-address 127.0.0.1:" in service["command"]
+        tls = service["environment"]
+        assert tls["DASK_DISTRIBUTED__COMM__REQUIRE_ENCRYPTION"] == "true"
+        assert sum(key.endswith(("__CERT", "__KEY", "__CA_FILE")) for key in tls) == 7
+
+
 def test_the_user_is_not_root_and_owns_the_volume():
     uid, gid = RUNTIME.last("USER").split(":")
     assert int(uid) >= 1000
@@ -73,8 +89,9 @@ def test_the_user_is_not_root_and_owns_the_volume():
 
 def test_what_is_written_lies_on_the_volume():
     volume = Path(RUNTIME.last("VOLUME"))
-    (mounted,) = LAB["volumes"]
+    mounted, certificates = LAB["volumes"]
     assert mounted.split(":") == ["data", str(volume)]
+    assert certificates.endswith(":ro")
     assert "data" in COMPOSE["volumes"]
     environment = RUNTIME.environment()
     for name in ("MOTIONLAB_DATA", "NUMBA_CACHE_DIR", "HOME"):
@@ -102,7 +119,7 @@ def test_every_copied_source_is_there_and_not_ignored():
                 origin, found, _ = copied(argument)
                 assert origin in names | {""}
                 sources |= set() if origin else set(found)
-    assert {"pyproject.toml", "configs/", "backend/requirements.lock"} <= sources
+    assert {"pyproject.toml", "configs/", "backend/requirements-cluster.lock"} <= sources
     for source in sources:
         assert (ROOT / source).exists(), source
         assert not is_ignored(source), source
@@ -146,7 +163,7 @@ def test_installs_from_the_locks_only():
     assert installs
     for text in installs:
         assert re.search(
-            r"--require-hashes -r backend/requirements\.lock|--no-deps|npm ci|npm run", text
+            r"--require-hashes -r backend/requirements-cluster\.lock|--no-deps|npm ci|npm run", text
         )
     assert not [text for text in runs if "apt" in text or "curl" in text]
 
@@ -154,7 +171,7 @@ def test_installs_from_the_locks_only():
 def test_no_host_is_named():
     for name in FILES:
         text = (ROOT / name).read_text()
-        assert "://" not in text, name
+        assert "://" not in text.replace("tls://scheduler", ""), name
         assert not re.search(r"--(extra-)?index-url|--registry", text), name
     for stage in STAGES:
         assert "/" not in stage.base  # a registry would stand before it

@@ -109,7 +109,7 @@ class Cluster(Pool):
         return found
 
     def abandon(self, futures: Sequence[Any]) -> None:
-        """Release every future: the scheduler cancels tasks that nobody else waits for."""
+        """Release every future: the scheduler cancels tasks without another client."""
         for future in futures:
             future.release()
 
