@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 import motionlab  # noqa: F401 - first, as in the command: it decides how numpy is loaded
 from tests.bench.accuracy import accuracy
 from tests.bench.batch import batch
+from tests.bench.cluster import on_cluster
 from tests.bench.command import command
 from tests.bench.controllers import controllers
 from tests.bench.coverage import coverage
@@ -41,6 +42,7 @@ _KERNEL: dict[str, Callable[[str], Iterator[Row]]] = {
     "controllers": lambda _: controllers(),
     "maps": lambda _: maps(),
     "plates": lambda _: plates(),
+    "cluster": lambda _: on_cluster(),
 }
 _LAB: dict[str, Callable[[], Iterator[Row]]] = {
     "start": start,
