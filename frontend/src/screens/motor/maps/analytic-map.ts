@@ -3,17 +3,10 @@
 import { numberAt } from '../../../app/api/scenario-paths';
 import type { Scenario } from '../../../app/api/types';
 
-export interface Analytic {
-  tau: number;
-  F_pk: number;
-  N_pk: number;
-  I_pk: number;
-  I_knee: number;
-  h_2: number;
-  h_3: number;
-}
+const NAMES = ['tau', 'offset', 'F_pk', 'N_pk', 'I_pk', 'I_knee', 'h_2', 'h_3'] as const;
 
-const NAMES = ['tau', 'F_pk', 'N_pk', 'I_pk', 'I_knee', 'h_2', 'h_3'] as const;
+/** Parameters of the map, SI. */
+export type Analytic = Record<(typeof NAMES)[number], number>;
 
 /**
  * Returns the analytic map of a scenario's x axis: the plant's, or where that is a table the one
@@ -41,9 +34,13 @@ export function fraction({ I_pk, I_knee }: Analytic, i: number): number {
   return ((1 + b) * q) / (1 + b * q);
 }
 
-/** Thrust of one phase, N: at x = 0 its teeth are aligned, where theta = pi. */
+/** Electrical angle, rad: pi at x = 0, where the teeth of a map without offset are aligned. */
+const angle = ({ tau, offset }: Analytic, x: number) =>
+  (2 * Math.PI * (x + offset)) / tau + Math.PI;
+
+/** Thrust of one phase, N. */
 export function thrust(map: Analytic, x: number, i: number): number {
-  const theta = (2 * Math.PI * x) / map.tau + Math.PI;
+  const theta = angle(map, x);
   const { h_2, h_3 } = map;
   const shape = Math.sin(theta) + h_2 * Math.sin(2 * theta) + h_3 * Math.sin(3 * theta);
   return (map.F_pk * fraction(map, i) * shape) / (1 - h_3);
@@ -51,6 +48,11 @@ export function thrust(map: Analytic, x: number, i: number): number {
 
 /** Normal force of one phase, N. */
 export function normalForce(map: Analytic, x: number, i: number): number {
-  const theta = (2 * Math.PI * x) / map.tau + Math.PI;
-  return 0.5 * map.N_pk * fraction(map, i) * (1 - Math.cos(theta));
+  return 0.5 * map.N_pk * fraction(map, i) * (1 - Math.cos(angle(map, x)));
+}
+
+/** Largest thrust and normal force of one phase, N, at most at I_pk. */
+export function peaks(map: Analytic, current: number): [number, number] {
+  const [aligned, i] = [-map.offset, Math.min(current, map.I_pk)];
+  return [thrust(map, aligned - map.tau / 4, i), normalForce(map, aligned, i)];
 }

@@ -1,12 +1,13 @@
 import { describe, expect, it } from 'vitest';
 import type { MapTables, Scenario } from '../../../app/api/types';
 import { placesOf, useMap, usedIn } from '../../../app/force-maps';
-import { analyticOf, fraction, normalForce, thrust, type Analytic } from './analytic-map';
+import { analyticOf, fraction, normalForce, peaks, thrust, type Analytic } from './analytic-map';
 import { analyticCurve, curvesOf, publishedOf, surface, trustOf } from './force-curves';
 import { changesFrom } from './geometry-fields';
 
 const analytic: Analytic = {
   tau: 7.2e-3,
+  offset: 0,
   F_pk: 34.1,
   N_pk: 380.1,
   I_pk: 10,
@@ -47,6 +48,14 @@ describe('the analytic map', () => {
     expect(thrust(analytic, 0, 10)).toBeCloseTo(0);
     expect(normalForce(analytic, 0, 10)).toBeCloseTo(380.1);
     expect(normalForce(analytic, 3.6e-3, 10)).toBeCloseTo(0);
+  });
+
+  it('is moved by the commutation offset', () => {
+    const moved = { ...analytic, offset: 0.9e-3 };
+    expect(normalForce(moved, -0.9e-3, 10)).toBeCloseTo(380.1);
+    expect(thrust(moved, -2.7e-3, 10)).toBeCloseTo(34.1);
+    expect(thrust(moved, 0, 10)).toBeCloseTo(-34.1 * Math.SQRT1_2);
+    expect(peaks(moved, 12)).toEqual(peaks(analytic, 10));
   });
 
   it('saturates', () => {
