@@ -22,11 +22,13 @@ export class Catalogue {
     ]);
   }
 
-  /** Learns the fields of a study's request, unless they are known. */
-  async loadRequest(kind: JobKind): Promise<void> {
-    if (kind in served.requests) return;
-    const fields = await this.api.requestFields(kind);
-    served.requests = { ...served.requests, [kind]: fields };
+  /** Learns the fields of studies' requests, unless they are known. */
+  async loadRequests(kinds: readonly JobKind[]): Promise<void> {
+    const unknown = kinds.filter((kind) => !(kind in served.requests));
+    if (unknown.length === 0) return;
+    const load = async (kind: JobKind) => [kind, await this.api.requestFields(kind)] as const;
+    const found = Object.fromEntries(await Promise.all(unknown.map(load)));
+    served.requests = { ...served.requests, ...found };
   }
 
   async loadShipped(name: string): Promise<void> {

@@ -422,7 +422,7 @@ def complaint(**request: Any) -> str:
 def test_too_short_a_stroke_names_the_speed_and_what_would_fit() -> None:
     text = complaint(set={"plant.x.stroke": 0.015})
     assert "speeds.31: needs" in text
-    assert "plant.x.stroke leaves 0.03 m" in text
+    assert "the stroke of x is 30 mm" in text
     assert "speeds.0:" not in text
     fits = float(text.splitlines()[0].split("<= ")[1].split(" ")[0])
     plan(read_request({"axis": "x", "set": {"plant.x.stroke": 0.015}, "speeds": [

@@ -42,6 +42,7 @@ class ForceRamps(Config):
         "Largest force of a ramp, as a share of the stiction just identified",
         label="share of F_s",
         unit="1",
+        shown="%",
         source=OURS,
         default=0.5,
         ge=0.05,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import cmath
 import math
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -130,11 +130,11 @@ def plan_motions(
             refused.append(
                 FieldError(
                     loc=f"speeds.{index}",
-                    message=f"needs {ends + tau:.4g} m on {axis} to speed up, settle, slide over "
-                    f"one pole pitch of {tau:.4g} m and brake; plant.{axis}.stroke leaves "
-                    f"{stroke:.4g} m",
+                    message=f"needs {1e3 * (ends + tau):.1f} mm on {axis} to speed up, settle, "
+                    f"slide over one pole pitch of {1e3 * tau:.4g} mm and brake; the stroke of "
+                    f"{axis} is {1e3 * stroke:.4g} mm",
                     value=speed,
-                    range=_speeds_that_fit(stroke - tau - _LOSS_OF_MEMORY, acceleration, settling),
+                    **_speeds_that_fit(stroke - tau - _LOSS_OF_MEMORY, acceleration, settling),
                     unit="m/s",
                 )
             )
@@ -309,10 +309,10 @@ def _slowest(rig: Rig, axis: str) -> float:
     return 1.0 / slowest
 
 
-def _speeds_that_fit(room: float, acceleration: float, settling: float) -> str:
+def _speeds_that_fit(room: float, acceleration: float, settling: float) -> dict[str, Any]:
     """Return the range of speeds whose run fits: ``v^2/a + settling v <= room``."""
     if room <= 0.0:
-        return "none on this stroke"
+        return {"range": "none on this stroke"}
     half = 0.5 * acceleration * settling
     fastest = math.sqrt(half * half + acceleration * room) - half
-    return f"<= {_ROUNDED_DOWN * fastest:.4g}"
+    return {"bounds": {"maximum": float(f"{_ROUNDED_DOWN * fastest:.4g}")}}

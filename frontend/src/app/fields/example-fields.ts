@@ -57,6 +57,11 @@ served.scenario = {
   contour: { max: metric(['contour max', 'm', true]), rms: metric(['contour RMS', 'm', true]) },
 };
 
+/** 0.5 to 150 mm/s, each as far from the next in ratio. */
+const SPEEDS = Array.from({ length: 32 }, (_, k) =>
+  Number((5e-4 * 300 ** (k / 31)).toPrecision(4)),
+);
+
 const TUNE: Readonly<Record<string, unknown>> = {
   axis: 'both',
   objective: { rms: 1 },
@@ -67,8 +72,21 @@ const TUNE: Readonly<Record<string, unknown>> = {
   starts: 4,
   evaluations: 200,
 };
-const NAMES: Readonly<Record<string, string>> = { 'bounds.k_p': 'range of k_p' };
-const tune = Object.entries(TUNE).map(([path, value]) => {
-  return [path, { ...field(path, [NAMES[path] ?? path]), default: value }] as const;
-});
-served.requests = { tune: Object.fromEntries(tune) };
+const IDENTIFY: Readonly<Record<string, unknown>> = {
+  axis: 'both',
+  speeds: SPEEDS,
+  time_max: 20,
+  presliding: { enabled: true, rates: [20, 50, 100], share: 0.5, places: 7 },
+};
+const NAMES: Readonly<Record<string, Example>> = {
+  'bounds.k_p': ['range of k_p'],
+  speeds: ['speeds', 'mm/s', 1e3],
+  time_max: ['time of each', 's'],
+};
+const request = (defaults: Readonly<Record<string, unknown>>) => {
+  const known = Object.entries(defaults).map(([path, value]) => {
+    return [path, { ...field(path, NAMES[path] ?? [path]), default: value }] as const;
+  });
+  return Object.fromEntries(known);
+};
+served.requests = { tune: request(TUNE), identify: request(IDENTIFY) };

@@ -79,26 +79,39 @@ export function show(path: string, value: Value | undefined, significant = 4): s
 
 /** Writes what is wrong with a field: its value and range in the unit of the screen. */
 export function refusal(problem: ProblemField, entries?: Entries): string {
-  const field = fieldOf(problem.loc, entries);
-  return refusalText(problem, {
-    factor: field.factor,
-    unit: field.unit || prettyUnit(problem.unit ?? ''),
-  });
+  return refusalText(problem, fieldOf(problem.loc, entries));
 }
 
+type Scale = Pick<Field, 'factor' | 'unit'>;
+
 /** The same in a unit that is given. */
-export function refusalText(
-  { message, value, range, bounds }: ProblemField,
-  { factor, unit }: Pick<Field, 'factor' | 'unit'>,
-): string {
-  const shown = (number: number) => trim(digits(clean(number * factor), 6));
+export function refusalText(problem: ProblemField, scale: Scale): string {
+  const { message, value } = problem;
+  const shown = shownIn(problem, scale);
   // A sentence that begins with a symbol keeps it as it is.
   const first = /^\S+ = /.test(message) ? message.charAt(0) : message.charAt(0).toUpperCase();
   const words = (first + pretty(message).slice(1)).replace(/\.$/, '');
-  const text = `${words}${typeof value === 'number' ? `: ${shown(value)} ${unit}`.trimEnd() : ''}.`;
-  const allowed = boundsText(bounds ?? {}, shown);
-  if (allowed !== '') return `${text} Allowed: ${`${allowed} ${unit}`.trimEnd()}.`;
-  return range ? `${text} Allowed: ${range}.` : text;
+  const got = typeof value === 'number' ? `: ${shown.number(value)} ${shown.unit}`.trimEnd() : '';
+  return `${words}${got}.${permitted(problem, shown)}`;
+}
+
+/** How numbers of a problem are shown: as the field; a count of its items as it is. */
+export function shownIn({ unit }: ProblemField, field: Scale) {
+  const scale = unit === 'items' ? { factor: 1, unit } : field;
+  return {
+    unit: scale.unit || prettyUnit(unit ?? ''),
+    number: (value: number) => trim(digits(clean(value * scale.factor), 6)),
+  };
+}
+
+/** Writes what is allowed instead; empty where the server does not say. */
+export function permitted(
+  { range, bounds, unit: given }: ProblemField,
+  { number, unit }: ReturnType<typeof shownIn>,
+): string {
+  const ends = boundsText(bounds ?? {}, number);
+  const text = ends === '' ? `${range ?? ''} ${given === 'items' ? given : ''}` : `${ends} ${unit}`;
+  return text.trim() === '' ? '' : ` Allowed: ${text.trim()}.`;
 }
 
 function boundsText(bounds: Readonly<Record<string, number>>, shown: (value: number) => string) {

@@ -1,17 +1,19 @@
 import { describe, expect, it } from 'vitest';
 import type { Scenario } from '../../app/api/types';
+import '../../app/fields/example-fields';
 import {
   bodyOf,
   compensated,
   compensates,
   complaint,
   complaints,
-  DEFAULT,
+  defaults,
   formOf,
   ratesOf,
   speedsOf,
 } from './experiment-form';
 
+const DEFAULT = defaults();
 const scenario = { name: 'circle', variants: { A: {}, B: {} } } as unknown as Scenario;
 
 describe('speeds', () => {
@@ -87,20 +89,27 @@ describe('what the server refuses', () => {
     const text = complaint(
       {
         loc: 'speeds.1',
-        message: 'needs 0.2345 m on x to speed up; plant.x.stroke leaves 0.17 m',
+        message: 'needs 234.5 mm on x to speed up; the stroke of x is 170 mm',
         value: 0.5,
-        range: '<= 0.412',
+        bounds: { maximum: 0.412 },
         unit: 'm/s',
       },
       { speeds },
     );
     expect(text).toBe(
-      '500 mm/s needs 235 mm on x to speed up; the stroke of x is 170 mm. Allowed: ≤ 412 mm/s.',
+      '500 mm/s needs 234.5 mm on x to speed up; the stroke of x is 170 mm. Allowed: ≤ 412 mm/s.',
+    );
+  });
+
+  it('counts items as they are', () => {
+    const field = { loc: 'speeds', message: 'has too few items', value: 3, unit: 'items' };
+    expect(complaint({ ...field, range: '5 or more' }, { speeds })).toBe(
+      'speeds 3: has too few items. Allowed: 5 or more items.',
     );
   });
 
   it('says once what holds for many speeds', () => {
-    const field = { message: 'is out of range', value: 0, range: '>= 0.0001', unit: 'm/s' };
+    const field = { message: 'is out of range', value: 0, bounds: { minimum: 1e-4 }, unit: 'm/s' };
     const fields = [1, 2, 3].map((k) => ({ ...field, loc: `speeds.${String(k)}` }));
     const texts = complaints(fields, { speeds: [0.001, 0, 0, 0] });
     expect(texts).toHaveLength(1);
@@ -118,7 +127,7 @@ describe('what the server refuses', () => {
       loc: 'time_max',
       message: 'is out of range',
       value: 0,
-      range: '> 0',
+      bounds: { exclusive_minimum: 0 },
       unit: 's',
     };
     expect(complaint(field, { speeds })).toBe('time of each 0: is out of range. Allowed: > 0 s.');

@@ -2,7 +2,8 @@
 
 import { at } from '../../app/api/scenario-paths';
 import type { Axis, Changes, ProblemField, Scenario } from '../../app/api/types';
-import { clean, digits, parseNumber, prettyUnit, quantity } from '../../ui/units';
+import { fieldOf, permitted, served, shownIn, type Entries } from '../../app/fields/fields.svelte';
+import { parseNumber, quantity } from '../../ui/units';
 
 export type Spacing = 'log' | 'linear';
 
@@ -32,24 +33,17 @@ export interface Form {
   places: number;
 }
 
-/** The server's own defaults. */
-export const DEFAULT: Form = {
-  source: '',
-  motor: '',
-  axis: 'both',
-  variant: '',
-  applyTo: '',
-  slowest: 0.5e-3,
-  fastest: 0.15,
-  speeds: 32,
-  spacing: 'log',
-  timeMax: 20,
-  pitchesMax: null,
-  ramps: true,
-  rates: [20, 50, 100],
-  share: 0.5,
-  places: 7,
-};
+/** Fields of the request, which are there before the screen is. */
+export function fields(): Entries {
+  return served.requests.identify ?? {};
+}
+
+/** What the server takes for what is left out. */
+export function defaults(): Form {
+  const request = Object.entries(fields()).map(([path, entry]) => [path, entry.default]);
+  const form = formOf(Object.fromEntries(request) as Record<string, unknown>);
+  return { source: '', variant: '', applyTo: '', pitchesMax: null, ...form } as Form;
+}
 
 /** Places in a pole pitch; at six all would see the same part of a ripple of a sixth of it. */
 export const PLACES: readonly number[] = [4, 5, 7, 9, 11, 13, 25];
@@ -66,8 +60,10 @@ export interface Body {
   apply_to: string | null;
 }
 
+type Speeds = Pick<Form, 'slowest' | 'fastest' | 'speeds' | 'spacing'>;
+
 /** Returns the speeds, m/s, rounded as a person would write them. */
-export function speedsOf({ slowest, fastest, speeds, spacing }: Form): number[] {
+export function speedsOf({ slowest, fastest, speeds, spacing }: Speeds): number[] {
   const last = Math.max(1, Math.round(speeds) - 1);
   return Array.from({ length: last + 1 }, (_, k) => {
     const share = k / last;
@@ -105,16 +101,12 @@ export function bodyOf(form: Form, scenario: Scenario, changes: Changes): Body {
   };
 }
 
-/** Settings of an experiment by their key in a request. */
-export const SETTINGS = {
-  axis: 'axis',
-  speeds: 'speeds',
-  time_max: 'time of each',
-  pitches_max: 'most pole pitches',
-  presliding: 'force ramps',
-  variant: 'driven by',
-  apply_to: 'model of',
-};
+const KEYS = ['axis', 'speeds', 'time_max', 'pitches_max', 'presliding', 'variant', 'apply_to'];
+
+/** Names of the settings of an experiment, by their key in a request. */
+export function settings(): Record<string, string> {
+  return Object.fromEntries(KEYS.map((key) => [key, fieldOf(key, fields()).label]));
+}
 
 /** Returns what an experiment was asked for as the form shows it; not its scenario. */
 export function formOf(request: Readonly<Record<string, unknown>>): Partial<Form> {
@@ -139,12 +131,10 @@ export function formOf(request: Readonly<Record<string, unknown>>): Partial<Form
 }
 
 /** Returns which speeds a list has; one that is spaced in neither way is shown as the closer one. */
-function spacingOf(
-  list: readonly number[],
-): Pick<Form, 'slowest' | 'fastest' | 'speeds' | 'spacing'> {
+function spacingOf(list: readonly number[]): Speeds {
   const [slowest, fastest] = [Math.min(...list), Math.max(...list)];
   const form = (spacing: Spacing) => ({ slowest, fastest, speeds: list.length, spacing });
-  const linear = speedsOf({ ...DEFAULT, ...form('linear') });
+  const linear = speedsOf(form('linear'));
   return form(linear.every((speed, i) => speed === list[i]) ? 'linear' : 'log');
 }
 
@@ -157,56 +147,26 @@ export function ratesOf(text: string): number[] | null {
   return rates.length > 0 && rates.every((rate) => rate !== null) ? rates : null;
 }
 
-const NAMES: Record<string, string> = {
-  speeds: 'speeds',
-  time_max: 'time of each',
-  pitches_max: 'most pole pitches',
-  'presliding.rates': 'rates of the ramps',
-  'presliding.share': 'share of F_s',
-  'presliding.places': 'places',
-  variant: 'driven by',
-  apply_to: 'model of',
-};
-
 /** Writes what the server has against a request: which number, why, and what is allowed. */
-export function complaint(field: ProblemField, body: Pick<Body, 'speeds'>): string {
-  const { loc, message, value, range, unit } = field;
+export function complaint(problem: ProblemField, { speeds }: Pick<Body, 'speeds'>): string {
+  const { loc, message, value } = problem;
+  const shown = shownIn(problem, fieldOf(loc, fields()));
+  const allowed = permitted(problem, shown);
   const [, index] = /^speeds\.(\d+)$/.exec(loc) ?? [];
   if (index !== undefined) {
-    const { number, unit: shown } = quantity(body.speeds[Number(index)], 'm/s');
-    return `${number} ${shown} ${plain(message)}.${allowed(range, 1e3, 'mm/s')}`;
+    const { number, unit } = quantity(speeds[Number(index)], 'm/s');
+    return `${number} ${unit} ${message}.${allowed}`;
   }
-  const number = typeof value === 'number' && !Number.isInteger(value) ? digits(value, 4) : value;
-  const got = typeof value === 'number' ? ` ${String(number)}` : '';
-  return `${NAMES[loc] ?? loc}${got}: ${plain(message)}.${allowed(range, 1, prettyUnit(unit ?? ''))}`;
+  const got = typeof value === 'number' ? ` ${shown.number(value)}` : '';
+  return `${fieldOf(loc, fields()).label}${got}: ${message}.${allowed}`;
 }
 
 /** Writes everything that the server has against a request; of many speeds the same is said once. */
 export function complaints(
-  fields: readonly ProblemField[],
+  problems: readonly ProblemField[],
   body: Pick<Body, 'speeds'>,
 ): readonly string[] {
-  return [...new Set(fields.map((field) => complaint(field, body)))];
-}
-
-/** Lengths of a message in the unit of the screen. */
-function plain(message: string): string {
-  return message
-    .replace(/plant\.([xy])\.stroke leaves/, 'the stroke of $1 is')
-    .replace(/(\d[\d.e-]*) m(?![\w/])/g, (_, metres: string) => {
-      const { number, unit } = quantity(Number(metres), 'm');
-      return `${number} ${unit}`;
-    })
-    .replace(/\.$/, '');
-}
-
-function allowed(range: string | undefined, factor: number, unit: string): string {
-  if (range === undefined || range === '') return '';
-  const text = range
-    .replace(/\d+(\.\d+)?(e[+-]?\d+)?/gi, (n) => String(clean(Number(n) * factor)))
-    .replaceAll('>=', '≥')
-    .replaceAll('<=', '≤');
-  return ` Allowed: ${text}${/\d/.test(text) ? ` ${unit}` : ''}`.trimEnd() + '.';
+  return [...new Set(problems.map((problem) => complaint(problem, body)))];
 }
 
 /** Whether a variant has a law that makes use of the model. */

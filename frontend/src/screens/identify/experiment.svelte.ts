@@ -23,9 +23,9 @@ import {
   compensated,
   compensates,
   complaints,
-  DEFAULT,
+  defaults,
   formOf,
-  SETTINGS,
+  settings,
   type Body,
   type Form,
 } from './experiment-form';
@@ -46,7 +46,9 @@ class Experiment {
   /** Models that were given to the Lab, and whose. */
   readonly given = new AppliedChanges();
   givenTo = $state.raw<readonly string[]>([]);
-  form = $state.raw<Form>(load('identify', DEFAULT));
+  /** What a person has set; all else is the server's default. */
+  private entered = $state.raw<Partial<Form>>(load('identify', {}));
+  readonly form = $derived<Form>({ ...defaults(), ...this.entered });
   /** The shipped scenario that the form names. */
   private chosen = $state.raw<Scenario | null>(null);
   plan = $state.raw<IdentificationPlan | null>(null);
@@ -117,7 +119,7 @@ class Experiment {
     const { request } = this.job.report ?? {};
     const { body, scenario } = this;
     if (!request || !body || !scenario) return [];
-    const names = differing(request, body, bodyOf(DEFAULT, scenario, {}), SETTINGS);
+    const names = differing(request, body, bodyOf(defaults(), scenario, {}), settings());
     const then = sourceOf(request);
     const same = !then || equal(wholeOf(then, {}).plant, wholeOf(body, {}).plant);
     return same ? names : ['motor', ...names];
@@ -131,8 +133,8 @@ class Experiment {
   }
 
   change(changes: Partial<Form>): void {
-    this.form = { ...this.form, ...changes };
-    save('identify', this.form);
+    this.entered = { ...this.entered, ...changes };
+    save('identify', this.entered);
   }
 
   async choose(source: string): Promise<void> {
