@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from tests.bench.table import Row
-from tests.loop.best_controller import (
+from tests.loop.shipped_controller import (
     GAIN_MARGIN,
     PHASE_MARGIN,
     PLACES,

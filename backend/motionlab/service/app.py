@@ -29,7 +29,7 @@ from motionlab.service.preload import warm_up
 from motionlab.service.prometheus import Monitor
 from motionlab.service.routes import (
     fields,
-    identify,
+    identification_plan,
     jobs,
     login,
     loop,
@@ -159,7 +159,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         loop_response,
         studies,
         maps,
-        identify,
+        identification_plan,
         paper,
     ):
         app.include_router(module.router, prefix=PREFIX)

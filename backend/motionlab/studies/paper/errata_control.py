@@ -11,7 +11,7 @@ from motionlab.config.timing import SUBSTEPS
 from motionlab.loop.steady_state_error import sine_error
 from motionlab.plant.friction import LuGre
 from motionlab.studies.identify.presliding import model_response
-from motionlab.studies.paper import performance, stability
+from motionlab.studies.paper import stability, steady_state_errors
 from motionlab.studies.paper.bands import gains
 from motionlab.studies.paper.document import Erratum
 from motionlab.studies.paper.experiments import Experiments
@@ -144,8 +144,8 @@ def phase(experiments: Experiments) -> Erratum:
     w = 2.0 * math.pi / 3.0
     printed = math.atan(w * k_d / (M * w**2 - k_p))
     right = sine_error(M, k_p, k_d, B=0.015, w=w).phase
-    run = experiments.run("circle", performance.NO_FRICTION)
-    measured = float(np.angle(performance.response(run, "x")))
+    run = experiments.run("circle", steady_state_errors.NO_FRICTION)
+    measured = float(np.angle(steady_state_errors.response(run, "x")))
     return Erratum(
         id="eq42",
         place="(42)",

@@ -13,10 +13,10 @@ from motionlab.studies.paper import (
     friction,
     motions,
     other_machines,
-    performance,
     platforms,
     sizing,
     stability,
+    steady_state_errors,
     table1,
 )
 from motionlab.studies.paper.document import PaperDocument, PaperGroup
@@ -39,7 +39,9 @@ GROUPS = (
     ),
     PaperGroup(id=stability.GROUP, title="Stability proof", about="Section III-C, (25) to (38)"),
     PaperGroup(
-        id=performance.GROUP, title="Control performance", about="Sections III-D, E, (39) to (42)"
+        id=steady_state_errors.GROUP,
+        title="Control performance",
+        about="Sections III-D, E, (39) to (42)",
     ),
     PaperGroup(id=friction.GROUP, title="Identified friction", about="Section IV-A, (43) to (48)"),
     PaperGroup(id=circle.GROUP, title="Circle, compensation from 90 s on", about="Fig. 5"),
@@ -62,7 +64,7 @@ _MODULES = (
     forces,
     platforms,
     stability,
-    performance,
+    steady_state_errors,
     friction,
     circle,
     table1,

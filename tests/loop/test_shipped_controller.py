@@ -8,7 +8,7 @@ import pytest
 from motionlab.config.load import load_scenario
 from motionlab.loop.frequency_sweep import frequency_sweep
 from motionlab.loop.linearise import SLIDING, linearise
-from tests.loop.best_controller import (
+from tests.loop.shipped_controller import (
     GAIN_MARGIN,
     PHASE_MARGIN,
     SCENARIO,
