@@ -146,7 +146,7 @@ def kept_names(caller: httpx.Client, path: str) -> dict[str, str]:
         own.mkdir(parents=True, exist_ok=True)
         shutil.copy(shipped / "new-design.json", own / "kept.json")
         return {"name": "kept"}
-    return {"name": "circle"}
+    return {"name": "circle", "kind": "tune"}
 
 
 @pytest.mark.parametrize("name", OPERATIONS)
