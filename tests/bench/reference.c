@@ -20,9 +20,12 @@ enum law { OFF, OBSERVER, PUBLISHED, RESIDUAL, CANUDAS_DE_WIT, REVERSED };
 struct lugre { double sigma_0, sigma_1, sigma_2, F_c, F_s, v_s; };
 struct force_map { double tau, offset, F_pk, N_pk, I_pk, I_knee, h_2, h_3; };
 
+struct table { double thrust, normal, positions, currents, per_ampere, gain; }; /* unused */
+
 struct parameters {
     struct lugre friction;
     struct force_map map;
+    struct table table;
     struct { double half_step, gain[3], offset[3], limit; } amplifiers;
     struct { double resolution, sde_amplitude, sde_period; } encoder;
     struct { double M, stop, stop_stiffness, stop_damping; } mechanics;
@@ -37,15 +40,15 @@ struct parameters {
     } compensation;
     struct lugre model_friction;
     struct force_map model_map;
-    struct { double current, error; } limits;
-    struct { double thrust, normal, positions, currents, per_ampere, gain; } tables[2]; /* unused */
-    struct { double law, overlap, inverse, shares; } sharing;
+    struct table model_table;
+    struct { double law, overlap, inverse, shares, current_limit; } sharing;
+    struct { double error; } limits;
 };
 
 struct state {
     double p, v, z, y, y_rate, i[3];
     double p_last, v_last, e_last, z_hat, residual, d, n_1, n_2;
-    double f_acting, f_hat_acting, f_added_acting, K_acting;
+    double f_acting, f_hat_acting, f_added_acting, K_acting, c_acting[3]; /* c_acting: unused */
     double f_pending, f_hat_pending, f_added_pending, K_pending, c_pending[3];
     double age, failed;
 };
@@ -151,7 +154,7 @@ static double lane(
     const struct friction truth = prepare_friction(&par->friction);
     const struct friction model = prepare_friction(&par->model_friction);
     const struct map map = prepare_map(&par->map), model_map = prepare_map(&par->model_map);
-    const double most = force_fraction(&model_map, par->limits.current);
+    const double most = force_fraction(&model_map, par->sharing.current_limit);
     const double M = par->mechanics.M, inverse_M = 1 / M;
     const double inverse_M_damped = 1 / (M + 0.5 * H * truth.sigma_2);
     const double half_pull = (0.5 * H * truth.sigma_0 + truth.sigma_1) * inverse_M;

@@ -25,9 +25,12 @@ typedef double lanes[W];
 struct lugre { lanes sigma_0, sigma_1, sigma_2, F_c, F_s, v_s; };
 struct force_map { lanes tau, offset, F_pk, N_pk, I_pk, I_knee, h_2, h_3; };
 
+struct table { lanes thrust, normal, positions, currents, per_ampere, gain; }; /* unused */
+
 struct parameters {
     struct lugre friction;
     struct force_map map;
+    struct table table;
     struct { lanes half_step, gain[3], offset[3], limit; } amplifiers;
     struct { lanes resolution, sde_amplitude, sde_period; } encoder;
     struct { lanes M, stop, stop_stiffness, stop_damping; } mechanics;
@@ -42,15 +45,15 @@ struct parameters {
     } compensation;
     struct lugre model_friction;
     struct force_map model_map;
-    struct { lanes current, error; } limits;
-    struct { lanes thrust, normal, positions, currents, per_ampere, gain; } tables[2]; /* unused */
-    struct { lanes law, overlap, inverse, shares; } sharing; /* unused */
+    struct table model_table;
+    struct { lanes law, overlap, inverse, shares, current_limit; } sharing;
+    struct { lanes error; } limits;
 };
 
 struct state {
     lanes p, v, z, y, y_rate, i[3];
     lanes p_last, v_last, e_last, z_hat, residual, d, n_1, n_2;
-    lanes f_acting, f_hat_acting, f_added_acting, K_acting;
+    lanes f_acting, f_hat_acting, f_added_acting, K_acting, c_acting[3]; /* c_acting: unused */
     lanes f_pending, f_hat_pending, f_added_pending, K_pending, c_pending[3];
     lanes age, failed;
 };
@@ -190,7 +193,7 @@ void run_lanes(
     prepare(&par->model_friction, &par->model_map, &model, &model_map);
     lanes most, inverse_M, heavier, load, target[3];
     EACH_LANE {
-        most[l] = force_fraction(&model_map, par->limits.current[l], l);
+        most[l] = force_fraction(&model_map, par->sharing.current_limit[l], l);
         inverse_M[l] = 1 / par->mechanics.M[l];
         heavier[l] = 1 / (par->mechanics.M[l] + 0.5 * H * par->friction.sigma_2[l]);
         largest[l] = 0;
