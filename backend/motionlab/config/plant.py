@@ -297,7 +297,7 @@ class AxisConfig(Config):
 
     @model_validator(mode="after")
     def _can_be_stepped(self) -> Self:
-        """Refuse a mass that friction or end stops would throw about within one step."""
+        """Check the numerical stability limit of the explicit step."""
         h = PLANT_STEP
         friction = self.friction if self.friction.enabled else None
         needs = {
