@@ -144,7 +144,7 @@ def carry_out(content: bytes, expected: Code) -> Any:
 
 
 class _Released(Exception):
-    """Raised in a task that is not wanted any more."""
+    """Raised in a task that was cancelled."""
 
 
 def _check_address(address: str) -> None:

@@ -67,7 +67,7 @@ class Processes(Pool):
 
 
 class _Stopped(Exception):
-    """Raised in a task that is not wanted any more."""
+    """Raised in a task that was cancelled."""
 
 
 _stop: Event | None = None

@@ -29,7 +29,7 @@ _ESTIMATED_FROM = 0.02
 """Share of the work that has to be done before the rest of its time is estimated."""
 
 _POLL = 0.1  # s between looks at whether there are memory and kernels
-_CANCEL_SECONDS = 1.0  # for a job that is not wanted any more
+_CANCEL_SECONDS = 1.0  # for a cancelled job to end
 
 
 class Work(NamedTuple):

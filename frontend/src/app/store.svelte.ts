@@ -125,7 +125,7 @@ export class Store {
     setAddress({ mode });
   }
 
-  /** Takes the value of a control; `moving` while it has not been let go of. */
+  /** Takes the value of a control; `moving` while it is held. */
   set(changes: Changes, moving = false): void {
     const begins = !this.moving;
     this.moving = moving;

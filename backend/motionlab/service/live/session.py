@@ -208,7 +208,7 @@ class Session:
         Raises
         ------
         ConfigError
-            If a force map is not there any more; nothing has changed then.
+            If a force map has been deleted since; nothing has changed then.
         """
         async with self._order:
             simulation, kept = await self._in_thread(self._afresh)

@@ -20,7 +20,7 @@ WAIT_SECONDS = 30.0
 """Time after which a call gives up its place in the queue, s."""
 
 _RESIDENT_MAX = 700_000_000  # bytes from which an idle worker is replaced
-_CANCEL_SECONDS = 2.0  # for a call that is not wanted any more
+_CANCEL_SECONDS = 2.0  # for a cancelled call to end
 _AGAIN_AFTER = 0.5  # s until another fork is tried
 _RETRY = {"Retry-After": "1"}
 

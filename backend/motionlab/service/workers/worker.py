@@ -35,7 +35,7 @@ _IGNORED = (signal.SIGINT, signal.SIGTERM)  # the server ends its workers
 
 
 class Cancelled(BaseException):
-    """Raised inside a call that is not wanted any more."""
+    """Raised inside a call that was cancelled."""
 
 
 class Call:

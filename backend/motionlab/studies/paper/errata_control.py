@@ -197,7 +197,7 @@ def derivative(_: Experiments) -> Erratum:
 
 
 _STEP_FORCE, _STEP_TICKS = 0.05, 400
-"""N, far below F_s, and control periods after which nothing moves any more."""
+"""N, far below F_s, and control periods after which the mover rests."""
 
 _TABLE_NUMBER = 1e-3
 """k_d of Table 1, in N s/mm, taken as N s/m."""

@@ -52,7 +52,7 @@ describe('rows', () => {
     expect(current?.better).toBeNull();
     expect(current?.change).toBeGreaterThan(0);
   });
-  it('leaves out what nobody has', () => {
+  it('leaves out metrics without a value', () => {
     const names = rows(metrics, ['A', 'B']).map((row) => row.name);
     expect(names).toEqual(['max |e_x|', 'contour max', 'contour RMS', 'peak i_x']);
   });
