@@ -177,5 +177,13 @@ class StoreFull(StoreError):
     """No room for another record, or none on the disk."""
 
 
+class Unknown(StoreError):
+    """No record of the name or identifier that was given."""
+
+
+class Busy(StoreError):
+    """A record that cannot be changed while it is being written."""
+
+
 class ExperimentFailed(MotionLabError):
     """An experiment on the motor that gave nothing to evaluate."""

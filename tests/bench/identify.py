@@ -10,7 +10,7 @@ from motionlab.studies.identify.document import IdentificationDocument
 from motionlab.studies.identify.plan import plan
 from motionlab.studies.identify.request import read_request
 from tests.bench.table import Row
-from tests.runs import true_map
+from tests.simulated import true_map
 
 _TARGET = 0.02
 _MODEL = "variants.A.controller.model"

@@ -16,7 +16,7 @@ from motionlab.kernel.tick import run_ticks
 from motionlab.simulation.inputs import PAGE, page_inputs
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.timeline import Timeline
-from tests.runs import SHORT, Played, play, same_bits
+from tests.simulated import SHORT, Played, play, same_bits
 
 LUGRE = {"compensation.law": "lugre-observer"}
 RESIDUAL = {"compensation.law": "residual-k"}

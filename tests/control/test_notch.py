@@ -12,7 +12,7 @@ from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.control.notch import PASS, sampled_notch
 from motionlab.loop.frequency_sweep import frequency_sweep
 from motionlab.loop.linearise import linearise
-from tests.runs import SHORT, play, same_bits
+from tests.simulated import SHORT, play, same_bits
 
 FREQUENCY = 160.0
 

@@ -18,7 +18,7 @@ from motionlab.kernel.layout import INPUT_ROWS, state_row
 from motionlab.loop.linearise import linearise
 from tests.kernel.lane_runs import IDEAL, Array, at_rest, channel, lane, rows, run
 from tests.nominal_motor import CONTROL_PERIOD, POLE_PITCH, Axis, X, Y
-from tests.runs import SHORT, Played, play
+from tests.simulated import SHORT, Played, play
 
 AXES = pytest.mark.parametrize("axis", [X, Y], ids=["x", "y"])
 RAW = {"compensation.residual_alpha": 1.0}

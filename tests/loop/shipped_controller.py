@@ -9,7 +9,7 @@ from motionlab.config.load import load_scenario
 from motionlab.loop.family import SPEEDS
 from motionlab.loop.linearise import SLIDING, linearise
 from motionlab.loop.margins import margins
-from tests.runs import play
+from tests.simulated import play
 
 SCENARIO, VARIANT = "circle-resonant", "B"
 PLACES = 8

@@ -17,7 +17,7 @@ from motionlab.loop.frequency_sweep import frequency_sweep
 from motionlab.loop.linearise import linearise
 from motionlab.loop.margins import Margins, margins
 from motionlab.loop.steady_state_error import crossover, parabola_error, sine_error
-from tests.runs import IDEAL, play
+from tests.simulated import IDEAL, play
 
 MASS = {"x": 5.9, "y": 13.9}
 

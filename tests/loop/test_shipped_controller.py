@@ -18,7 +18,7 @@ from tests.loop.shipped_controller import (
     least_margins,
     loop_margins,
 )
-from tests.runs import play
+from tests.simulated import play
 
 # Largest following error, m: at mid-stroke, and anywhere in the pole pitch.
 REACHED = {"x": (0.544e-6, 0.66e-6), "y": (0.792e-6, 0.967e-6)}

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from motionlab.config.planar import AXES
-from tests.runs import IDEAL, play
+from tests.simulated import IDEAL, play
 
 GAINS = {  # N/m, N s/m: Table 1
     "pentagram": {"x": (200.3e3, 1530.0), "y": (280.5e3, 1080.0)},

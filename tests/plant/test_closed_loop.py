@@ -12,7 +12,7 @@ from motionlab.config.load import load_scenario
 from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.telemetry.channels import CHANNELS
-from tests.runs import FRICTIONLESS, SHORT, Played, play, same_bits
+from tests.simulated import FRICTIONLESS, SHORT, Played, play, same_bits
 
 PHASES = ("a", "b", "c")
 SINE: dict[str, Any] = {

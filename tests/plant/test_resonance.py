@@ -18,8 +18,8 @@ from motionlab.loop.margins import margins
 from motionlab.plant.resonance import Resonance, natural, ring, sampled
 from tests.kernel.lane_runs import IDEAL, at_rest, changed, channel, inputs, lane, rows, run
 from tests.nominal_motor import CONTROL_PERIOD, X, Y
-from tests.runs import IDEAL as IDEAL_MOTOR
-from tests.runs import SHORT, play, same_bits
+from tests.simulated import IDEAL as IDEAL_MOTOR
+from tests.simulated import SHORT, play, same_bits
 
 FREQUENCY, DAMPING, COUPLING = 137.0, 0.03, -0.4
 OMEGA = 2.0 * math.pi * FREQUENCY

@@ -11,7 +11,7 @@ from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.service.live.history import RING_SECONDS
 from motionlab.telemetry import recorder
 from motionlab.telemetry.channels import CHANNELS, REFERENCES
-from tests.runs import Played, play
+from tests.simulated import Played, play
 from tests.service.live import Live
 
 COLUMNS = 2 * len(REFERENCES) + 2 * 2 * len(CHANNELS)

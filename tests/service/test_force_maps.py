@@ -12,7 +12,7 @@ import pytest
 
 from motionlab.config.shipped import config_root
 from motionlab.config.timing import CONTROL_PERIOD
-from tests.runs import play
+from tests.simulated import play
 from tests.service.conftest import MakeLive
 from tests.service.live import API, until
 from tests.service.offline import assert_offline

@@ -15,7 +15,7 @@ from motionlab.config.load import load_scenario
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.service.settings import Settings
 from motionlab.telemetry.channels import stream_columns
-from tests.runs import play
+from tests.simulated import play
 from tests.service.conftest import MakeServer
 from tests.service.live import API
 

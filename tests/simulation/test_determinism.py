@@ -18,7 +18,7 @@ from motionlab.simulation.prepare import prepare
 from motionlab.simulation.simulation import Simulation
 from motionlab.simulation.timeline import Timeline
 from motionlab.telemetry.channels import CHANNELS
-from tests.runs import SHORT, Played, play, same_bits
+from tests.simulated import SHORT, Played, play, same_bits
 
 NOISY: dict[str, Any] = SHORT | {
     "plant": "matched",

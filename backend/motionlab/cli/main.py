@@ -11,13 +11,14 @@ from collections.abc import Sequence
 from motionlab import __version__
 from motionlab.cli import (
     run,
+    runs,
     serve,
     study,
 )
 from motionlab.cli.exit_codes import BAD_INPUT, DONE, FAILED
 from motionlab.errors import ConfigError, Infeasible, MotionLabError
 
-_COMMANDS = (run, study, serve)
+_COMMANDS = (run, runs, study, serve)
 """In the order of the help page."""
 
 

@@ -19,6 +19,7 @@ examples:
   motionlab run circle --set variants.B.controller.x.k_p=312000 --set seed=7
   motionlab run circle --set plant=matched --set trajectory=rhombus
   motionlab run my-scenario.toml --out run.parquet
+  motionlab run circle --keep --name 'first try'
 
 Values are SI (k_p in N/m, k_d in N s/m, lengths in m); docs/scenarios.md lists the fields.
 """
@@ -47,6 +48,8 @@ def add(commands: Any) -> None:
     parser.add_argument(
         "--out", metavar="FILE", help="write every channel to FILE, .parquet or .csv"
     )
+    parser.add_argument("--keep", action="store_true", help="keep it as a run; docs/runs.md")
+    parser.add_argument("--name", metavar="TEXT", default="", help="what the kept run is called")
     add_json(parser)
     parser.set_defaults(command=_run)
 
@@ -69,7 +72,12 @@ def _run(options: argparse.Namespace) -> int:
         recording = run(prepared, progress)
     result = document(prepared, recording)
     if options.out is not None:
-        write(recording, options.out, metadata=metadata(prepared))
+        write(recording, options.out, metadata=metadata(prepared.scenario))
+    if options.keep:
+        from motionlab.runs.library import library
+
+        result["run"] = library().keep(prepared, recording, result, name=options.name).id
+        print(f"kept as {result['run']}", file=sys.stderr)
     if options.json:
         print(json.dumps(result, allow_nan=False))
     else:

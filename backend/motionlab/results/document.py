@@ -94,3 +94,4 @@ class ResultDocument(Segment):
     model: str = Field(description="Hash of the model's sources")
     maps: dict[str, MapRecord] = Field(description="Tables that stood in for analytic force maps")
     segments: list[Segment] = Field(description="One for each interval between switches")
+    run: str | None = Field(default=None, description="Identifier of the run, where it was kept")

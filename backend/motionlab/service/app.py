@@ -23,6 +23,7 @@ from motionlab.service.jobs import Jobs
 from motionlab.service.kernel_compiler import Kernels
 from motionlab.service.live import messages
 from motionlab.service.live.broadcast import Broadcast
+from motionlab.service.live.run_recorder import RunRecorder
 from motionlab.service.live.sessions import Sessions
 from motionlab.service.memory_budget import Memory
 from motionlab.service.preload import warm_up
@@ -36,6 +37,7 @@ from motionlab.service.routes import (
     loop_response,
     maps,
     paper,
+    runs,
     scenarios,
     scene,
     session_files,
@@ -86,17 +88,20 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         app.state.writing = asyncio.Lock()  # of files, so that the other workers are free
         app.state.downloads = asyncio.Semaphore(settings.downloads_max)
         app.state.downloads_waiting = 0
-        app.state.sessions = Sessions(most=settings.sessions_max, memory=app.state.memory)
         app.state.broadcast = Broadcast()
         app.state.scenes = Scenes(most=settings.scenes_max)
-        evictors = [
-            asyncio.create_task(kept.keep_evicting())
-            for kept in (app.state.sessions, app.state.scenes)
-        ]
         app.state.workers = Workers(
             count=settings.workers, waiting_max=settings.waiting_max, memory=app.state.memory
         )
         app.state.workers.start()
+        recorder = RunRecorder(data_root(), app.state.workers)
+        app.state.sessions = Sessions(
+            most=settings.sessions_max, memory=app.state.memory, recorder=recorder
+        )
+        evictors = [
+            asyncio.create_task(kept.keep_evicting())
+            for kept in (app.state.sessions, app.state.scenes)
+        ]
         kernels = Kernels()
         app.state.jobs = Jobs(
             settings,
@@ -123,6 +128,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         with suppress(asyncio.CancelledError):
             await warming
         app.state.sessions.close()
+        await recorder.close()
         await app.state.jobs.close()
         await app.state.workers.close()
         kernels.close()
@@ -161,6 +167,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         maps,
         identification_plan,
         paper,
+        runs,
     ):
         app.include_router(module.router, prefix=PREFIX)
     app.include_router(scene.router)

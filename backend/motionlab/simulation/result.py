@@ -66,14 +66,14 @@ def document(prepared: Prepared, recording: Recording) -> dict[str, Any]:
     }
 
 
-def metadata(prepared: Prepared) -> dict[str, str]:
+def metadata(scenario: Scenario) -> dict[str, str]:
     """Return the metadata that reproduce a recording: scenario, seed, versions."""
     return {
-        "scenario": json.dumps(prepared.scenario.model_dump(mode="json"), allow_nan=False),
-        "seed": str(prepared.scenario.seed),
+        "scenario": json.dumps(scenario.model_dump(mode="json"), allow_nan=False),
+        "seed": str(scenario.seed),
         "version": __version__,
         "model": model_hash(),
-        "maps": json.dumps(maps_of(prepared.scenario)),
+        "maps": json.dumps(maps_of(scenario)),
     }
 
 

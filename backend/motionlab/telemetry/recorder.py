@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,9 +19,12 @@ from motionlab.telemetry.recording import Recording
 
 if TYPE_CHECKING:
     import pyarrow as pa
+    from pyarrow import parquet
 
 SUFFIXES = (".parquet", ".csv")
-_ROWS = 65_536  # ticks in a row group: bounds the memory of long recordings
+ROWS = 65_536
+"""Ticks in a row group: bounds the memory of long recordings."""
+
 _CSV_ROWS = 4096  # ticks that are made text at a time
 
 
@@ -126,22 +129,29 @@ def _split_header(header: str) -> tuple[str, str]:
     return name, unit.removesuffix("]")
 
 
+def parquet_writer(path: Path, schema: pa.Schema) -> parquet.ParquetWriter:
+    """Return a writer of telemetry: byte-stream split, zstd; row groups of `ROWS` ticks."""
+    from pyarrow import parquet
+
+    floats = [field.name for field in schema][1:]
+    return parquet.ParquetWriter(
+        path,
+        schema,
+        compression="zstd",
+        compression_level=3,
+        use_dictionary=False,
+        column_encoding=dict.fromkeys(floats, "BYTE_STREAM_SPLIT") | {"tick": "PLAIN"},
+    )
+
+
 def _write(recording: Recording, path: Path, suffix: str, metadata: dict[str, str]) -> None:
-    from pyarrow import csv, parquet
+    from pyarrow import csv
 
     arrays = list(columns(recording))
-    schema = _schema(arrays, metadata)
-    rows = _ROWS if suffix == ".parquet" else _CSV_ROWS
+    schema = telemetry_schema([(name, channel) for name, channel, _ in arrays], metadata)
+    rows = ROWS if suffix == ".parquet" else _CSV_ROWS
     if suffix == ".parquet":
-        floats = [field.name for field in schema][1:]
-        writer = parquet.ParquetWriter(
-            path,
-            schema,
-            compression="zstd",
-            compression_level=3,
-            use_dictionary=False,
-            column_encoding=dict.fromkeys(floats, "BYTE_STREAM_SPLIT") | {"tick": "PLAIN"},
-        )
+        writer = parquet_writer(path, schema)
     else:
         headers = [f"{f.name} [{f.metadata[b'unit'].decode()}]" for f in schema]
         schema = _renamed(schema, headers)
@@ -152,9 +162,10 @@ def _write(recording: Recording, path: Path, suffix: str, metadata: dict[str, st
             writer.write(_batch(arrays, schema, start, stop, recording.first_tick))
 
 
-def _schema(
-    arrays: list[tuple[str, Channel, NDArray[np.float32]]], metadata: dict[str, str]
+def telemetry_schema(
+    channels: Sequence[tuple[str, Channel]], metadata: dict[str, str]
 ) -> pa.Schema:
+    """Return the schema of telemetry: ``tick``, ``time`` and a float32 column a channel."""
     import pyarrow as pa
 
     fields = [
@@ -163,7 +174,7 @@ def _schema(
     ]
     fields += [
         pa.field(name, pa.float32(), metadata={"unit": channel.unit, "meaning": channel.meaning})
-        for name, channel, _ in arrays
+        for name, channel in channels
     ]
     return pa.schema(fields, metadata=metadata)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,8 +10,9 @@ from numpy.typing import NDArray
 
 from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.telemetry.channels import CHANNELS
+from motionlab.telemetry.channels import CHANNELS, REFERENCES
 
+_SHARED = len(AXES) * len(REFERENCES)
 _INDEX = {channel.name: i for i, channel in enumerate(CHANNELS)}
 
 
@@ -88,3 +90,37 @@ class Recording:
     def holds(self, window: tuple[int, int]) -> bool:
         """Return whether all ticks of [start, end) are recorded."""
         return self.first_tick <= window[0] and window[1] <= self.first_tick + self.ticks
+
+
+def as_recording(
+    start: int,
+    data: NDArray[np.float32],
+    failed: Mapping[str, int | None],
+    references: NDArray[np.float64] | None = None,
+) -> Recording:
+    """Return columns side by side, as `stream_columns` orders them, as a recording.
+
+    Parameters
+    ----------
+    start : int
+        Tick of the first sample.
+    data : ndarray of float32, shape (columns, ticks)
+        All columns.
+    failed : mapping of str to int or None
+        Of each variant the tick at which it diverged.
+    references : ndarray, shape (references, 2, ticks), optional
+        The references in full precision; those of the ring when left out.
+    """
+    shared = data[:_SHARED].reshape(len(AXES), len(REFERENCES), -1).transpose(1, 0, 2)
+    own = data[_SHARED:].reshape(len(failed), len(AXES), len(CHANNELS), -1)
+    records = {
+        name: VariantRecord(
+            samples.transpose(1, 0, 2),
+            # When and how matters to reports of whole runs only.
+            None if tick is None else Divergence(tick, "", ()),
+        )
+        for (name, tick), samples in zip(failed.items(), own, strict=True)
+    }
+    return Recording(
+        shared.astype(np.float64) if references is None else references, records, start
+    )

@@ -26,7 +26,7 @@ from motionlab.studies.identify.stribeck import Fitted
 from motionlab.studies.identify.test_bench import Rig
 from motionlab.studies.identify.thrust import readings, thrust_within
 from motionlab.telemetry.recording import VariantRecord
-from tests.runs import play, true_map
+from tests.simulated import play, true_map
 
 SLIDING = ("F_c", "F_s", "v_s", "sigma_2")
 SHORT: dict[str, Any] = {

@@ -22,7 +22,7 @@ from motionlab.studies.tune.landscape import landscape
 from motionlab.studies.tune.problem import plan
 from motionlab.studies.tune.request import LandscapeRequest, TuneRequest, read_request
 from motionlab.studies.tune.search import tune
-from tests.runs import IDEAL
+from tests.simulated import IDEAL
 
 SHORT: dict[str, Any] = {"trajectory.frequency": 2.0, "trajectory.radius": 0.002}
 TOLD_GAIN, TOLD_PHASE = 5e-3, 3e-3  # share; rad

@@ -18,12 +18,14 @@ from motionlab.config.validation_errors import ends_of
 from motionlab.errors import (
     SHOWN_MAX,
     SIGNS,
+    Busy,
     ConfigError,
     FieldError,
     Infeasible,
     MotionLabError,
     StoreError,
     StoreFull,
+    Unknown,
     shown,
 )
 from motionlab.service.live.session import WrongState
@@ -171,8 +173,10 @@ def install(app: FastAPI) -> None:
 
     @app.exception_handler(StoreError)
     async def refuse_to_keep(_: Request, error: StoreError) -> JSONResponse:
-        full = isinstance(error, StoreFull)
-        status = HTTPStatus.INSUFFICIENT_STORAGE if full else HTTPStatus.SERVICE_UNAVAILABLE
+        statuses = {StoreFull: HTTPStatus.INSUFFICIENT_STORAGE, Unknown: HTTPStatus.NOT_FOUND} | {
+            Busy: HTTPStatus.CONFLICT
+        }
+        status = statuses.get(type(error), HTTPStatus.SERVICE_UNAVAILABLE)
         return problem(status, str(error))
 
     @app.exception_handler(MotionLabError)

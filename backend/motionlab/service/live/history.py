@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +11,7 @@ from motionlab.config.planar import AXES
 from motionlab.config.timing import to_ticks
 from motionlab.simulation.simulation import Simulation, sample_page, variant_columns
 from motionlab.telemetry.channels import CHANNELS, REFERENCES, stream_columns
-from motionlab.telemetry.recording import Divergence, Recording, VariantRecord
+from motionlab.telemetry.recording import Recording, as_recording
 from motionlab.telemetry.ring import Ring
 
 RING_SECONDS = 30.0
@@ -128,37 +127,3 @@ class History:
                 return start, self.ring.read(slice(None), start, end)
             except IndexError:
                 length -= -(-length // 16)
-
-
-def as_recording(
-    start: int,
-    data: NDArray[np.float32],
-    failed: Mapping[str, int | None],
-    references: NDArray[np.float64] | None = None,
-) -> Recording:
-    """Return columns of a ring as a recording.
-
-    Parameters
-    ----------
-    start : int
-        Tick of the first sample.
-    data : ndarray of float32, shape (columns, ticks)
-        All columns.
-    failed : mapping of str to int or None
-        Of each variant the tick at which it diverged.
-    references : ndarray, shape (references, 2, ticks), optional
-        The references in full precision; those of the ring when left out.
-    """
-    shared = data[:_SHARED].reshape(len(AXES), len(REFERENCES), -1).transpose(1, 0, 2)
-    own = data[_SHARED:].reshape(len(failed), len(AXES), len(CHANNELS), -1)
-    records = {
-        name: VariantRecord(
-            samples.transpose(1, 0, 2),
-            # When and how matters to reports of whole runs only.
-            None if tick is None else Divergence(tick, "", ()),
-        )
-        for (name, tick), samples in zip(failed.items(), own, strict=True)
-    }
-    return Recording(
-        shared.astype(np.float64) if references is None else references, records, start
-    )

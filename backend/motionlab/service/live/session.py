@@ -18,13 +18,16 @@ import numpy as np
 from pydantic import BaseModel, Field, TypeAdapter
 
 from motionlab.config.load import epochs
+from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
+from motionlab.results.latest import latest_metrics
+from motionlab.runs.run import Event
 from motionlab.service.live.change_log import Change, Changes, changed
 from motionlab.service.live.clock import Clock
 from motionlab.service.live.history import History
-from motionlab.service.live.metrics import latest_metrics
 from motionlab.service.live.notification import Listener
+from motionlab.service.live.run_recorder import RunRecorder, SessionRecorder
 from motionlab.simulation.prepare import Prepared
 from motionlab.simulation.simulation import Simulation, ready
 from motionlab.telemetry.recording import Recording
@@ -57,6 +60,8 @@ class SessionStatus(BaseModel):
     time: float = Field(description="Simulated time, s")
     speed: float = Field(description="Simulated time per time")
     stream: str = Field(description="Path of its websocket")
+    run: str | None = Field(description="Run that is being recorded; null before the first tick")
+    unrecorded: str = Field(description="Why nothing can be recorded now; empty when all is well")
     watchers: int = Field(description="Streams and 3-D views that are open")
     ends: int | None = Field(description="Tick at which it ends; null if it goes on")
     diverged: dict[str, float | None] = Field(description="Time at which a variant diverged, s")
@@ -95,9 +100,17 @@ class Session:
         Advances it while it plays.
     threads : Executor
         Where its slow work is done.
+    recorder : RunRecorder, optional
+        Records it as runs, one from each reset to the next.
     """
 
-    def __init__(self, prepared: Prepared, clock: Clock, threads: Executor) -> None:
+    def __init__(
+        self,
+        prepared: Prepared,
+        clock: Clock,
+        threads: Executor,
+        recorder: RunRecorder | None = None,
+    ) -> None:
         self.id = secrets.token_urlsafe(9)
         self.prepared = prepared
         self.variants = list(prepared.scenario.variants)
@@ -111,6 +124,8 @@ class Session:
         self.history = History(self.variants)
         self._clock = clock
         self._threads = threads
+        self._recorder = recorder
+        self._record: SessionRecorder | None = None
         self._changes = Changes(prepared.scenario)
         self._lock = threading.Lock()
         self._waiting = 0  # commands that want the lock
@@ -145,6 +160,8 @@ class Session:
             time=self.tick * CONTROL_PERIOD,
             speed=self.speed,
             stream=f"/api/v1/sessions/{self.id}/stream",
+            run=None if self._record is None else self._record.run,
+            unrecorded="" if self._record is None else self._record.problem,
             watchers=len(self.listeners),
             ends=self.simulation.timeline.end,
             diverged={
@@ -192,6 +209,7 @@ class Session:
             if self.state == "playing":
                 self.state = "paused"
                 self._clock.stop(self)
+        self._recorded(flush=True)
         self._tell_state()
 
     async def step(self, ticks: int) -> None:
@@ -199,6 +217,7 @@ class Session:
         async with self._order:
             self._refuse_when("playing", "stopping", "stopped", "finished")
             await self._in_thread(self._advance, ticks, "paused")
+            self._recorded(flush=True)
             self._tell_state()
             self.publish()
 
@@ -229,6 +248,7 @@ class Session:
             return
         with self._claimed():
             self._rest_tick = self.simulation.stop()
+            self._note(Event(tick=self.tick, kind="stop"))
             self.state = "stopping"
             self._follow_clock()
         self._tell_state()
@@ -237,7 +257,10 @@ class Session:
         """Push the mover of every variant and return the tick at which it begins."""
         with self._claimed():
             self._refuse_when("stopping", "stopped", "finished")
-            self.simulation.push(axis, force, max(1, to_ticks(seconds)))
+            ticks = max(1, to_ticks(seconds))
+            self.simulation.push(axis, force, ticks)
+            name = AXES[axis]
+            self._note(Event(tick=self.tick, kind="push", axis=name, force=force, ticks=ticks))
             return self.tick
 
     async def change(self, changes: Mapping[str, Any]) -> int:
@@ -308,6 +331,8 @@ class Session:
             self.closed = True
             self.state = "finished"
             self._clock.stop(self)
+            if self._record is not None:
+                self._record.end()
         self.publish()
 
     @property
@@ -373,7 +398,14 @@ class Session:
         self.simulation = simulation
         self._scenario = simulation.scenario
         self._failed = simulation.failed_ticks
+        if self._record is not None:
+            self._record.end()
         self.history.ring.clear()
+        if self._recorder is not None:
+            channels = self.history.columns
+            self._record = SessionRecorder(
+                self._recorder, self.history.ring, channels, simulation.scenario
+            )
 
     async def _change(self, changes: Mapping[str, Any]) -> int:
         def prepared(scenario: Scenario, tick: int) -> tuple[Change, list[Any]]:
@@ -386,6 +418,7 @@ class Session:
             self.simulation.adopt(made_ready)
             self._scenario = self.simulation.scenario
             tick = self.tick
+            self._note(Event(tick=tick, kind="change", set=change.set, previous=change.previous))
         await self._in_thread(self._changes.keep, change.model_copy(update={"tick": tick}))
         return tick
 
@@ -405,8 +438,22 @@ class Session:
                 if self.state != state or left <= 0:
                     return
                 self._advance_slice(min(left, most))
+            self._recorded()
             if self._waiting:  # a lock is not fair: who releases it and asks again has it again
                 time.sleep(_YIELD_SECONDS)
+
+    def _recorded(self, *, flush: bool = False) -> None:
+        """Record what is new; all of it and no more once the motion has ended."""
+        if self._record is None:
+            return
+        if self.state in {"finished", "stopped"}:
+            self._record.end()
+        else:
+            self._record.advanced(flush=flush)
+
+    def _note(self, event: Event) -> None:
+        if self._record is not None:
+            self._record.note(event)
 
     def _advance_slice(self, ticks: int) -> None:
         if self.state == "stopping":

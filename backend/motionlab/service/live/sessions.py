@@ -10,6 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from fastapi import HTTPException
 
 from motionlab.service.live.clock import Clock
+from motionlab.service.live.run_recorder import RunRecorder
 from motionlab.service.live.session import Session
 from motionlab.service.memory_budget import Memory
 from motionlab.simulation.prepare import Prepared
@@ -32,6 +33,8 @@ class Sessions:
         Sessions that may live at once.
     memory : Memory
         Where they take what they hold.
+    recorder : RunRecorder, optional
+        Records them.
 
     Attributes
     ----------
@@ -39,9 +42,10 @@ class Sessions:
         Where the slow work of sessions is done.
     """
 
-    def __init__(self, *, most: int, memory: Memory) -> None:
+    def __init__(self, *, most: int, memory: Memory, recorder: RunRecorder | None = None) -> None:
         self._most = most
         self._memory = memory
+        self._recorder = recorder
         self._sessions: dict[str, Session] = {}
         self._clock = Clock()
         self.threads = ThreadPoolExecutor(_THREADS, thread_name_prefix="session")
@@ -61,7 +65,7 @@ class Sessions:
         """
 
         def made() -> Session:
-            return Session(prepare(), self._clock, self.threads)
+            return Session(prepare(), self._clock, self.threads, self._recorder)
 
         session = await asyncio.get_running_loop().run_in_executor(self.threads, made)
         idlest = self._replaceable()

@@ -19,7 +19,7 @@ from motionlab.loop.linearise import (
 from motionlab.loop.margins import margins
 from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute
-from motionlab.service.routes.simulate import SimulateRequest
+from motionlab.service.routes.simulate import ChangedScenario
 from motionlab.service.worker_answers import computed
 
 router = APIRouter(tags=["simulate"], route_class=JsonRoute)
@@ -59,12 +59,12 @@ class LoopDocument(BaseModel):
     response_model=LoopDocument,
     responses=responses(400, 413, 415, 422, 429, 503),
 )
-async def get_loop(request: Request, body: Annotated[SimulateRequest, Body()]) -> Response:
+async def get_loop(request: Request, body: Annotated[ChangedScenario, Body()]) -> Response:
     """Return margins and limits of stability of every loop; docs/loop.md."""
     return await computed(request, _loops, body)
 
 
-def _loops(body: SimulateRequest) -> LoopDocument:
+def _loops(body: ChangedScenario) -> LoopDocument:
     scenario = load_scenario(body.scenario, body.set)
     return LoopDocument(variants={name: _variant(scenario, name) for name in scenario.variants})
 

@@ -15,13 +15,13 @@ from motionlab.service.http.download import Download, temporary_folder
 from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute
 from motionlab.service.live.document import SessionMetrics
-from motionlab.service.live.history import as_recording
 from motionlab.service.memory_budget import Memory
 from motionlab.service.routes.sessions import Found
 from motionlab.service.worker_answers import called
 from motionlab.service.workers.worker import Call
 from motionlab.simulation.result import metadata
 from motionlab.telemetry import recorder
+from motionlab.telemetry.recording import as_recording
 
 router = APIRouter(prefix="/sessions", tags=["sessions"], route_class=JsonRoute)
 _RETRY_SECONDS = 5
@@ -84,7 +84,7 @@ async def get_telemetry(
         raise _too_many(f"{most} files are being sent, and none has ended since") from None
     finally:
         state.downloads_waiting -= 1
-    about = metadata(session.prepared)
+    about = metadata(session.prepared.scenario)
     name = f"{session.prepared.scenario.name}-{session.tick}.{format}"
     async with contextlib.AsyncExitStack() as held:
         held.callback(slots.release)

@@ -26,7 +26,7 @@ from motionlab.service.http.strict_json import JsonRoute
 from motionlab.service.live.session import Session, SessionInfo
 from motionlab.service.live.sessions import Sessions
 from motionlab.service.live.stream import Stream, refuse
-from motionlab.service.routes.simulate import SimulateRequest, prepare_request
+from motionlab.service.routes.simulate import ChangedScenario, prepare_request
 from motionlab.service.settings import Settings
 
 _JSON = "application/json"
@@ -128,7 +128,7 @@ def _info(session: Session, status: int = 200, headers: dict[str, str] | None = 
         **responses(400, 413, 415, 422, 429),
     },
 )
-async def create_session(request: Request, body: Annotated[SimulateRequest, Body()]) -> Response:
+async def create_session(request: Request, body: Annotated[ChangedScenario, Body()]) -> Response:
     """Create a live session, paused at tick 0; ``{}`` is the circle."""
     sessions: Sessions = request.app.state.sessions
     settings: Settings = request.app.state.settings

@@ -12,6 +12,8 @@ from motionlab.config.load import load_scenario
 from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError
 from motionlab.results.document import ResultDocument
+from motionlab.runs.library import library
+from motionlab.runs.run import NAME_MAX
 from motionlab.service.http.openapi_input import PATHS_MAX, Paths, ScenarioSource, examples
 from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute
@@ -28,7 +30,7 @@ from motionlab.simulation.run import run
 router = APIRouter(route_class=JsonRoute)
 
 
-class SimulateRequest(BaseModel):
+class ChangedScenario(BaseModel):
     """A scenario and changes to it."""
 
     model_config = ConfigDict(extra="forbid") | examples(
@@ -46,12 +48,19 @@ class SimulateRequest(BaseModel):
     )
 
 
+class SimulateRequest(ChangedScenario):
+    """A scenario to run, and whether the run is kept."""
+
+    keep: bool = Field(default=False, strict=True, description="Keep it as a run; docs/runs.md")
+    name: str = Field(default="", max_length=NAME_MAX, description="What the kept run is called")
+
+
 @router.post(
     "/simulate",
     operation_id="simulate",
     tags=["simulate"],
     response_model=ResultDocument,
-    responses={**accepted(REPORTS["simulate"]), **responses(400, 413, 415, 422, 429, 503)},
+    responses={**accepted(REPORTS["simulate"]), **responses(400, 413, 415, 422, 429, 503, 507)},
 )
 async def simulate(
     request: Request,
@@ -72,7 +81,7 @@ async def simulate(
     return answer
 
 
-def prepare_request(body: SimulateRequest, settings: Settings) -> Prepared:
+def prepare_request(body: ChangedScenario, settings: Settings) -> Prepared:
     """Return a request's validated scenario."""
     prepared = prepare(load_scenario(body.scenario, body.set))
     if prepared.work > settings.work_max:
@@ -98,10 +107,12 @@ def _answer(
     if too_long or asynchronous:
         return Asked.of(body.model_dump(), size)
     call.hold(size)
-    return json_of(call, _run, (prepared, call.progress))
+    return json_of(call, _run, (body, prepared, call.progress))
 
 
-def _run(prepared: Prepared, progress: Callable[[float], None]) -> dict[str, Any]:
+def _run(
+    body: SimulateRequest, prepared: Prepared, progress: Callable[[float], None]
+) -> dict[str, Any]:
     done = 0
 
     def advanced(ticks: int) -> None:
@@ -109,8 +120,14 @@ def _run(prepared: Prepared, progress: Callable[[float], None]) -> dict[str, Any
         done += ticks
         progress(done / prepared.reference.ticks)
 
-    return document(prepared, run(prepared, advanced))
+    recording = run(prepared, advanced)
+    result = document(prepared, recording)
+    if body.keep:
+        kept = library().keep(prepared, recording, result, name=body.name)
+        result["run"] = kept.id
+    return result
 
 
 def _simulated(call: Call, body: dict[str, Any], bounds: Settings) -> dict[str, Any]:
-    return _run(prepare_request(SimulateRequest(**body), bounds), call.progress)
+    request = SimulateRequest(**body)
+    return _run(request, prepare_request(request, bounds), call.progress)

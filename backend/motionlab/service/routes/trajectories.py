@@ -18,7 +18,7 @@ from motionlab.service.http.binary_answer import MEDIA_TYPE, packed
 from motionlab.service.http.openapi_input import EXAMPLE_PATH, TrajectoryTable, examples
 from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute
-from motionlab.service.routes.simulate import SimulateRequest
+from motionlab.service.routes.simulate import ChangedScenario
 from motionlab.service.worker_answers import ComputedResponse, called, computed
 from motionlab.service.workers.worker import Call
 from motionlab.simulation.prepare import Epochs, limit_sets
@@ -42,7 +42,7 @@ Name = Annotated[str, Path(pattern="^[a-z0-9-]{1,64}$", description="Name of a t
 Table = Annotated[dict[str, Any], TrajectoryTable()]
 
 
-class CheckRequest(SimulateRequest):
+class CheckRequest(ChangedScenario):
     """A trajectory, and the scenario whose motor and controllers are to follow it."""
 
     model_config = examples({"scenario": "circle", "trajectory": EXAMPLE_PATH})

@@ -17,7 +17,7 @@ from motionlab.service.http.openapi_input import examples
 from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute
 from motionlab.service.prometheus import Monitor
-from motionlab.service.routes.simulate import SimulateRequest, prepare_request
+from motionlab.service.routes.simulate import ChangedScenario, prepare_request
 from motionlab.service.settings import Settings
 from motionlab.service.worker_answers import ComputedResponse, called
 from motionlab.service.workers.worker import Call
@@ -41,7 +41,7 @@ ColumnName = Annotated[
 ]
 
 
-class WhatIfRequest(SimulateRequest):
+class WhatIfRequest(ChangedScenario):
     """A scenario, changes to it, and the curves that are wanted."""
 
     model_config = examples(

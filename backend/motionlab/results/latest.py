@@ -1,4 +1,4 @@
-"""Metrics of a session's latest past."""
+"""Metrics of the latest part of a motion that goes on."""
 
 from __future__ import annotations
 

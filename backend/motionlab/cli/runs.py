@@ -1,0 +1,91 @@
+"""The command ``motionlab runs``."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from datetime import datetime
+from typing import TYPE_CHECKING, Any
+
+from motionlab.cli.exit_codes import DONE
+from motionlab.studies.options import add_json
+
+if TYPE_CHECKING:
+    from motionlab.runs.run import Page, Run
+
+EXAMPLES = """\
+examples:
+  motionlab runs
+  motionlab runs tag:rig 'B.x.max<3um' after:2026-11-01
+  motionlab runs scenario:circle --sort B.x.max --json
+
+docs/runs.md has the language of searches.
+"""
+
+
+def add(commands: Any) -> None:
+    """Add ``motionlab runs``."""
+    parser = commands.add_parser(
+        "runs",
+        help="list the runs that were kept",
+        description="List the runs that were kept, the newest first.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("search", metavar="TERM", nargs="*", help="what they must meet, all of it")
+    parser.add_argument(
+        "--sort",
+        metavar="FIELD",
+        default="-created",
+        help="created, name, duration, size or a metric such as B.x.max; --sort=-created turns "
+        "the order around (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--limit", metavar="N", type=int, default=50, help="runs to show (default: %(default)s)"
+    )
+    add_json(parser)
+    parser.set_defaults(command=_list)
+
+
+def _list(options: argparse.Namespace) -> int:
+    import shlex
+
+    from motionlab.errors import ConfigError, FieldError
+    from motionlab.runs.index import LIMIT_MAX
+    from motionlab.runs.library import library
+    from motionlab.runs.search import parse
+
+    if not 1 <= options.limit <= LIMIT_MAX:
+        allowed = f">= 1 and <= {LIMIT_MAX}"
+        raise ConfigError(FieldError("--limit", "is out of range", options.limit, allowed))
+    search = parse(" ".join(shlex.quote(term) for term in options.search))
+    page = library().index.page(search, sort=options.sort, limit=options.limit)
+    print(json.dumps(page.model_dump(mode="json")) if options.json else _table(page))
+    return DONE
+
+
+def _table(page: Page) -> str:
+    if not page.runs:
+        return "no run: motionlab run circle --keep keeps one, and so does Play in the Lab"
+    rows = [_row(run) for run in page.runs]
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]) - 1)]
+    lines = [
+        "  ".join(
+            [*(cell.ljust(w) for cell, w in zip(row, widths, strict=False)), row[-1]]
+        ).rstrip()
+        for row in rows
+    ]
+    if page.total > len(page.runs):
+        lines.append(f"{len(page.runs)} of {page.total} runs")
+    return "\n".join(lines)
+
+
+def _row(run: Run) -> list[str]:
+    when = datetime.fromtimestamp(run.created).strftime("%Y-%m-%d %H:%M")
+    errors = [
+        f"{name[:3]} {1e6 * value:.3g} um"
+        for name, value in run.metrics.items()
+        if name.endswith(".max_abs_following_error")
+    ]
+    state = run.kind if run.state == "complete" else f"{run.kind}, {run.state}"
+    return [run.id, when, state, f"{run.duration:.4g} s", run.name, ", ".join(errors)]

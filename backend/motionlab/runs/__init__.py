@@ -1,0 +1,1 @@
+"""Runs: kept records of simulations, live sessions and measurements."""

@@ -1,0 +1,186 @@
+"""Telemetry of runs: a Parquet file each, on local disk or any file system that pyarrow knows."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+from pyarrow import fs, parquet
+
+from motionlab.errors import ConfigError, FieldError, StoreError
+from motionlab.runs.run import is_id
+from motionlab.store.files import failure
+
+_PIECE = 1 << 20  # bytes that are copied at a time
+
+
+class RunFiles:
+    """The Parquet files of runs.
+
+    Parameters
+    ----------
+    url : str
+        A local folder, made when the first run is kept, or a URL of pyarrow such as
+        ``s3://bucket/folder?region=eu-central-1``.
+    """
+
+    def __init__(self, url: str) -> None:
+
+        try:
+            if "://" in url:
+                self._system, self._folder = fs.FileSystem.from_uri(url)
+            else:
+                self._system, self._folder = fs.LocalFileSystem(), str(Path(url).absolute())
+        except (OSError, ValueError, TypeError) as error:
+            raise ConfigError(
+                FieldError("MOTIONLAB_RUNS_URL", f"cannot be used: {error}", url.partition("@")[2])
+            ) from None
+
+    def path(self, run_id: str) -> str:
+        """Return where the telemetry of a run lies in its file system."""
+        if not is_id(run_id):
+            raise StoreError(f"{run_id!r} is no run")
+        return f"{self._folder}/{run_id}.parquet"
+
+    def put(self, run_id: str, source: Path) -> int:
+        """Store a complete Parquet file, which then appears as a whole, and remove `source`.
+
+        Returns
+        -------
+        int
+            Its size, bytes.
+
+        Raises
+        ------
+        StoreError
+            If it cannot be stored; `StoreFull` where there is no room. `source` is untouched then.
+        """
+        target = self.path(run_id)
+        try:
+            size = source.stat().st_size
+            if isinstance(self._system, fs.LocalFileSystem):
+                Path(self._folder).mkdir(parents=True, exist_ok=True)
+                part = Path(f"{target}.part")
+                try:
+                    _copy(source, part)
+                    part.replace(target)
+                finally:
+                    part.unlink(missing_ok=True)
+            else:
+                with (
+                    source.open("rb") as file,
+                    self._system.open_output_stream(target) as stream,  # appears when it is closed
+                ):
+                    while piece := file.read(_PIECE):
+                        stream.write(piece)
+            source.unlink()
+        except OSError as error:
+            raise failure(f"the telemetry of {run_id} cannot be stored", error) from error
+        return size
+
+    def open(self, run_id: str) -> parquet.ParquetFile:
+        """Open the telemetry of a run; close it after use.
+
+        Raises
+        ------
+        StoreError
+            If it is not there or damaged.
+        """
+        try:
+            return parquet.ParquetFile(self._system.open_input_file(self.path(run_id)))
+        except (OSError, pa.ArrowInvalid) as error:
+            raise StoreError(f"the telemetry of {run_id} cannot be read: {error}") from error
+
+    def delete(self, run_id: str) -> None:
+        """Delete the telemetry of a run, if there is any.
+
+        Raises
+        ------
+        StoreError
+            If it cannot be deleted.
+        """
+        try:
+            self._system.delete_file(self.path(run_id))
+        except FileNotFoundError:
+            pass
+        except OSError as error:
+            raise failure(f"the telemetry of {run_id} cannot be deleted", error) from error
+
+    def names(self) -> list[str]:
+        """Return the runs whose telemetry lies here."""
+        selector = fs.FileSelector(self._folder, allow_not_found=True)
+        found = (
+            info.base_name.removesuffix(".parquet") for info in self._system.get_file_info(selector)
+        )
+        return sorted(name for name in found if is_id(name))
+
+
+def read_ticks(
+    file: parquet.ParquetFile, columns: Sequence[str], start: int, stop: int
+) -> NDArray[np.float32]:
+    """Return samples [start, stop) of some columns, counted from the first that is recorded.
+
+    Only the row groups that hold them are read.
+
+    Parameters
+    ----------
+    file : ParquetFile
+        From `RunFiles.open`.
+    columns : sequence of str
+        Names of float32 columns.
+    start, stop : int
+        Samples; cut to what there is.
+
+    Returns
+    -------
+    ndarray of float32, shape (columns, stop - start)
+        Nulls are NaN.
+    """
+    metadata = file.metadata
+    groups, first, row = [], 0, 0
+    for group in range(metadata.num_row_groups):
+        rows = metadata.row_group(group).num_rows
+        if row + rows > start and row < stop:
+            if not groups:
+                first = row
+            groups.append(group)
+        row += rows
+    start, stop = min(start, row), min(stop, row)
+    result = np.empty((len(columns), max(0, stop - start)), dtype=np.float32)
+    if not groups or stop <= start:
+        return result
+    table: pa.Table = file.read_row_groups(groups, columns=list(columns), use_threads=False)
+    for into, name in zip(result, columns, strict=True):
+        into[:] = table[name].slice(start - first, stop - start).to_numpy()
+    return result
+
+
+def runs_url(root: Path) -> str:
+    """Return where telemetry lies: MOTIONLAB_RUNS_URL, or a folder of the data."""
+    return os.environ.get("MOTIONLAB_RUNS_URL") or str(root / "runs")
+
+
+def column_descriptions(schema: Any) -> list[dict[str, str]]:
+    """Return name, unit and meaning of every column but ``tick`` and ``time``."""
+    return [
+        {"name": field.name, "unit": _text(field, b"unit"), "meaning": _text(field, b"meaning")}
+        for field in schema
+        if field.name not in {"tick", "time"}
+    ]
+
+
+def _text(field: Any, key: bytes) -> str:
+    return (field.metadata or {}).get(key, b"").decode()
+
+
+def _copy(source: Path, target: Path) -> None:
+    with source.open("rb") as file, target.open("wb") as copy:
+        while piece := file.read(_PIECE):
+            copy.write(piece)
+        copy.flush()
+        os.fsync(copy.fileno())

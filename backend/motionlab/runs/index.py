@@ -1,0 +1,409 @@
+"""The index of runs: SQLite beside the data, or PostgreSQL by its URL."""
+
+from __future__ import annotations
+
+import base64
+import json
+import operator
+import os
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import sqlalchemy as sa
+from sqlalchemy import event
+from sqlalchemy.dialects.postgresql import insert as insert_postgresql
+from sqlalchemy.dialects.sqlite import insert as insert_sqlite
+from sqlalchemy.exc import OperationalError
+
+from motionlab.errors import ConfigError, FieldError, StoreError, StoreFull
+from motionlab.runs.run import Page, Run, RunDetail
+from motionlab.runs.search import HEADLINE, SORTS, Search, metric_name
+from motionlab.runs.tables import DOCUMENTS, METRICS, RUNS, TAGS
+
+VERSION = "0001"
+"""Version of the tables; migrations/versions has the way there."""
+
+LIMIT_MAX = 200
+"""Runs on a page."""
+
+_BUSY_SECONDS = 10.0  # for another process's write to SQLite
+_NARROW = {column.name for column in RUNS.columns} - {"words"}
+_ENTRY = set(Run.model_fields) - _NARROW
+_RECORD = set(RunDetail.model_fields) - set(Run.model_fields)
+_SIGNS = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
+
+
+class Index:
+    """The list of all runs.
+
+    Parameters
+    ----------
+    url : str
+        ``sqlite:///PATH`` or ``postgresql+psycopg://...``.
+
+    Raises
+    ------
+    StoreError
+        If it cannot be opened, or is of a newer version of the project.
+    """
+
+    def __init__(self, url: str) -> None:
+        self._engine = sa.create_engine(url, pool_pre_ping=True)
+        self._sqlite = self._engine.dialect.name == "sqlite"
+        if self._sqlite:
+            event.listen(self._engine, "connect", _set_up_sqlite)
+            event.listen(self._engine, "begin", _begin_sqlite)
+        with _failures():
+            self._migrate()
+
+    def close(self) -> None:
+        """Close its connections."""
+        self._engine.dispose()
+
+    def put(self, run: RunDetail) -> None:
+        """Insert a run, or replace what is known of it."""
+        document = run.model_dump(mode="json")
+        row = {name: document[name] for name in _NARROW} | {"words": _words(run)}
+        with _failures(), self._engine.begin() as connection:
+            self._upsert(connection, RUNS, row)
+            self._upsert(
+                connection,
+                DOCUMENTS,
+                {
+                    "run": run.id,
+                    "entry": {name: document[name] for name in _ENTRY},
+                    "record": {name: document[name] for name in _RECORD},
+                },
+            )
+            _replace(connection, TAGS, run.id, [{"tag": tag} for tag in run.tags])
+            _replace(
+                connection,
+                METRICS,
+                run.id,
+                [
+                    {"metric": name, "value": value}
+                    for name, value in run.metrics.items()
+                    if name.rpartition(".")[2] in HEADLINE.values()
+                ],
+            )
+
+    def get(self, run_id: str) -> RunDetail | None:
+        """Return a run, also a deleted one; None if there is none of that identifier."""
+        query = (
+            sa.select(RUNS, DOCUMENTS.c.entry, DOCUMENTS.c.record)
+            .join(DOCUMENTS)
+            .where(RUNS.c.id == run_id)
+        )
+        with _failures(), self._engine.connect() as connection:
+            row = connection.execute(query).mappings().one_or_none()
+        if row is None:
+            return None
+        return RunDetail(**_narrow(row), **row["entry"], **row["record"])
+
+    def page(
+        self,
+        search: Search,
+        *,
+        sort: str = "-created",
+        limit: int = 50,
+        cursor: str | None = None,
+    ) -> Page:
+        """Return a page of the runs that a search finds.
+
+        Parameters
+        ----------
+        search : Search
+            What is looked for.
+        sort : str
+            One of `SORTS`, or a metric such as ``B.x.max``; with ``-`` in front the other way.
+            Runs without the metric come last.
+        limit : int
+            Runs on the page, at most `LIMIT_MAX`.
+        cursor : str, optional
+            Of the page before; the first page when left out.
+
+        Raises
+        ------
+        ConfigError
+            If it cannot be sorted that way, or the cursor is none.
+        """
+        conditions = [*_conditions(search)]
+        order = _Order.of(sort)
+        source = order.source()
+        query = sa.select(RUNS.c.id, order.key.label("key")).select_from(source).where(*conditions)
+        if cursor is not None:
+            query = query.where(order.beyond(cursor))
+        query = query.order_by(*order.by()).limit(limit + 1)
+        count = sa.select(sa.func.count()).select_from(RUNS).where(*conditions)
+        with _failures(), self._engine.connect() as connection:
+            found = connection.execute(query).all()
+            total = connection.execute(count).scalar_one()
+            rows = connection.execute(
+                sa.select(RUNS, DOCUMENTS.c.entry)
+                .join(DOCUMENTS)
+                .where(RUNS.c.id.in_([row.id for row in found[:limit]]))
+            ).mappings()
+            runs = {row["id"]: Run(**_narrow(row), **row["entry"]) for row in rows}
+        more = order.cursor(found[limit - 1]) if len(found) > limit else None
+        shown = [runs[row.id] for row in found[:limit] if row.id in runs]
+        return Page(runs=shown, total=total, cursor=more)
+
+    def change(self, run: RunDetail) -> None:
+        """Replace a run's name, note, tags, pin and deletion, and nothing else."""
+        row = {name: getattr(run, name) for name in ("name", "pinned", "deleted")}
+        with _failures(), self._engine.begin() as connection:
+            connection.execute(
+                sa.update(RUNS).where(RUNS.c.id == run.id).values(**row, words=_words(run))
+            )
+            entry = connection.execute(
+                sa.select(DOCUMENTS.c.entry).where(DOCUMENTS.c.run == run.id)
+            ).scalar_one()
+            connection.execute(
+                sa.update(DOCUMENTS)
+                .where(DOCUMENTS.c.run == run.id)
+                .values(entry=entry | {"note": run.note, "tags": run.tags})
+            )
+            _replace(connection, TAGS, run.id, [{"tag": tag} for tag in run.tags])
+
+    def drop(self, run_id: str) -> None:
+        """Forget a run."""
+        with _failures(), self._engine.begin() as connection:
+            connection.execute(sa.delete(RUNS).where(RUNS.c.id == run_id))
+
+    def deleted_before(self, instant: float) -> list[str]:
+        """Return the runs that were deleted before an instant, s since 1970."""
+        query = sa.select(RUNS.c.id).where(RUNS.c.deleted < instant)
+        with _failures(), self._engine.connect() as connection:
+            return list(connection.execute(query).scalars())
+
+    def unpinned(self) -> Iterator[tuple[str, int]]:
+        """Yield identifier and size of the runs that may be evicted, the oldest first."""
+        query = (
+            sa.select(RUNS.c.id, RUNS.c.size)
+            .where(RUNS.c.pinned.is_(False), RUNS.c.state != "recording")
+            .order_by(RUNS.c.created)
+        )
+        with _failures(), self._engine.connect() as connection:
+            yield from ((row.id, row.size) for row in connection.execute(query).all())
+
+    def unfinished(self) -> list[str]:
+        """Return the runs that are being recorded, or were when their server was killed."""
+        query = sa.select(RUNS.c.id).where(RUNS.c.state == "recording")
+        with _failures(), self._engine.connect() as connection:
+            return list(connection.execute(query).scalars())
+
+    def totals(self) -> dict[str, Any]:
+        """Return how many runs there are, their bytes, those pinned; counts by tag and scenario."""
+        alive = RUNS.c.deleted.is_(None)
+        pinned = sa.func.coalesce(
+            sa.func.sum(sa.case((RUNS.c.pinned, RUNS.c.size), else_=0)), 0
+        ).label("pinned_size")
+        sums = sa.select(
+            sa.func.count().label("runs"),
+            sa.func.coalesce(sa.func.sum(RUNS.c.size), 0).label("size"),
+            pinned,
+        ).where(alive)
+        tags = (
+            sa.select(TAGS.c.tag, sa.func.count())
+            .join(RUNS)
+            .where(alive)
+            .group_by(TAGS.c.tag)
+            .order_by(sa.func.count().desc(), TAGS.c.tag)
+            .limit(LIMIT_MAX)
+        )
+        with _failures(), self._engine.connect() as connection:
+            numbers = connection.execute(sums).mappings().one()
+            result: dict[str, Any] = {name: int(value) for name, value in numbers.items()}
+            result["tags"] = {tag: count for tag, count in connection.execute(tags)}
+            for name in ("scenario", "kind", "state"):
+                column = RUNS.c[name]
+                counts = (
+                    sa.select(column, sa.func.count())
+                    .where(alive)
+                    .group_by(column)
+                    .order_by(sa.func.count().desc(), column)
+                    .limit(LIMIT_MAX)
+                )
+                result[f"{name}s"] = {value: count for value, count in connection.execute(counts)}
+        return result
+
+    def _upsert(self, connection: sa.Connection, table: sa.Table, row: dict[str, Any]) -> None:
+        key = next(iter(table.primary_key)).name
+        insert = insert_sqlite if self._sqlite else insert_postgresql
+        statement = insert(table).values(row)
+        others = {name: value for name, value in row.items() if name != key}
+        connection.execute(statement.on_conflict_do_update(index_elements=[key], set_=others))
+
+    def _migrate(self) -> None:
+        """Bring the tables to `VERSION`, one process at a time; quick where they are there."""
+        with self._engine.connect() as connection:
+            if sa.inspect(connection).has_table("alembic_version"):
+                found = connection.execute(
+                    sa.text("SELECT version_num FROM alembic_version")
+                ).scalar()
+                if found == VERSION:
+                    return
+        from alembic import command  # noqa: PLC0415 - seldom needed, and slow to load
+        from alembic.config import Config  # noqa: PLC0415
+        from alembic.script import ScriptDirectory  # noqa: PLC0415
+
+        config = Config()
+        config.set_main_option("script_location", str(Path(__file__).parent / "migrations"))
+        alone = self._engine.execution_options(begin="IMMEDIATE")
+        with alone.begin() as connection:
+            if not self._sqlite:
+                connection.execute(sa.text("SELECT pg_advisory_xact_lock(7212019)"))
+            rows = []
+            if sa.inspect(connection).has_table("alembic_version"):
+                rows = connection.execute(sa.text("SELECT version_num FROM alembic_version")).all()
+            found = rows[0][0] if rows else None
+            known = {
+                script.revision for script in ScriptDirectory.from_config(config).walk_revisions()
+            }
+            if found is not None and found not in known:
+                raise StoreError(
+                    f"the index of runs is of version {found}, this motionlab knows {VERSION}: "
+                    "use a newer one"
+                )
+            config.attributes["connection"] = connection
+            command.upgrade(config, "head")
+
+
+class _Order:
+    """What a list is sorted by, with the identifier to break ties."""
+
+    def __init__(self, name: str, *, descending: bool) -> None:
+        self.descending = descending
+        self.metric = None if name in SORTS else metric_name(name, "sort")
+        column = METRICS.c.value if self.metric else RUNS.c[name]
+        # A run without the metric comes last, whichever way.
+        last = -1e300 if descending else 1e300
+        self.key: Any = sa.func.coalesce(column, last) if self.metric else column
+
+    @classmethod
+    def of(cls, sort: str) -> _Order:
+        return cls(sort.removeprefix("-"), descending=sort.startswith("-"))
+
+    def source(self) -> Any:
+        if self.metric is None:
+            return RUNS
+        on = sa.and_(METRICS.c.run == RUNS.c.id, METRICS.c.metric == self.metric)
+        return RUNS.outerjoin(METRICS, on)
+
+    def by(self) -> Sequence[Any]:
+        columns = (self.key, RUNS.c.id)
+        return [c.desc() if self.descending else c.asc() for c in columns]
+
+    def cursor(self, row: Any) -> str:
+        return base64.urlsafe_b64encode(json.dumps([row.key, row.id]).encode()).decode()
+
+    def beyond(self, cursor: str) -> Any:
+        try:
+            key, run_id = json.loads(base64.urlsafe_b64decode(cursor.encode()))
+            wanted = str if self.key is RUNS.c.name else (int, float)
+            if not isinstance(key, wanted) or not isinstance(run_id, str):
+                raise ValueError(cursor)
+        except (ValueError, TypeError, RecursionError):
+            raise ConfigError(FieldError("cursor", "is of no list of runs", cursor)) from None
+        here = sa.tuple_(self.key, RUNS.c.id)
+        there = sa.tuple_(sa.literal(key), sa.literal(run_id))
+        return here < there if self.descending else here > there
+
+
+def _conditions(search: Search) -> Iterator[Any]:
+    yield RUNS.c.deleted.is_not(None) if search.deleted else RUNS.c.deleted.is_(None)
+    for word in search.words:
+        yield RUNS.c.words.contains(word, autoescape=True)
+    for tag in search.tags:
+        yield RUNS.c.id.in_(sa.select(TAGS.c.run).where(TAGS.c.tag == tag))
+    for column, values in (
+        (RUNS.c.kind, search.kinds),
+        (RUNS.c.state, search.states),
+        (RUNS.c.scenario, search.scenarios),
+    ):
+        if values:
+            yield column.in_(values)
+    for bound in search.bounds:
+        within = _SIGNS[bound.sign](METRICS.c.value, bound.value)
+        yield RUNS.c.id.in_(
+            sa.select(METRICS.c.run).where(METRICS.c.metric == bound.metric, within)
+        )
+    if search.after is not None:
+        yield RUNS.c.created >= search.after
+    if search.before is not None:
+        yield RUNS.c.created < search.before
+    if search.pinned:
+        yield RUNS.c.pinned.is_(True)
+
+
+def _replace(
+    connection: sa.Connection, table: sa.Table, run_id: str, rows: Sequence[Mapping[str, Any]]
+) -> None:
+    connection.execute(sa.delete(table).where(table.c.run == run_id))
+    if rows:
+        connection.execute(sa.insert(table), [{"run": run_id, **row} for row in rows])
+
+
+def _narrow(row: sa.RowMapping) -> dict[str, Any]:
+    return {name: row[name] for name in _NARROW}
+
+
+def _words(run: Run) -> str:
+    """Return everything of a run that a word can be found in, in lower case."""
+    changes = (f"{each.path} {each.value}" for each in run.differences)
+    parts = (run.id, run.name, run.scenario, run.note, *run.tags, *run.labels.values(), *changes)
+    return "\n".join(parts).lower()
+
+
+def _set_up_sqlite(connection: Any, _: Any) -> None:
+    """Let readers and a writer work at once, and enforce foreign keys."""
+    connection.isolation_level = None  # transactions begin where SQLAlchemy says, not the module
+    cursor = connection.cursor()
+    cursor.execute(f"PRAGMA busy_timeout = {int(1e3 * _BUSY_SECONDS)}")
+    cursor.execute("PRAGMA journal_mode = WAL")
+    cursor.execute("PRAGMA synchronous = NORMAL")  # a run survives a kill; power may take seconds
+    cursor.execute("PRAGMA foreign_keys = ON")
+    cursor.close()
+
+
+def _begin_sqlite(connection: sa.Connection) -> None:
+    kind = connection.get_execution_options().get("begin", "DEFERRED")
+    connection.exec_driver_sql(f"BEGIN {kind}")
+
+
+@contextmanager
+def _failures() -> Iterator[None]:
+    try:
+        yield
+    except OperationalError as error:
+        reason = str(error.orig).strip().splitlines()[0]
+        if "full" in reason or "No space" in reason:
+            raise StoreFull(f"the index of runs cannot be written: {reason}") from error
+        raise StoreError(f"the index of runs cannot be reached: {reason}") from error
+
+
+def index_url(root: Path) -> str:
+    """Return where the index lies: MOTIONLAB_DATABASE_URL, or a file in the folder of the data."""
+    url = os.environ.get("MOTIONLAB_DATABASE_URL") or ""
+    if not url:
+        return f"sqlite:///{(root / 'runs.sqlite').absolute()}"
+    if url.startswith(("postgresql://", "postgres://")):
+        return "postgresql+psycopg://" + url.partition("://")[2]
+    if url.startswith(("sqlite:///", "postgresql+psycopg://")):
+        return url
+    raise ConfigError(
+        FieldError(
+            "MOTIONLAB_DATABASE_URL",
+            "is no address of a database that can be used",
+            url.partition("@")[0].partition(":")[0],
+            "sqlite:///PATH or postgresql://USER@HOST/DATABASE",
+        )
+    )
+
+
+def now() -> float:
+    """Return the time, seconds since 1970."""
+    return time.time()

@@ -1,0 +1,1 @@
+"""Migrations of the index, carried out by Alembic when it is opened."""

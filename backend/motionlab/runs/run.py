@@ -1,0 +1,112 @@
+"""What a run is: the kept record of a simulation, a live session or a measurement."""
+
+from __future__ import annotations
+
+import re
+import secrets
+from typing import Any, Literal
+
+from pydantic import BaseModel, Field
+
+Kind = Literal["simulation", "live", "measurement"]
+State = Literal["recording", "complete", "partial"]
+
+ID = "^r-[a-z2-7]{12}$"
+"""Form of the identifier of a run."""
+
+TAG = "^[a-z0-9][a-z0-9._-]{0,31}$"
+"""Form of a tag."""
+
+NAME_MAX = 120
+NOTE_MAX = 10_000
+TAGS_MAX = 20
+
+_LETTERS = "abcdefghijklmnopqrstuvwxyz234567"
+_ID = re.compile(ID)
+
+
+def new_id() -> str:
+    """Return an identifier that no other run has: 60 random bits."""
+    return "r-" + "".join(secrets.choice(_LETTERS) for _ in range(12))
+
+
+def is_id(text: str) -> bool:
+    """Return whether a text has the form of an identifier."""
+    return _ID.fullmatch(text) is not None
+
+
+class Difference(BaseModel):
+    """A field of a scenario whose value is not the shipped one."""
+
+    path: str = Field(description="Dotted path, as with --set")
+    shipped: Any = Field(description="Value of the shipped scenario; null where it has none")
+    value: Any = Field(description="Value of this run; null where it has none")
+
+
+class Event(BaseModel):
+    """What happened at a tick of a live session, or of its recording."""
+
+    tick: int = Field(description="First tick at which it holds")
+    kind: Literal["change", "push", "stop", "gap"]
+    set: dict[str, Any] = Field(default_factory=dict, description="Of a change: path to value")
+    previous: dict[str, Any] = Field(default_factory=dict, description="The values before")
+    axis: Literal["x", "y"] | None = Field(default=None, description="Of a push")
+    force: float | None = Field(default=None, description="Of a push, N")
+    ticks: int | None = Field(default=None, description="Ticks of a push, or missing in a gap")
+    reason: str = Field(default="", description="Why ticks are missing")
+
+
+class Run(BaseModel):
+    """A run, as lists show it."""
+
+    id: str = Field(pattern=ID)
+    kind: Kind
+    state: State = Field(description="partial: the recording ended before the run did")
+    name: str
+    scenario: str = Field(description="Name of its scenario; empty for a measurement")
+    note: str
+    tags: list[str]
+    pinned: bool = Field(description="Never evicted")
+    created: float = Field(description="When it began, seconds since 1970")
+    deleted: float | None = Field(default=None, description="When it was deleted; it can be undone")
+    duration: float = Field(description="Recorded time, s")
+    ticks: int = Field(description="Recorded samples of each channel")
+    period: float = Field(description="Time between two samples, s")
+    size: int = Field(description="Bytes of its telemetry")
+    reason: str = Field(default="", description="Why it is partial")
+    variants: list[str]
+    labels: dict[str, str] = Field(description="Of each variant: what its controller is")
+    differences: list[Difference] = Field(description="From the shipped scenario of its name")
+    metrics: dict[str, float] = Field(
+        description="By variant, axis and metric, such as B.x.max_abs_following_error, SI"
+    )
+    thumbnail: dict[str, list[int]] = Field(
+        description="Curves of 0 to 1000 by name: reference, and each variant; x, y, x, y ..."
+    )
+
+
+class RunDetail(Run):
+    """A run with all that makes it reproducible."""
+
+    seed: int | None = Field(description="null for a measurement")
+    version: str
+    model: str = Field(description="Hash of the model's sources")
+    processor: str = Field(description="Processor that its code was compiled for")
+    maps: dict[str, Any] = Field(description="Force maps it used, with their hashes")
+    scenario_document: dict[str, Any] | None = Field(
+        description="The resolved scenario; null for a measurement"
+    )
+    events: list[Event] = Field(description="Changes, pushes, the stop, gaps, by tick")
+    result: dict[str, Any] = Field(
+        description="Metrics: of a simulation its result document, of a live session those of its "
+        "latest two periods or ten seconds"
+    )
+    columns: list[dict[str, str]] = Field(description="Name, unit and meaning of each channel")
+
+
+class Page(BaseModel):
+    """A page of a list of runs."""
+
+    runs: list[Run]
+    total: int = Field(description="Runs that the search finds")
+    cursor: str | None = Field(description="Where the next page begins; null on the last")

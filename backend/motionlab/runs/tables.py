@@ -1,0 +1,66 @@
+"""Tables of the index of runs.
+
+What lists filter and sort by lies in narrow columns of `RUNS`; what only one run at a time is asked
+for lies in `DOCUMENTS`, so that a search over all runs reads little.
+"""
+
+from __future__ import annotations
+
+from sqlalchemy import (
+    JSON,
+    BigInteger,
+    Boolean,
+    Column,
+    Float,
+    ForeignKey,
+    Index,
+    MetaData,
+    String,
+    Table,
+    Text,
+)
+
+METADATA = MetaData()
+
+RUNS = Table(
+    "runs",
+    METADATA,
+    Column("id", String(16), primary_key=True),
+    Column("kind", String(16), nullable=False),
+    Column("state", String(16), nullable=False),
+    Column("name", Text, nullable=False),
+    Column("scenario", String(64), nullable=False),
+    Column("pinned", Boolean, nullable=False),
+    Column("created", Float(53), nullable=False),
+    Column("deleted", Float(53)),
+    Column("duration", Float(53), nullable=False),
+    Column("size", BigInteger, nullable=False),
+    Column("words", Text, nullable=False),  # name, note, tags, labels, differences in lower case
+    Index("runs_created", "created", "id"),
+    Index("runs_deleted", "deleted"),
+)
+
+DOCUMENTS = Table(
+    "run_documents",
+    METADATA,
+    Column("run", ForeignKey("runs.id", ondelete="CASCADE"), primary_key=True),
+    Column("entry", JSON, nullable=False),  # what a list shows beside the columns of RUNS
+    Column("record", JSON, nullable=False),  # what makes it reproducible, and its result
+)
+
+TAGS = Table(
+    "run_tags",
+    METADATA,
+    Column("run", ForeignKey("runs.id", ondelete="CASCADE"), primary_key=True),
+    Column("tag", String(32), primary_key=True),
+    Index("run_tags_tag", "tag", "run"),
+)
+
+METRICS = Table(
+    "run_metrics",
+    METADATA,
+    Column("run", ForeignKey("runs.id", ondelete="CASCADE"), primary_key=True),
+    Column("metric", String(64), primary_key=True),
+    Column("value", Float(53), nullable=False),
+    Index("run_metrics_value", "metric", "value", "run"),
+)

@@ -1,0 +1,320 @@
+"""Records live sessions: their samples are copied as they come and written by a thread of its own.
+
+A slow or full disk delays neither simulation nor event loop: what the thread cannot take is left
+out, and the gap is in the record.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import errno
+import logging
+import os
+import shutil
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Coroutine
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from fastapi import HTTPException
+from numpy.typing import NDArray
+
+from motionlab.config.scenario import Scenario
+from motionlab.errors import MotionLabError
+from motionlab.runs.library import FREE_LEAST, library, live_run, quota, spools
+from motionlab.runs.run import Event, RunDetail, new_id
+from motionlab.runs.spool import Spool
+from motionlab.service.workers.pool import Workers
+from motionlab.service.workers.worker import Call
+from motionlab.simulation.result import metadata
+from motionlab.telemetry.channels import Channel
+from motionlab.telemetry.ring import Ring
+
+_PERIOD = 0.4  # s between two batches, so that less than a second is lost by a kill
+_SHARE = 4  # of the ring: a batch is taken at the latest when so much of it is new
+_PENDING_MAX = 128_000_000  # bytes that wait for the disk
+_TIDY_PERIOD = 30.0  # s
+_FINISH_SECONDS = 600.0
+
+_LOG = logging.getLogger(__name__)
+
+
+@dataclass(eq=False)
+class _Record:
+    """What the thread knows of a recording."""
+
+    scenario: Scenario
+    channels: list[tuple[str, Channel]]
+    id: str = field(default_factory=new_id)
+    created: float = field(default_factory=time.time)
+    spool: Spool | None = None
+    lost: int = 0  # ticks in a row that could not be written
+    problem: str = ""
+
+
+@dataclass
+class _Item:
+    record: _Record
+    first: int = 0
+    samples: NDArray[np.float32] | None = None
+    event: Event | None = None
+    end: bool = False
+    lost: int = 0
+
+
+class SessionRecorder:
+    """Records one timeline of one session, from its first tick.
+
+    Parameters
+    ----------
+    recorder : RunRecorder
+        Whose thread writes.
+    ring : Ring
+        Where the session's samples are.
+    channels : list of (str, Channel)
+        Its columns.
+    scenario : Scenario
+        What is in effect at tick 0.
+    """
+
+    def __init__(
+        self,
+        recorder: RunRecorder,
+        ring: Ring,
+        channels: list[tuple[str, Channel]],
+        scenario: Scenario,
+    ) -> None:
+        self._recorder = recorder
+        self._ring = ring
+        self._channels = channels
+        self._scenario = scenario
+        self._lock = threading.Lock()
+        self._record: _Record | None = None
+        self._taken = 0
+        self._due = 0.0
+        self._ended = False
+
+    @property
+    def run(self) -> str | None:
+        """Identifier of the run that is being recorded."""
+        return None if self._record is None or self._ended else self._record.id
+
+    @property
+    def problem(self) -> str:
+        """Why nothing can be recorded at the moment; empty when all is well."""
+        return "" if self._record is None else self._record.problem
+
+    def advanced(self, *, flush: bool = False) -> None:
+        """Take what is new when it is time for it, or at once with `flush`."""
+        new = self._ring.end - self._taken
+        due = flush or new * _SHARE > self._ring.capacity or time.monotonic() >= self._due
+        if new > 0 and due:
+            with self._lock:
+                self._take()
+
+    def note(self, event: Event) -> None:
+        """Record an event, after the ticks before it."""
+        with self._lock:
+            self._take()
+            if not self._ended:
+                self._recorder.put(_Item(self._begun(), event=event))
+
+    def end(self) -> None:
+        """Record the rest, and make it a run."""
+        with self._lock:
+            self._take()
+            if not self._ended and self._record is not None:
+                self._recorder.put(_Item(self._record, end=True))
+            self._ended = True
+
+    def _begun(self) -> _Record:
+        if self._record is None:
+            self._record = self._recorder.begin(self._scenario, self._channels)
+        return self._record
+
+    def _take(self) -> None:
+        self._due = time.monotonic() + _PERIOD
+        if self._ended or self._ring.end <= self._taken:
+            return
+        record = self._begun()
+        while self._taken < (end := self._ring.end):
+            start = max(self._taken, self._ring.first)
+            try:
+                samples = self._ring.read(slice(None), start, end)
+            except IndexError:  # overwritten meanwhile
+                continue
+            self._recorder.put(_Item(record, start, samples, lost=start - self._taken))
+            self._taken = end
+
+
+class RunRecorder:
+    """Writes the recordings of all sessions, and has them kept as runs.
+
+    Parameters
+    ----------
+    root : Path
+        Folder of the data.
+    workers : Workers
+        Where the index is written and recordings are compacted.
+    """
+
+    def __init__(self, root: Path, workers: Workers) -> None:
+        self._root = root
+        self._workers = workers
+        self._loop = asyncio.get_running_loop()
+        self._tasks: dict[str, asyncio.Task[None]] = {}
+        self._items: deque[_Item] = deque()
+        self._pending = 0
+        self._closed = False
+        self._changed = threading.Condition()
+        self._thread = threading.Thread(target=self._write_all, name="recorder", daemon=True)
+        self._thread.start()
+        self._tidying = self._loop.create_task(self._tidy())
+
+    def begin(self, scenario: Scenario, channels: list[tuple[str, Channel]]) -> _Record:
+        """Return a new record; its file is made with its first batch."""
+        return _Record(scenario, channels)
+
+    def put(self, item: _Item) -> None:
+        """Hand something to the thread; samples that it cannot take are left out."""
+        size = 0 if item.samples is None else item.samples.nbytes
+        with self._changed:
+            if self._pending + size > _PENDING_MAX:
+                assert item.samples is not None
+                item.lost += item.samples.shape[1]
+                item.first += item.samples.shape[1]
+                item.samples, size = None, 0
+            self._pending += size
+            self._items.append(item)
+            self._changed.notify()
+
+    async def close(self) -> None:
+        """Write what waits, and end."""
+        self._tidying.cancel()
+        with self._changed:
+            self._closed = True
+            self._changed.notify()
+        await asyncio.to_thread(self._thread.join, _PERIOD * 10)
+        for task in self._tasks.values():
+            task.cancel()
+        await asyncio.gather(*self._tasks.values(), return_exceptions=True)
+
+    def _write_all(self) -> None:
+        while True:
+            with self._changed:
+                while not self._items and not self._closed:
+                    self._changed.wait()
+                if not self._items:
+                    return
+                item = self._items.popleft()
+            self._carry_out(item)
+            if item.samples is not None:
+                with self._changed:
+                    self._pending -= item.samples.nbytes
+
+    def _carry_out(self, item: _Item) -> None:
+        record = item.record
+        record.lost += item.lost
+        try:
+            if item.samples is not None:
+                self._append(record, item.first, item.samples)
+            if item.event is not None:
+                self._spool(record).note(item.event)
+        except (OSError, MotionLabError) as error:
+            reason = error.strerror if isinstance(error, OSError) else str(error)
+            if not record.problem:
+                _LOG.warning("%s is not being recorded: %s", record.id, reason)
+            record.problem = reason or str(error)
+            record.lost += 0 if item.samples is None else item.samples.shape[1]
+        if item.end and record.spool is not None:
+            record.spool.end()
+            self._call(self._finish(record.id), record.id)
+
+    def _append(self, record: _Record, first: int, samples: NDArray[np.float32]) -> None:
+        spool = self._spool(record)
+        self._check_room(spool)
+        spool.append(first, samples)
+        if record.lost:
+            reason = record.problem or "the disk was too slow"
+            missing = Event(tick=first - record.lost, kind="gap", ticks=record.lost, reason=reason)
+            spool.note(missing)
+        record.lost, record.problem = 0, ""
+
+    def _spool(self, record: _Record) -> Spool:
+        """Return the file of a record; made when it is first wanted, and can be."""
+        if record.spool is None:
+            self._check_room(None)
+            run = live_run(record.scenario, record.id, record.created)
+            about = metadata(record.scenario)
+            record.spool = Spool(spools(self._root), run, record.channels, about)
+            self._call(self._list(run), record.id)
+        return record.spool
+
+    def _check_room(self, spool: Spool | None) -> None:
+        if shutil.disk_usage(self._root).free < FREE_LEAST:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        if spool is not None and spool.size > quota():
+            raise OSError(errno.EDQUOT, "the run takes all that runs may take (MOTIONLAB_RUNS_MAX)")
+
+    def _call(self, work: Coroutine[Any, Any, None], run_id: str) -> None:
+        """Carry out work on the event loop, after what was begun for the same run."""
+
+        def begin() -> None:
+            before = self._tasks.get(run_id)
+
+            async def carry_out() -> None:
+                if before is not None:
+                    await asyncio.wait([before])
+                await work
+
+            task = self._tasks[run_id] = self._loop.create_task(carry_out())
+            task.add_done_callback(lambda done: self._forget(run_id, done))
+
+        try:
+            self._loop.call_soon_threadsafe(begin)
+        except RuntimeError:  # the loop has ended; the next server finishes it
+            work.close()
+
+    def _forget(self, run_id: str, task: asyncio.Task[None]) -> None:
+        if self._tasks.get(run_id) is task:
+            del self._tasks[run_id]
+
+    async def _list(self, run: RunDetail) -> None:
+        await self._worked(_put, run)
+
+    async def _finish(self, run_id: str) -> None:
+        await self._worked(_finished, run_id)
+
+    async def _tidy(self) -> None:
+        """Make runs of what killed servers recorded; then remove deleted runs now and then."""
+        await self._worked(_recovered)
+        while True:
+            await self._worked(_purged)
+            await asyncio.sleep(_TIDY_PERIOD)
+
+    async def _worked(self, function: Callable[..., None], *arguments: Any) -> None:
+        try:
+            answer = await self._workers.run(function, *arguments, seconds=_FINISH_SECONDS)
+            answer.close()
+        except (MotionLabError, HTTPException) as error:  # tried again by the next server
+            _LOG.warning("runs: %s", getattr(error, "detail", None) or error)
+
+
+def _put(_: Call, run: RunDetail) -> None:
+    library().index.put(run)
+
+
+def _finished(_: Call, run_id: str) -> None:
+    library().finish(run_id)
+
+
+def _recovered(_: Call) -> None:
+    library().recover()
+
+
+def _purged(_: Call) -> None:
+    library().purge()

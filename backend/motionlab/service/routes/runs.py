@@ -1,0 +1,222 @@
+"""Runs: found, shown, changed, deleted; their telemetry as files and as curves."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Body, Query, Request, Response
+from fastapi import Path as PathParameter
+from pydantic import BaseModel, ConfigDict, Field
+
+from motionlab.errors import ConfigError, FieldError
+from motionlab.runs.index import LIMIT_MAX
+from motionlab.runs.library import FREE_LEAST, UNDO_SECONDS, library, quota
+from motionlab.runs.run import ID, NAME_MAX, NOTE_MAX, TAG, TAGS_MAX, Page, Run, RunDetail
+from motionlab.runs.search import SEARCH_MAX, parse
+from motionlab.runs.telemetry import check_columns, window
+from motionlab.service.http.binary_answer import MEDIA_TYPE, packed
+from motionlab.service.http.openapi_input import examples
+from motionlab.service.http.problems import responses
+from motionlab.service.http.strict_json import JsonRoute
+from motionlab.service.worker_answers import ComputedResponse, called, computed
+from motionlab.service.workers.worker import Call
+
+router = APIRouter(prefix="/runs", tags=["runs"], route_class=JsonRoute)
+
+RunId = Annotated[
+    str, PathParameter(json_schema_extra={"pattern": ID}, description="Identifier of a run")
+]
+
+
+class Storage(BaseModel):
+    """What all runs take, and what there is."""
+
+    runs: int
+    size: int = Field(description="Bytes of telemetry")
+    pinned_size: int = Field(description="Of these, bytes that are never evicted")
+    quota: int = Field(description="Bytes beyond which the oldest unpinned run is evicted")
+    free_least: int = Field(description="Bytes that are left free on the disk")
+    undo: float = Field(description="Time for which a deletion can be undone, s")
+    tags: dict[str, int] = Field(description="Runs by tag, the most used first")
+    scenarios: dict[str, int]
+    kinds: dict[str, int]
+    states: dict[str, int]
+
+
+class RunChange(BaseModel):
+    """What can be changed of a run; what is left out stays."""
+
+    model_config = ConfigDict(extra="forbid") | examples({"tags": ["rig"], "pinned": True})
+
+    name: str | None = Field(default=None, min_length=1, max_length=NAME_MAX)
+    note: str | None = Field(default=None, max_length=NOTE_MAX)
+    tags: list[Annotated[str, Field(pattern=TAG)]] | None = Field(default=None, max_length=TAGS_MAX)
+    pinned: bool | None = Field(default=None, strict=True)
+
+
+class WindowQuery(BaseModel):
+    """Which part of a run is wanted, and how finely."""
+
+    columns: str = Field(max_length=20_000, description="Names of channels, comma between them")
+    start: int = Field(default=0, alias="from", ge=0, description="First sample")
+    stop: int | None = Field(default=None, alias="to", ge=1, description="Sample after the last")
+    points: int = Field(default=2000, ge=1, le=20_000, description="Bins at most")
+
+
+@router.get(
+    "",
+    operation_id="listRuns",
+    response_model=Page,
+    responses=responses(422, 429, 503),
+)
+async def list_runs(
+    request: Request,
+    q: Annotated[
+        str, Query(max_length=SEARCH_MAX, description="Search, such as tag:rig B.x.max<3um")
+    ] = "",
+    sort: Annotated[
+        str, Query(max_length=64, description="created, name, duration, size or B.x.max; - first")
+    ] = "-created",
+    limit: Annotated[int, Query(ge=1, le=LIMIT_MAX, description="Runs on the page")] = 50,
+    cursor: Annotated[str | None, Query(max_length=500, description="Of the page before")] = None,
+) -> Response:
+    """Return a page of the runs that a search finds."""
+    return await computed(request, _page, q, sort, limit, cursor, light=True)
+
+
+@router.get(
+    "/storage",
+    operation_id="getRunStorage",
+    response_model=Storage,
+    responses=responses(429, 503),
+)
+async def get_storage(request: Request) -> Response:
+    """Return what all runs take, and how many there are of each kind."""
+    return await computed(request, _storage, light=True)
+
+
+@router.get(
+    "/{run_id}",
+    operation_id="getRun",
+    response_model=RunDetail,
+    responses=responses(404, 429, 503),
+)
+async def get_run(request: Request, run_id: RunId) -> Response:
+    """Return a run with all that makes it reproducible."""
+    return await computed(request, _get, run_id, light=True)
+
+
+@router.patch(
+    "/{run_id}",
+    operation_id="changeRun",
+    response_model=Run,
+    responses=responses(400, 404, 413, 415, 422, 429, 503, 507),
+)
+async def change_run(
+    request: Request, run_id: RunId, body: Annotated[RunChange, Body()]
+) -> Response:
+    """Change name, note, tags or pin of a run."""
+    changes = body.model_dump(exclude_none=True)
+    if "tags" in changes:
+        changes["tags"] = list(dict.fromkeys(changes["tags"]))
+    return await computed(request, _change, run_id, changes, light=True)
+
+
+@router.delete(
+    "/{run_id}",
+    operation_id="deleteRun",
+    response_model=Run,
+    responses=responses(404, 409, 429, 503),
+)
+async def delete_run(request: Request, run_id: RunId) -> Response:
+    """Delete a run; it can be restored for ten minutes, then its files are removed."""
+    return await computed(request, _delete, run_id, light=True)
+
+
+@router.post(
+    "/{run_id}/restore",
+    operation_id="restoreRun",
+    response_model=Run,
+    responses=responses(404, 429, 503),
+)
+async def restore_run(request: Request, run_id: RunId) -> Response:
+    """Take the deletion of a run back."""
+    return await computed(request, _restore, run_id, light=True)
+
+
+@router.get(
+    "/{run_id}/window",
+    operation_id="getRunWindow",
+    response_class=Response,
+    responses={
+        200: {
+            "description": "Minima and maxima over equal bins; docs/runs.md",
+            "content": {MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}},
+        },
+        **responses(404, 409, 422, 429, 503),
+    },
+)
+async def get_window(
+    request: Request, run_id: RunId, wanted: Annotated[WindowQuery, Query()]
+) -> Response:
+    """Return some columns between two samples, decimated so that no spike is lost."""
+    answer = await called(request, _window, run_id, wanted, light=True)
+    return ComputedResponse(answer, media_type=MEDIA_TYPE)
+
+
+def _page(q: str, sort: str, limit: int, cursor: str | None) -> Page:
+    return library().index.page(parse(q), sort=sort, limit=limit, cursor=cursor)
+
+
+def _storage() -> Storage:
+    return Storage(
+        **library().index.totals(), quota=quota(), free_least=FREE_LEAST, undo=UNDO_SECONDS
+    )
+
+
+def _get(run_id: str) -> RunDetail:
+    return library().get(run_id)
+
+
+def _change(run_id: str, changes: dict[str, Any]) -> Run:
+    return _entry(library().change(run_id, changes))
+
+
+def _delete(run_id: str) -> Run:
+    return _entry(library().delete(run_id))
+
+
+def _restore(run_id: str) -> Run:
+    return _entry(library().restore(run_id))
+
+
+def _entry(run: RunDetail) -> Run:
+    return Run(**{name: getattr(run, name) for name in Run.model_fields})
+
+
+def _window(_: Call, run_id: str, wanted: WindowQuery) -> bytes:
+    columns = wanted.columns.split(",")
+    run = library().complete(run_id)
+    start, stop = wanted.start, min(wanted.stop or run.ticks, run.ticks)
+    if start >= stop:
+        bounds: dict[str, float] = {"exclusive_maximum": stop}
+        raise ConfigError(FieldError("from", "lies behind the end", start, bounds=bounds))
+    with library().files.open(run_id) as file:
+        check_columns(file, columns)
+        found = window(file, columns, start, stop, wanted.points)
+    units = {column["name"]: column["unit"] for column in run.columns}
+    count = found.low.shape[1]
+    head = {
+        "time": {"start": start * run.period, "step": found.bin * run.period, "count": count},
+        "columns": [
+            {
+                "name": name,
+                "unit": units[name],
+                "minimum": index * 2 * count,
+                "maximum": (index * 2 + 1) * count,
+            }
+            for index, name in enumerate(columns)
+        ],
+    }
+    curves = [curve for pair in zip(found.low, found.high, strict=True) for curve in pair]
+    return packed(head, curves)
