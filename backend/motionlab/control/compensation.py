@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.control.position import Motion
+from motionlab.control.position import MeasuredMotion
 from motionlab.lanes import Lanes, compiled, select
 from motionlab.lanes.functions import clip, decay
 from motionlab.plant.friction import LuGre, bristle_decay
@@ -84,7 +84,9 @@ def residual_force(
 
 
 @compiled
-def adaptation(observer: Observer, motion: Motion, v: Lanes, k_d: Lanes, balance: Balance) -> Lanes:
+def adaptation(
+    observer: Observer, motion: MeasuredMotion, v: Lanes, k_d: Lanes, balance: Balance
+) -> Lanes:
     """Return K, m/s, by the law of each lane."""
     law, model = observer.law, observer.model
     u, residual = balance.u, balance.residual

@@ -10,7 +10,7 @@ PresetName = Literal["paper", "previous"]
 
 
 @dataclass(frozen=True)
-class Preset:
+class DesignPreset:
     """A design described by the paper.
 
     Attributes
@@ -31,9 +31,9 @@ class Preset:
     notes: tuple[str, ...] = ()
 
 
-PRESETS: Mapping[str, Preset] = {
-    "paper": Preset("The paper's example"),
-    "previous": Preset(
+PRESETS: Mapping[str, DesignPreset] = {
+    "paper": DesignPreset("The paper's example"),
+    "previous": DesignPreset(
         "The design before the paper's",
         choices={"tau": 9e-3, "n": 2},
         unknown=(

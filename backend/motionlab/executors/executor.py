@@ -84,7 +84,7 @@ class Executor(ABC):
         self.close()
 
 
-class Here(Executor):
+class InProcess(Executor):
     """One task after another in this process; compiled code uses threads of its own."""
 
     threads = None
@@ -173,7 +173,7 @@ class Pool(Executor):
             self.abandon(futures)
 
 
-HERE = Here()
+HERE = InProcess()
 _current: ContextVar[Executor] = ContextVar("executor", default=HERE)
 
 

@@ -27,7 +27,7 @@ from motionlab.force_sharing.least_norm import Share, share_force
 from motionlab.lanes import Lanes, compiled, load_four, select, square_root
 from motionlab.lanes.functions import clip, sine_cosine
 from motionlab.plant.magnetics import (
-    ForceMap,
+    AnalyticMap,
     Phases,
     current_for,
     force_fraction,
@@ -49,7 +49,7 @@ SHARE_POSITIONS, SHARE_LEVELS = 240, 32
 _TINY = 1e-30
 
 
-class Sharing(NamedTuple):
+class SharingFunction(NamedTuple):
     """Law of each lane, and where its tables lie among all tables."""
 
     law: Lanes
@@ -63,7 +63,7 @@ class ForceModel(NamedTuple):
     """How a controller turns a force into currents: the map it believes in and its law."""
 
     map: MotorMap
-    sharing: Sharing
+    sharing: SharingFunction
 
 
 class _Phase(NamedTuple):
@@ -164,13 +164,15 @@ def _shares(
 
 
 @compiled
-def _by_law(sharing: Sharing, classical: Lanes, least_loss: Lanes, least_norm: Lanes) -> Lanes:
+def _by_law(
+    sharing: SharingFunction, classical: Lanes, least_loss: Lanes, least_norm: Lanes
+) -> Lanes:
     other = select(sharing.law == FORCE_PER_AMPERE, least_loss, least_norm)
     return select(sharing.law > FORCE_PER_AMPERE, classical, other)
 
 
 @compiled
-def _least_loss(force_map: ForceMap, a: Lanes, b: Lanes, c: Lanes, wanted: Lanes) -> Phases:
+def _least_loss(force_map: AnalyticMap, a: Lanes, b: Lanes, c: Lanes, wanted: Lanes) -> Phases:
     """Return the forces of least copper loss on the analytic map, up to a common factor.
 
     With ``F = G (1 - 1/(1 + B q)) x``, ``G = F_pk (1 + B)/B``, the loss sum q is least where
@@ -194,7 +196,7 @@ def _least_loss(force_map: ForceMap, a: Lanes, b: Lanes, c: Lanes, wanted: Lanes
 
 
 @compiled
-def _classical(sharing: Sharing, turns: Lanes, forward: Lanes) -> Lanes:
+def _classical(sharing: SharingFunction, turns: Lanes, forward: Lanes) -> Lanes:
     """Return the share of a phase by a sharing function; the three sum to 1."""
     place = select(forward, turns, 1.0 - turns)
     per = 1.0 / sharing.overlap
@@ -209,7 +211,9 @@ def _classical(sharing: Sharing, turns: Lanes, forward: Lanes) -> Lanes:
 
 
 @compiled
-def _tabled(sharing: Sharing, tables: Array, turns: Lanes, level: Lanes, forward: Lanes) -> Lanes:
+def _tabled(
+    sharing: SharingFunction, tables: Array, turns: Lanes, level: Lanes, forward: Lanes
+) -> Lanes:
     """Return the share of a phase of least copper loss, between its nodes."""
     column, u = cell(turns * SHARE_POSITIONS, SHARE_POSITIONS)
     row, w = cell(level, SHARE_LEVELS)

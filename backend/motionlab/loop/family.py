@@ -36,7 +36,7 @@ SPEEDS = tuple(np.geomspace(SLOWEST, SLIDING, 11).tolist())
 friction falls with velocity. That costs margin, most of all about the Stribeck velocity itself."""
 
 
-class Worst(NamedTuple):
+class VelocityMargin(NamedTuple):
     """The worst that a margin is over the sliding velocities, and where."""
 
     value: float
@@ -48,17 +48,17 @@ class Figures(NamedTuple):
 
     Attributes
     ----------
-    gain_margin : Worst
+    gain_margin : VelocityMargin
         Smallest factor, up or down, by which the gain may change to the edge.
-    phase_margin : Worst
+    phase_margin : VelocityMargin
         rad.
-    Ms : Worst
+    Ms : VelocityMargin
         Largest abs(1/(1 + L)).
     """
 
-    gain_margin: Worst
-    phase_margin: Worst
-    Ms: Worst
+    gain_margin: VelocityMargin
+    phase_margin: VelocityMargin
+    Ms: VelocityMargin
 
 
 @dataclass(frozen=True)
@@ -176,18 +176,18 @@ class LoopFamily:
             Ms=least._replace(value=1.0 / max(least.value, _TINY)),
         )
 
-    def _least(self, values: Array) -> Worst:
+    def _least(self, values: Array) -> VelocityMargin:
         """Return the least of some values over the velocities, on the parabola through it."""
         k = int(values.argmin())
         value, velocity = float(values[k]), float(self.velocity[k])
         if not 0 < k < len(values) - 1 or not np.isfinite(values[k - 1 : k + 2]).all():
-            return Worst(value, velocity)
+            return VelocityMargin(value, velocity)
         slope = 0.5 * float(values[k + 1] - values[k - 1])
         bend = float(values[k + 1] + values[k - 1]) - 2.0 * value
         if bend == 0.0:
-            return Worst(value, velocity)
+            return VelocityMargin(value, velocity)
         step = math.log(self.velocity[k + 1] / velocity)
-        return Worst(
+        return VelocityMargin(
             max(value - 0.5 * slope**2 / bend, 0.0), velocity * math.exp(-step * slope / bend)
         )
 

@@ -32,8 +32,8 @@ from motionlab.kernel.layout import (
     INPUT_ROWS,
     STATE_ROWS,
     Command,
+    ControllerState,
     Inputs,
-    Memory,
     Parameters,
     column,
     state_row,
@@ -63,7 +63,7 @@ _CREEP = 1e-3
 
 
 _REMEMBERED = (
-    *(f"memory.{name}" for name in Memory._fields if name != "e_last"),
+    *(f"memory.{name}" for name in ControllerState._fields if name != "e_last"),
     *(
         f"{when}.{name}"
         for when in ("acting", "pending")

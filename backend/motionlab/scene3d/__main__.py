@@ -19,7 +19,7 @@ def main() -> None:
     told = protocol.read(sys.stdin.buffer)
     if told is None or told[0] != protocol.START:
         return
-    start = protocol.Start.decode(told[1])
+    start = protocol.SceneDescription.decode(told[1])
     try:
         from motionlab.scene3d.server import SceneServer  # noqa: PLC0415 - it may not be installed
     except ImportError as error:

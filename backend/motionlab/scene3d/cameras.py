@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from motionlab.scene3d.geometry import STAGE_GAP, TOP, Layout
-from motionlab.scene3d.protocol import Start
+from motionlab.scene3d.protocol import SceneDescription
 
 FIELD_OF_VIEW = 0.6
 """Of the camera, from top to bottom, rad."""
@@ -49,7 +49,7 @@ def stage_offsets(stages: int, layout: Layout) -> list[float]:
     return [(i - (stages - 1) / 2) * pitch for i in range(stages)]
 
 
-def presets(start: Start) -> dict[str, Camera]:
+def presets(start: SceneDescription) -> dict[str, Camera]:
     """Return the camera presets by their names on the buttons."""
     layout = Layout.of(start.axes)
     wide = 2.2 * layout.rail * len(start.variants) + STAGE_GAP

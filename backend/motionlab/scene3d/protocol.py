@@ -35,7 +35,7 @@ _LONGEST = 4_000_000
 
 
 @dataclass(frozen=True)
-class Axis:
+class DrawnAxis:
     """Drawn data of one axis.
 
     Attributes
@@ -54,14 +54,14 @@ class Axis:
 
 
 @dataclass(frozen=True)
-class Start:
+class SceneDescription:
     """Initial description of a scene.
 
     Attributes
     ----------
     origin : str
         The only Origin that the scene's server speaks to.
-    axes : tuple of Axis
+    axes : tuple of DrawnAxis
         x and y.
     variants : dict of str to str
         Name of each stage and its label.
@@ -70,7 +70,7 @@ class Start:
     """
 
     origin: str
-    axes: tuple[Axis, Axis]
+    axes: tuple[DrawnAxis, DrawnAxis]
     variants: dict[str, str]
     path: list[tuple[float, float]]
 
@@ -82,7 +82,7 @@ class Start:
     def decode(cls, payload: bytes) -> Self:
         """Decode a message's payload."""
         told: dict[str, Any] = json.loads(payload)
-        x, y = (Axis(**axis) for axis in told.pop("axes"))
+        x, y = (DrawnAxis(**axis) for axis in told.pop("axes"))
         return cls(axes=(x, y), **told)
 
 

@@ -17,7 +17,7 @@ from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
 from motionlab.scene3d.cameras import FIELD_OF_VIEW, presets
-from motionlab.scene3d.protocol import RATE, TRAIL_SECONDS, Start, Values
+from motionlab.scene3d.protocol import RATE, TRAIL_SECONDS, SceneDescription, Values
 from motionlab.scene3d.view import FORCE_SCALE, View
 from motionlab.scene3d.viewer_websockets import contained
 
@@ -35,7 +35,7 @@ class LabServer(viser.ViserServer):
         return None
 
 
-def open_server(start: Start) -> LabServer:
+def open_server(start: SceneDescription) -> LabServer:
     """Return a server on a free loopback port that speaks to `start.origin` alone.
 
     viser binds to every address and takes anybody's connection. It hands both its port and its
@@ -73,11 +73,11 @@ class SceneServer:
 
     Parameters
     ----------
-    start : Start
+    start : SceneDescription
         What is shown.
     """
 
-    def __init__(self, start: Start) -> None:
+    def __init__(self, start: SceneDescription) -> None:
         self._start = start
         self._trail: Values = np.empty((0, 0), np.float32)
         self._views: dict[int, View] = {}

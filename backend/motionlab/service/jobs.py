@@ -17,10 +17,10 @@ from fastapi import HTTPException
 from motionlab.errors import MotionLabError, StoreError
 from motionlab.service.job_reports import Kind, State
 from motionlab.service.kernel_compiler import Kernels
-from motionlab.service.memory_budget import Memory
+from motionlab.service.memory_budget import MemoryBudget
 from motionlab.service.settings import Settings
 from motionlab.service.worker_answers import result_of
-from motionlab.service.workers.fork_client import Forks, Worker, WorkerLost
+from motionlab.service.workers.fork_client import ForkLost, Forks, Worker
 from motionlab.store.records import RecordStore
 
 _LOG = logging.getLogger(__name__)
@@ -32,7 +32,7 @@ _POLL = 0.1  # s between looks at whether there are memory and kernels
 _CANCEL_SECONDS = 1.0  # for a cancelled job to end
 
 
-class Work(NamedTuple):
+class JobTask(NamedTuple):
     """The work of a job.
 
     Attributes
@@ -68,7 +68,7 @@ def _created() -> str:
 class _Job:
     """State of one job; only the event loop touches it."""
 
-    work: Work
+    work: JobTask
     turn: asyncio.Future[Worker]
     id: str = field(default_factory=lambda: secrets.token_urlsafe(9))
     created: str = field(default_factory=_created)
@@ -127,7 +127,7 @@ class Jobs:
         How many run at once, wait, and are kept in memory.
     forks : Forks
         Where processes come from.
-    memory : Memory
+    memory : MemoryBudget
         Where jobs take what they hold.
     kernels : Kernels
         What some of them wait for.
@@ -140,7 +140,7 @@ class Jobs:
         settings: Settings,
         *,
         forks: Forks,
-        memory: Memory,
+        memory: MemoryBudget,
         kernels: Kernels,
         records: RecordStore,
     ) -> None:
@@ -155,7 +155,7 @@ class Jobs:
         self._closed = False
         self._looking = asyncio.create_task(self._look())
 
-    async def submit(self, work: Work) -> tuple[str, bytes]:
+    async def submit(self, work: JobTask) -> tuple[str, bytes]:
         """Queue work, and return its id and report once there is a record of it.
 
         Raises
@@ -244,7 +244,7 @@ class Jobs:
         match doing.exception():
             case None:
                 job.state, job.progress, job.result = "done", 1.0, doing.result()
-            case WorkerLost() as error:
+            case ForkLost() as error:
                 job.error = f"the job was not finished: {error}"
             case MotionLabError() as error:
                 job.error = str(error)
@@ -295,11 +295,11 @@ class Jobs:
             if job.doing is None or job.turn.done() or not job.active or self._closed:
                 continue
             if self._forks.failure is not None:
-                job.turn.set_exception(WorkerLost(self._forks.failure))
+                job.turn.set_exception(ForkLost(self._forks.failure))
             elif self._may_start(job.work):
                 self._start(job)
 
-    def _may_start(self, work: Work) -> bool:
+    def _may_start(self, work: JobTask) -> bool:
         return (
             self._running < self._settings.jobs_at_once
             and self._forks.settled.is_set()
@@ -310,7 +310,7 @@ class Jobs:
     def _start(self, job: _Job) -> None:
         try:
             worker = self._forks.fork(job.work.size)
-        except WorkerLost:  # the fork server is being started again
+        except ForkLost:  # the fork server is being started again
             return
         self._running += 1
         job.state, job.began = "running", time.monotonic()

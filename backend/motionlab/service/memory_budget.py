@@ -18,7 +18,7 @@ SHARE = 0.5
 _CGROUP = Path("/sys/fs/cgroup/memory.max")
 
 
-class Memory:
+class MemoryBudget:
     """A number of bytes that runs take from and give back.
 
     Parameters

@@ -14,7 +14,7 @@ from starlette.types import Receive, Scope, Send
 
 from motionlab.service.settings import Settings
 from motionlab.service.workers.channel import Contents
-from motionlab.service.workers.fork_client import Answer
+from motionlab.service.workers.fork_client import CallResult
 from motionlab.service.workers.pool import CALL_SECONDS, LIGHT_SECONDS, Workers
 from motionlab.service.workers.worker import Call
 
@@ -34,7 +34,7 @@ class ComputedResponse(Response):
 
     Parameters
     ----------
-    answer : Answer
+    answer : CallResult
         What is held for it is given back at the end.
     status_code, headers, media_type
         As of any response.
@@ -42,7 +42,7 @@ class ComputedResponse(Response):
 
     def __init__(
         self,
-        answer: Answer,
+        answer: CallResult,
         status_code: int = 200,
         headers: Mapping[str, str] | None = None,
         media_type: str = "application/json",
@@ -106,7 +106,7 @@ async def called(
     *arguments: Any,
     light: bool = False,
     seconds: float | None = None,
-) -> Answer:
+) -> CallResult:
     """Return the result of a function of a `Call` and arguments; see `computed`."""
     workers: Workers = request.app.state.workers
     seconds = seconds or (LIGHT_SECONDS if light else CALL_SECONDS)

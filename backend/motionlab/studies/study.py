@@ -42,7 +42,7 @@ def lazy(path: str) -> Any:
     return _Lazy(path)
 
 
-class Bounds(Protocol):
+class RequestLimits(Protocol):
     """Limits of one request on a server; values in `motionlab.service.settings.Settings`."""
 
     @property
@@ -58,7 +58,7 @@ class Bounds(Protocol):
     def map_vertices_max(self) -> int: ...  # noqa: D102
 
 
-class Command(NamedTuple):
+class StudyCommand(NamedTuple):
     """A study's command.
 
     Attributes
@@ -115,7 +115,7 @@ class Study:
     """Writes the file of ``--out``."""
     bodies: ClassVar[tuple[dict[str, Any], ...]] = ({},)
     """Examples of requests."""
-    command: ClassVar[Command | None] = None
+    command: ClassVar[StudyCommand | None] = None
     direct: ClassVar[bool] = False
     """Whether it is answered at once, without a job."""
     light: ClassVar[bool] = False
@@ -167,7 +167,7 @@ class Study:
         """Return the result as text; the document where there is no report."""
         return self.text(found)
 
-    def excess(self, plan: Any, bounds: Bounds) -> list[FieldError]:
+    def excess(self, plan: Any, bounds: RequestLimits) -> list[FieldError]:
         """Return the limit that a plan exceeds, if any."""
         return []
 

@@ -13,7 +13,7 @@ from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.errors import ConfigError, FieldError
 from motionlab.trajectory.motion import Piece
 from motionlab.trajectory.path import Array, Vector
-from motionlab.trajectory.pieces import plan
+from motionlab.trajectory.pieces import plan_motion
 
 LONGEST = 3600.0
 """Longest reference, s; its arrays take 350 MB."""
@@ -93,7 +93,7 @@ def sample(config: TrajectoryConfig) -> Reference:
     ConfigError
         If the motion lasts longer than an hour.
     """
-    motion = plan(config)
+    motion = plan_motion(config)
     total = sum(piece.ticks for piece in motion.pieces)
     _refuse_too_long(total)
     position, velocity, acceleration = _samples(motion.pieces, total)

@@ -40,7 +40,7 @@ LimitSets = Sequence[tuple[Span, MotionLimits]]
 
 
 @dataclass(frozen=True)
-class Violation:
+class LimitViolation:
     """An interval in which one quantity of one axis is outside its limit.
 
     Attributes
@@ -116,7 +116,7 @@ class Examination:
         2**k of every violated quantity, numbered as in `QUANTITIES`.
     peaks : list of Peak
         Largest magnitude of each quantity of each axis.
-    violations : list of Violation
+    violations : list of LimitViolation
         Worst first, `VIOLATIONS_MAX` at most.
     violation_count : int
         How many there are.
@@ -128,7 +128,7 @@ class Examination:
     step: float
     profiles: list[Profile]
     peaks: list[Peak]
-    violations: list[Violation]
+    violations: list[LimitViolation]
     violation_count: int
 
     @property
@@ -189,7 +189,7 @@ def _laps(trajectory: TrajectoryConfig) -> int:
     return getattr(trajectory, "laps", 1)
 
 
-def _worst(reference: Reference, found: list[Demand]) -> tuple[list[Violation], int]:
+def _worst(reference: Reference, found: list[Demand]) -> tuple[list[LimitViolation], int]:
     """Return the worst intervals outside a limit, and how many there are."""
     outside = [
         each
@@ -206,9 +206,9 @@ def _worst(reference: Reference, found: list[Demand]) -> tuple[list[Violation], 
     return [_violation(reference, *owners[index]) for index in order], len(owners)
 
 
-def _violation(reference: Reference, outside: Intervals, index: int) -> Violation:
+def _violation(reference: Reference, outside: Intervals, index: int) -> LimitViolation:
     worst = int(outside.worst[index])
-    return Violation(
+    return LimitViolation(
         quantity=QUANTITIES[outside.quantity],
         axis=AXES[outside.axis],
         start=int(outside.start[index]) * CONTROL_PERIOD,

@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 
 from motionlab.config.quantity import Config, quantity
 from motionlab.design.fem.contour import Triangles, contour
-from motionlab.design.fem.field import FieldModel, Position
+from motionlab.design.fem.field import FieldModel, FieldSystem
 from motionlab.design.fem.geometry import OURS, Geometry
 from motionlab.design.fem.mesh import Resolution
 from motionlab.design.fem.outline import Outline, Polyline, outlines, rounded
@@ -167,7 +167,9 @@ def picture(request: FieldRequest) -> FieldPicture:
     )
 
 
-def _in_the_movers_frame(model: FieldModel, position: Position, flux: Array, x: float) -> Triangles:
+def _in_the_movers_frame(
+    model: FieldModel, position: FieldSystem, flux: Array, x: float
+) -> Triangles:
     """Return the triangles with the stator's moved back by `x`, and round the end they leave."""
     corners = model.corners.copy()
     stator = corners[0, :, : model.stator_triangles]

@@ -25,7 +25,7 @@ class Change(BaseModel):
     previous: dict[str, Any] = Field(description="Dotted path to the value before")
 
 
-class Changes:
+class ChangeLog:
     """The changes of a session.
 
     Parameters

@@ -20,7 +20,7 @@ from pydantic import BaseModel, Field, TypeAdapter
 from motionlab.config.load import epochs
 from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
-from motionlab.service.live.change_log import Change, Changes, changed
+from motionlab.service.live.change_log import Change, ChangeLog, changed
 from motionlab.service.live.clock import Clock
 from motionlab.service.live.history import History
 from motionlab.service.live.metrics import latest_metrics
@@ -111,7 +111,7 @@ class Session:
         self.history = History(self.variants)
         self._clock = clock
         self._threads = threads
-        self._changes = Changes(prepared.scenario)
+        self._changes = ChangeLog(prepared.scenario)
         self._lock = threading.Lock()
         self._waiting = 0  # commands that want the lock
         self._order = asyncio.Lock()

@@ -11,7 +11,7 @@ from fastapi import HTTPException
 
 from motionlab.service.live.clock import Clock
 from motionlab.service.live.session import Session
-from motionlab.service.memory_budget import Memory
+from motionlab.service.memory_budget import MemoryBudget
 from motionlab.simulation.prepare import Prepared
 
 IDLE_SECONDS = 1800.0
@@ -30,7 +30,7 @@ class Sessions:
     ----------
     most : int
         Sessions that may live at once.
-    memory : Memory
+    memory : MemoryBudget
         Where they take what they hold.
 
     Attributes
@@ -39,7 +39,7 @@ class Sessions:
         Where the slow work of sessions is done.
     """
 
-    def __init__(self, *, most: int, memory: Memory) -> None:
+    def __init__(self, *, most: int, memory: MemoryBudget) -> None:
         self._most = most
         self._memory = memory
         self._sessions: dict[str, Session] = {}

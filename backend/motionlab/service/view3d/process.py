@@ -205,7 +205,7 @@ class Scene:
             path = [(float(x), float(y)) for x, y in position[chosen.astype(int)]]
         variants = list(scenario.variants.items())[:VARIANTS_MAX]
         labels = {name: variant.label for name, variant in variants}
-        return protocol.Start(self.origin, _axes(scenario.plant), labels, path).encode()
+        return protocol.SceneDescription(self.origin, _axes(scenario.plant), labels, path).encode()
 
     def _idle(self) -> bool:
         """Return whether the process has consumed all that was sent."""
@@ -217,9 +217,9 @@ class Scene:
             self._process.stdin.write(data)
 
 
-def _axes(plant: PlantConfig) -> tuple[protocol.Axis, protocol.Axis]:
+def _axes(plant: PlantConfig) -> tuple[protocol.DrawnAxis, protocol.DrawnAxis]:
     x, y = (
-        protocol.Axis(axis.stroke, pole_pitch(axis.force_map), axis.force_map.offset)
+        protocol.DrawnAxis(axis.stroke, pole_pitch(axis.force_map), axis.force_map.offset)
         for axis in (plant.x, plant.y)
     )
     return x, y

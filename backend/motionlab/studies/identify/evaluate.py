@@ -47,7 +47,7 @@ _NEAR_ZERO = 0.5
 
 
 @dataclass(frozen=True)
-class Found:
+class AxisEstimate:
     """Results of the experiment on one axis.
 
     Attributes
@@ -71,7 +71,7 @@ class Found:
     warnings: list[str]
 
 
-def axis_document(rig: Rig, axis: str, found: Found) -> AxisIdentification:
+def axis_document(rig: Rig, axis: str, found: AxisEstimate) -> AxisIdentification:
     """Return the results of one axis beside the old model and the true values."""
     velocity = np.array([point.velocity for point in found.points])
     force = np.array([point.force for point in found.points])

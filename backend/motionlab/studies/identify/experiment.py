@@ -21,15 +21,15 @@ from motionlab.simulation.run import run
 from motionlab.studies.identify.current_smoother import CurrentLoops
 from motionlab.studies.identify.document import (
     AxisIdentification,
+    ExperimentProgress,
     ForceRamp,
     IdentificationDocument,
     PartialIdentification,
     Point,
-    Stage,
-    Standing,
+    Step,
 )
 from motionlab.studies.identify.evaluate import (
-    Found,
+    AxisEstimate,
     axis_document,
     is_a_model,
     known_document,
@@ -88,10 +88,10 @@ def identify(experiment: Experiment, progress: Progress | None = None) -> Identi
     ExperimentFailed
         If the motor diverged.
     """
-    return _Run(experiment, progress).document()
+    return _Execution(experiment, progress).document()
 
 
-class _Run:
+class _Execution:
     """One carrying out of an experiment."""
 
     def __init__(self, experiment: Experiment, progress: Progress | None) -> None:
@@ -168,7 +168,7 @@ class _Run:
         else:
             changes = {}
             warnings.append("the controller's model cannot take these numbers: none is in `set`")
-        everything = Found(points, sliding, presliding, ramps, warnings)
+        everything = AxisEstimate(points, sliding, presliding, ramps, warnings)
         return axis_document(self.rig, axis, everything), changes
 
     def _slide(self, axis: str) -> list[str]:
@@ -302,11 +302,11 @@ class _Run:
         self.done += ticks
         self._report(None)
 
-    def _stand(self, axis: str | None, stage: Stage, done: int, count: int) -> None:
+    def _stand(self, axis: str | None, step: Step, done: int, count: int) -> None:
         """Report the next step and the results so far."""
         self._report(
             PartialIdentification(
-                standing=Standing(axis=axis, stage=stage, done=done, count=count),
+                standing=ExperimentProgress(axis=axis, step=step, done=done, count=count),
                 known=self.known,
                 axes={name: [*points] for name, points in self.points.items()},
                 found=dict(self.found),

@@ -16,7 +16,7 @@ API = "http://127.0.0.1:8000/api/v1"
 
 
 @dataclass(frozen=True)
-class Found:
+class RowResult:
     """Computed result of one row.
 
     Attributes
@@ -34,11 +34,11 @@ class Found:
     error: str | None = None
 
 
-Compute = Callable[[Experiments], Found]
+Compute = Callable[[Experiments], RowResult]
 
 
 @dataclass(frozen=True)
-class Source:
+class RowSource:
     """Where ours comes from.
 
     Attributes
@@ -84,7 +84,7 @@ class Spread:
 
 
 @dataclass(frozen=True)
-class Quantity:
+class PrintedNumber:
     """One printed number.
 
     Attributes
@@ -92,7 +92,7 @@ class Quantity:
     id, place, quantity, unit, paper, printed, group, kind, comparison, band, reason, basis, note, \
     conflict
         See `motionlab.studies.paper.document.PaperRow`.
-    source : Source or None
+    source : RowSource or None
         Where ours comes from; None where nothing can be computed.
     doing : str
         What that takes, in words.
@@ -119,7 +119,7 @@ class Quantity:
     basis: str = ""
     note: str = ""
     conflict: str = ""
-    source: Source | None = None
+    source: RowSource | None = None
     doing: str = "sizing equations"
     figure: str | None = None
     spread: Spread | None = None
@@ -195,7 +195,7 @@ def from_run(
     *,
     changes: Mapping[str, Any] | None = None,
     others: Mapping[str, tuple[str, Mapping[str, Any], str | tuple[str, str]]] | None = None,
-) -> Source:
+) -> RowSource:
     """Return a computation that reads a number, or both ends of a range, from runs.
 
     Parameters
@@ -208,7 +208,7 @@ def from_run(
         Label to scenario, changes and path of further values.
     """
 
-    def compute(experiments: Experiments) -> Found:
+    def compute(experiments: Experiments) -> RowResult:
         document = experiments.run(scenario, changes or {}).document
         ours = _number(document, find)
         values = {
@@ -216,36 +216,36 @@ def from_run(
             for label, (name, sets, path) in (others or {}).items()
         }
         error = None if ours is not None else _diverged(document, find)
-        return Found(ours, values, error=error)
+        return RowResult(ours, values, error=error)
 
     paths = [find] if isinstance(find, str) else find
-    return Source(compute, by_run(scenario, changes or {}, paths))
+    return RowSource(compute, by_run(scenario, changes or {}, paths))
 
 
-def from_design(find: str, others: Mapping[str, str] | None = None) -> Source:
+def from_design(find: str, others: Mapping[str, str] | None = None) -> RowSource:
     """Return a computation that reads a number from the sizing."""
 
-    def compute(experiments: Experiments) -> Found:
+    def compute(experiments: Experiments) -> RowResult:
         tables = experiments.design().model_dump(by_alias=True)
         values = {label: look_up(tables, path) for label, path in (others or {}).items()}
-        return Found(look_up(tables, find), values)
+        return RowResult(look_up(tables, find), values)
 
-    return Source(compute, _recipe("design", "design", {}, [find]))
+    return RowSource(compute, _recipe("design", "design", {}, [find]))
 
 
-def from_identify(find: str) -> Source:
+def from_identify(find: str) -> RowSource:
     """Return a computation that reads a parameter from the identification."""
 
-    def compute(experiments: Experiments) -> Found:
+    def compute(experiments: Experiments) -> RowResult:
         found = look_up(experiments.identification().model_dump(), find)
-        return Found(found["value"], {"low end, 95 %": found["low"], "high end": found["high"]})
+        return RowResult(found["value"], {"low end, 95 %": found["low"], "high end": found["high"]})
 
-    return Source(compute, _recipe("identify", "identify", {}, [f"{find}.value"]))
+    return RowSource(compute, _recipe("identify", "identify", {}, [f"{find}.value"]))
 
 
-def arithmetic(ours: Number) -> Source:
+def arithmetic(ours: Number) -> RowSource:
     """Return a number that the paper's own numbers give."""
-    return Source(lambda _: Found(ours))
+    return RowSource(lambda _: RowResult(ours))
 
 
 def step(what: str, value: float | None, unit: str) -> ErratumStep:

@@ -24,7 +24,7 @@ from motionlab.studies.paper.experiments import Experiments
 from motionlab.studies.paper.known_failures import known_failures
 from motionlab.studies.paper.loose_bands import lax
 from motionlab.studies.paper.monte_carlo_rows import spread_of
-from motionlab.studies.paper.printed_number import Found, Quantity
+from motionlab.studies.paper.printed_number import PrintedNumber, RowResult
 from motionlab.studies.paper.registry import GROUPS, SOURCE, quantities
 from motionlab.studies.paper.request import ReproduceRequest
 from motionlab.studies.paper.verdict import holds, is_better, status
@@ -116,14 +116,14 @@ class _Reproduction:
             summary=summary(self.rows),
         )
 
-    def _row(self, quantity: Quantity) -> JudgedRow:
+    def _row(self, quantity: PrintedNumber) -> JudgedRow:
         self.doing = quantity.doing
-        found = Found(None)
+        found = RowResult(None)
         if quantity.source is not None:
             try:
                 found = quantity.source.compute(self.experiments)
             except MotionLabError as error:
-                found = Found(None, error=str(error))
+                found = RowResult(None, error=str(error))
             self.done += self.pending.pop(quantity.doing, 0.0)
         spread = None
         if quantity.spread is not None:
@@ -148,14 +148,14 @@ class _Reproduction:
             self.progress(min(1.0, self.done / self.total), partial)
 
 
-def _study(quantity: Quantity) -> str:
+def _study(quantity: PrintedNumber) -> str:
     """Return the progress label of a row's Monte Carlo study."""
     return "" if quantity.spread is None else f"Monte Carlo, {quantity.spread.scenario}"
 
 
 def judged(
-    quantity: Quantity,
-    found: Found,
+    quantity: PrintedNumber,
+    found: RowResult,
     known: Mapping[str, str],
     spread: RowSpread | None = None,
 ) -> JudgedRow:
@@ -163,9 +163,9 @@ def judged(
 
     Parameters
     ----------
-    quantity : Quantity
+    quantity : PrintedNumber
         The printed number.
-    found : Found
+    found : RowResult
         What was computed; nothing for a row that is not comparable.
     known : mapping of str to str
         Identifiers of known failures and their reasons.
@@ -227,5 +227,5 @@ def is_reproduced(document: ReproduceDocument) -> bool:
     return document.summary.fails == 0 and not document.summary.come_to_hold
 
 
-def _cost(quantity: Quantity) -> float:
+def _cost(quantity: PrintedNumber) -> float:
     return _COST.get(quantity.doing, _QUICK)

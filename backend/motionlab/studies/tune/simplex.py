@@ -31,7 +31,7 @@ _WORTH = 1e-3
 
 
 @dataclass(frozen=True)
-class Ended:
+class SearchEnd:
     """Where a start ended.
 
     Attributes
@@ -96,7 +96,7 @@ class _Meeting:
 
 def search(
     starts: Sequence[Array], bounds: Sequence[Array], evaluate: Evaluate, *, evaluations: int
-) -> list[Ended]:
+) -> list[SearchEnd]:
     """Run the simplex from every start, side by side.
 
     Parameters
@@ -112,11 +112,11 @@ def search(
 
     Returns
     -------
-    list of Ended
+    list of SearchEnd
         In the order of `starts`.
     """
     meeting = _Meeting(len(starts), evaluate)
-    ended: dict[int, Ended] = {}
+    ended: dict[int, SearchEnd] = {}
 
     def go(start: int) -> None:
         try:
@@ -143,7 +143,7 @@ def search(
 
 def _descend(
     start: Array, bounds: Array, value: Callable[[Array], float], evaluations: int
-) -> Ended:
+) -> SearchEnd:
     """Run the simplex, and anew from where it ended as long as that leads on.
 
     A simplex that meets an edge, of the bounds or of a constraint, can collapse against it before
@@ -157,7 +157,7 @@ def _descend(
         converged = bool(found.success)
         led_on = least < before - _WORTH * abs(before) if math.isfinite(before) else True
         if not converged or not led_on or evaluations - made <= len(start) + 1:
-            return Ended(best, made, converged)
+            return SearchEnd(best, made, converged)
         step = _NEXT_STEP
 
 

@@ -1546,26 +1546,6 @@ export interface components {
             mass_for_printed_velocity: components["schemas"]["Reading"];
         };
         /**
-         * AxisStudy
-         * @description One axis of one variant over all cases.
-         */
-        AxisStudy: {
-            /**
-             * Metrics
-             * @description Metrics of a run by name, SI; null where no case has it
-             */
-            metrics: {
-                [key: string]: components["schemas"]["Quantiles"] | null;
-            };
-            /** @description null where every case diverged */
-            band: components["schemas"]["Band"] | null;
-            /**
-             * Peaks
-             * @description Largest following error of each case, m; null where it diverged or could not follow
-             */
-            peaks: (number | null)[];
-        };
-        /**
          * AxisX
          * @description The light, inner axis.
          */
@@ -1675,36 +1655,6 @@ export interface components {
             set: {
                 [key: string]: unknown;
             };
-        };
-        /**
-         * Bounds
-         * @description Between which gains is searched, low and high of each; the search is in their logarithms.
-         */
-        Bounds: {
-            /**
-             * range of k_p
-             * @description Of k_p
-             * @default [
-             *       10000,
-             *       30000000
-             *     ]
-             */
-            k_p: [
-                number,
-                number
-            ];
-            /**
-             * range of k_d
-             * @description Of k_d
-             * @default [
-             *       100,
-             *       100000
-             *     ]
-             */
-            k_d: [
-                number,
-                number
-            ];
         };
         /**
          * Candidate
@@ -2481,10 +2431,10 @@ export interface components {
             bandwidth: number;
         };
         /**
-         * Divergence
+         * DivergenceRecord
          * @description Where and how a variant ended before its time.
          */
-        Divergence: {
+        DivergenceRecord: {
             /**
              * Time
              * @description First instant not to be trusted, s
@@ -2635,27 +2585,6 @@ export interface components {
             interface_rate: number;
         };
         /**
-         * Entry
-         * @description One trajectory that is kept.
-         */
-        Entry: {
-            /**
-             * Name
-             * @description Name
-             */
-            name: string;
-            /**
-             * Shipped
-             * @description Whether it ships with the project and cannot be changed
-             */
-            shipped: boolean;
-            /**
-             * Kind
-             * @description Kind of motion; empty where the file does not say
-             */
-            kind: string;
-        };
-        /**
          * Erratum
          * @description Something the paper prints that does not hold, and the computation that shows it.
          */
@@ -2710,6 +2639,33 @@ export interface components {
             set: {
                 [key: string]: unknown;
             };
+        };
+        /**
+         * ExperimentProgress
+         * @description Progress of the experiment.
+         */
+        ExperimentProgress: {
+            /**
+             * Axis
+             * @description null while the circle is run for comparison
+             */
+            axis: string | null;
+            /**
+             * Step
+             * @description sliding, presliding or comparison
+             * @enum {string}
+             */
+            step: "sliding" | "presliding" | "comparison";
+            /**
+             * Done
+             * @description Motions of this step that are done
+             */
+            done: number;
+            /**
+             * Count
+             * @description Motions of this step
+             */
+            count: number;
         };
         /**
          * FieldEntry
@@ -3330,6 +3286,36 @@ export interface components {
             v_s: number;
         };
         /**
+         * GainBounds
+         * @description Between which gains is searched, low and high of each; the search is in their logarithms.
+         */
+        GainBounds: {
+            /**
+             * range of k_p
+             * @description Of k_p
+             * @default [
+             *       10000,
+             *       30000000
+             *     ]
+             */
+            k_p: [
+                number,
+                number
+            ];
+            /**
+             * range of k_d
+             * @description Of k_d
+             * @default [
+             *       100,
+             *       100000
+             *     ]
+             */
+            k_d: [
+                number,
+                number
+            ];
+        };
+        /**
          * GainMargins
          * @description Worst margins of the linearised loop on one motor, from 0.5 to 4 Stribeck velocities.
          *
@@ -3852,10 +3838,10 @@ export interface components {
             error: string | null;
         };
         /**
-         * Kept
+         * KeptTrajectory
          * @description A trajectory with its numbers.
          */
-        Kept: {
+        KeptTrajectory: {
             /**
              * Name
              * @description Name
@@ -4470,6 +4456,26 @@ export interface components {
             y: components["schemas"]["AxisModelConfig"];
         };
         /**
+         * MonteCarloAxis
+         * @description One axis of one variant over all cases.
+         */
+        MonteCarloAxis: {
+            /**
+             * Metrics
+             * @description Metrics of a run by name, SI; null where no case has it
+             */
+            metrics: {
+                [key: string]: components["schemas"]["Quantiles"] | null;
+            };
+            /** @description null where every case diverged */
+            band: components["schemas"]["Band"] | null;
+            /**
+             * Peaks
+             * @description Largest following error of each case, m; null where it diverged or could not follow
+             */
+            peaks: (number | null)[];
+        };
+        /**
          * MonteCarloDocument
          * @description Many plausible plants under the same controllers.
          */
@@ -4516,7 +4522,7 @@ export interface components {
             spec: components["schemas"]["Spec"];
             /** Variants */
             variants: {
-                [key: string]: components["schemas"]["VariantStudy"];
+                [key: string]: components["schemas"]["MonteCarloVariant"];
             };
             /**
              * Improvement
@@ -4531,7 +4537,7 @@ export interface components {
              * Worst
              * @description The worst of each variant and axis, the worst first
              */
-            worst: components["schemas"]["Worst"][];
+            worst: components["schemas"]["WorstCase"][];
         };
         /**
          * MonteCarloJob
@@ -4599,6 +4605,29 @@ export interface components {
             partial?: null;
             /** @description Results of a job that is done */
             result?: components["schemas"]["MonteCarloDocument"] | null;
+        };
+        /**
+         * MonteCarloVariant
+         * @description One controller over all cases.
+         */
+        MonteCarloVariant: {
+            /** Label */
+            label: string;
+            /** Law */
+            law: string;
+            /** Enabled */
+            enabled: boolean;
+            /**
+             * Diverged
+             * @description Cases in which it diverged
+             */
+            diverged: number;
+            /** Axes */
+            axes: {
+                [key: string]: components["schemas"]["MonteCarloAxis"];
+            };
+            /** @description Of the spec; null without one */
+            meets: components["schemas"]["Probability"] | null;
         };
         /**
          * MoverPlace
@@ -4965,7 +4994,7 @@ export interface components {
          * @description Intermediate results of an identification.
          */
         PartialIdentification: {
-            standing: components["schemas"]["Standing"];
+            standing: components["schemas"]["ExperimentProgress"];
             /** Known */
             known: {
                 [key: string]: components["schemas"]["Known"];
@@ -5914,7 +5943,7 @@ export interface components {
              * Segments
              * @description One for each interval between switches
              */
-            segments: components["schemas"]["Segment"][];
+            segments: components["schemas"]["WindowMetrics"][];
         };
         /**
          * RippleOfThrust
@@ -6177,21 +6206,6 @@ export interface components {
              */
             contour: {
                 [key: string]: components["schemas"]["MetricEntry"];
-            };
-        };
-        /**
-         * Segment
-         * @description Metrics of every variant over one window.
-         */
-        Segment: {
-            window: components["schemas"]["Window"];
-            /** Variants */
-            variants: {
-                [key: string]: components["schemas"]["VariantResult"];
-            };
-            /** Comparison */
-            comparison: {
-                [key: string]: components["schemas"]["AxisComparison"];
             };
         };
         /**
@@ -6928,10 +6942,10 @@ export interface components {
             warnings: string[];
         };
         /**
-         * Slowed
+         * SlowedTrajectory
          * @description A trajectory that the motor can follow.
          */
-        Slowed: {
+        SlowedTrajectory: {
             /**
              * Trajectory
              * @description The same path with slower numbers
@@ -7017,33 +7031,6 @@ export interface components {
              * @default null
              */
             a_max: number | null;
-        };
-        /**
-         * Standing
-         * @description Progress of the experiment.
-         */
-        Standing: {
-            /**
-             * Axis
-             * @description null while the circle is run for comparison
-             */
-            axis: string | null;
-            /**
-             * Stage
-             * @description sliding, presliding or comparison
-             * @enum {string}
-             */
-            stage: "sliding" | "presliding" | "comparison";
-            /**
-             * Done
-             * @description Motions of this stage that are done
-             */
-            done: number;
-            /**
-             * Count
-             * @description Motions of this stage
-             */
-            count: number;
         };
         /**
          * Star
@@ -7381,6 +7368,27 @@ export interface components {
              * @description First tick at which it holds
              */
             tick: number;
+        };
+        /**
+         * TrajectoryEntry
+         * @description One trajectory that is kept.
+         */
+        TrajectoryEntry: {
+            /**
+             * Name
+             * @description Name
+             */
+            name: string;
+            /**
+             * Shipped
+             * @description Whether it ships with the project and cannot be changed
+             */
+            shipped: boolean;
+            /**
+             * Kind
+             * @description Kind of motion; empty where the file does not say
+             */
+            kind: string;
         };
         /**
          * Trapezoid
@@ -7728,32 +7736,9 @@ export interface components {
              * @description Whether its compensation was on at the end of the window
              */
             enabled: boolean;
-            diverged: components["schemas"]["Divergence"] | null;
+            diverged: components["schemas"]["DivergenceRecord"] | null;
             /** Notes */
             notes: string[];
-        };
-        /**
-         * VariantStudy
-         * @description One controller over all cases.
-         */
-        VariantStudy: {
-            /** Label */
-            label: string;
-            /** Law */
-            law: string;
-            /** Enabled */
-            enabled: boolean;
-            /**
-             * Diverged
-             * @description Cases in which it diverged
-             */
-            diverged: number;
-            /** Axes */
-            axes: {
-                [key: string]: components["schemas"]["AxisStudy"];
-            };
-            /** @description Of the spec; null without one */
-            meets: components["schemas"]["Probability"] | null;
         };
         /**
          * Variation
@@ -7961,10 +7946,25 @@ export interface components {
             end: number;
         };
         /**
-         * Worst
+         * WindowMetrics
+         * @description Metrics of every variant over one window.
+         */
+        WindowMetrics: {
+            window: components["schemas"]["Window"];
+            /** Variants */
+            variants: {
+                [key: string]: components["schemas"]["VariantResult"];
+            };
+            /** Comparison */
+            comparison: {
+                [key: string]: components["schemas"]["AxisComparison"];
+            };
+        };
+        /**
+         * WorstCase
          * @description A case among the worst, ready to be run again.
          */
-        Worst: {
+        WorstCase: {
             /** Variant */
             variant: string;
             /** Axis */
@@ -9394,7 +9394,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Slowed"];
+                    "application/json": components["schemas"]["SlowedTrajectory"];
                 };
             };
             /** @description Bad Request */
@@ -9486,7 +9486,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Entry"][];
+                    "application/json": components["schemas"]["TrajectoryEntry"][];
                 };
             };
             /** @description Bad Request */
@@ -9545,7 +9545,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Kept"];
+                    "application/json": components["schemas"]["KeptTrajectory"];
                 };
             };
             /** @description Bad Request */
@@ -9617,7 +9617,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Kept"];
+                    "application/json": components["schemas"]["KeptTrajectory"];
                 };
             };
             /** @description Bad Request */
@@ -11892,7 +11892,7 @@ export interface operations {
                      *       ]
                      *     }
                      */
-                    bounds?: components["schemas"]["Bounds"];
+                    bounds?: components["schemas"]["GainBounds"];
                     /** @description Metrics window, at whose end a run ends; left out: the second lap of a motion that repeats, otherwise the scenario's own */
                     window?: components["schemas"]["WindowConfig"] | null;
                     /**
@@ -12124,7 +12124,7 @@ export interface operations {
                      *       ]
                      *     }
                      */
-                    bounds?: components["schemas"]["Bounds"];
+                    bounds?: components["schemas"]["GainBounds"];
                     /** @description Metrics window, at whose end a run ends; left out: the second lap of a motion that repeats, otherwise the scenario's own */
                     window?: components["schemas"]["WindowConfig"] | null;
                     /**
