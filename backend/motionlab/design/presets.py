@@ -16,13 +16,13 @@ class DesignPreset:
     Attributes
     ----------
     title : str
-        What it is called.
+        Display name.
     choices : mapping of str to value
         Fields of requirements and dimensions that differ from the defaults.
     unknown : tuple of str
         Dotted fields of dimensions that the paper does not give.
     notes : tuple of str
-        What a reader has to know of it.
+        Remarks.
     """
 
     title: str

@@ -1,7 +1,6 @@
 """Sharing a force command by any law, on an analytic map or on a table.
 
-A law says which part of the commanded force each phase gives; the map says which current that
-takes. Laws:
+A law sets the part of the commanded force for each phase; the map gives the current for it. Laws:
 
 least-norm
     ``F_k = abs(f) c_k**2 / sum c_j**2`` with c_k what phase k can give at its current limit, as
@@ -38,7 +37,7 @@ from motionlab.plant.table_map import MotorMap, cell, phase_thrust, phase_turns
 Array = NDArray[np.float64]
 
 LEAST_NORM, FORCE_PER_AMPERE, SINE, CUBIC = 0.0, 1.0, 2.0, 3.0
-"""Values of Sharing.law."""
+"""Values of SharingFunction.law."""
 
 INVERSE_POSITIONS, INVERSE_LEVELS = 288, 64
 """Cells of the inverse of a table: along a pole pitch, and along sqrt(thrust/largest thrust)."""
@@ -60,7 +59,7 @@ class SharingFunction(NamedTuple):
 
 
 class ForceModel(NamedTuple):
-    """How a controller turns a force into currents: the map it believes in and its law."""
+    """A controller's commutation: its model of the force map and its sharing function."""
 
     map: MotorMap
     sharing: SharingFunction
@@ -97,7 +96,7 @@ def share_by_law(model: ForceModel, tables: Array | None, position: Lanes, force
     f_a = clip(wanted * part.a, 0.0, a.most)
     f_b = clip(wanted * part.b, 0.0, b.most)
     f_c = clip(wanted * part.c, 0.0, c.most)
-    # What a phase at its limit leaves, the others give as far as they can.
+    # The others make up for a phase at its limit, as far as they can.
     left = wanted - (f_a + f_b + f_c)
     room = (a.most - f_a) + (b.most - f_b) + (c.most - f_c)
     passed = clip(left / select(room > _TINY, room, _TINY), 0.0, 1.0)

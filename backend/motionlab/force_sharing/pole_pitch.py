@@ -22,7 +22,7 @@ class Shared(NamedTuple):
 
     current: Array  # current commands, A, shape (3, n)
     force: Array  # force that they give on the controller's map, N, shape (n,)
-    limited: NDArray[np.bool_]  # the current limit keeps the force from what was asked, shape (n,)
+    limited: NDArray[np.bool_]  # the current limit reduces the force, shape (n,)
 
 
 class Forces(NamedTuple):
@@ -75,7 +75,7 @@ def share_over(model: ForceModel, *, position: ArrayLike, force: ArrayLike) -> S
     Returns
     -------
     Shared
-        To the last bit what the kernel commands where it stands at that position.
+        Bit-identical to the kernel's commands at these positions.
     """
     place, wanted = np.broadcast_arrays(np.asarray(position, dtype=float), force)
     asked = _blocks(place, wanted)

@@ -1,8 +1,8 @@
 """Accumulated sums behind the metrics, tick by tick, for one run and for batches.
 
-Extremes and sums of the channels that metrics use. A run that has recorded every channel and a
-batch that keeps none gather them by the same compiled loop, in the same order and precision, so
-that their metrics agree to the last bit.
+Extremes and sums of the channels that metrics use. Runs, which record every channel, and batches,
+which record none, use the same compiled loop in the same order and precision, so that their metrics
+agree to the last bit.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 
 
 class MeasuredChannels(NamedTuple):
-    """The recorded channels that metrics are made of."""
+    """The recorded channels that enter the metrics."""
 
     following_error: Lanes
     position: Lanes

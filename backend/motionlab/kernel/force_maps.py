@@ -33,7 +33,7 @@ from motionlab.store.maps import named_map
 Array = NDArray[np.float64]
 
 _GAIN_AT = 0.5
-"""Least force at which the loop's gain is taken, N: at none, currents of offsets alone decide."""
+"""Least force at which the loop's gain is taken, N: at zero force, offset currents dominate."""
 _GAIN_STEP = 0.1
 """Half of the difference by which the gain is taken, as a share of the force."""
 _BEYOND = 1e9
@@ -65,7 +65,7 @@ def map_lanes(config: AnyForceMapConfig) -> MotorMap:
             return MotorMap(AnalyticMap(**config.model_dump(exclude={"kind"})), ANALYTIC)
         case TableMapConfig():
             found = named_map(config.name)
-            # The formula beside a table is computed and forgotten: any numbers without a 0/0 do.
+            # The formula beside a table is computed but not used: any numbers without a 0/0 do.
             formula = AnalyticMap(
                 found.tau, config.offset, 1.0, 0.0, found.i_max, found.i_max, 0, 0
             )
@@ -150,15 +150,15 @@ def force_gain(par: Parameters, force: float) -> float:
 
     ``(T(f + d) - T(f - d))/(2 d)`` with T the mean over a pole pitch of the thrust that a command
     settles at, through sharing, amplifiers and the plant's map; the mean of both directions. Of two
-    analytic maps of one knee, with amplifiers that do as told, it does not depend on f.
+    analytic maps of one knee, with ideal amplifiers, it does not depend on f.
 
     Parameters
     ----------
     par : Parameters
         Of one lane, plain numbers.
     force : float
-        Magnitude of the command about which the loop moves, N; at most half of what the controller
-        reaches is taken, for limits have no place in a linear loop.
+        Magnitude of the command about which the loop moves, N; at most half of the controller's
+        largest force is used, since a linear loop has no limits.
     """
     pitch = np.linspace(0.0, par.force_map.formula.tau, _GAIN_POSITIONS, endpoint=False)
 
@@ -199,7 +199,8 @@ def maps_of(scenario: Scenario) -> dict[str, dict[str, Any]]:
 def map_digests(epochs: Iterable[tuple[int, Scenario]]) -> tuple[str, ...]:
     """Return the hashes of the tables that some scenarios use, in their order.
 
-    A map's file may change under its name: what is remembered of a scenario holds for these alone.
+    A map's file may change under its name: cached results of a scenario are valid for these hashes
+    only.
 
     Raises
     ------

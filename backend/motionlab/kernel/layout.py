@@ -58,7 +58,7 @@ class ControllerState(NamedTuple):
     z_hat: Lanes  # bristle estimate, m
     residual: Lanes  # filtered force balance, N
     d: Lanes  # disturbance estimate, N
-    n_1: Lanes  # the notch's memory, N
+    n_1: Lanes  # state of the notch filter, N
     n_2: Lanes
 
 
@@ -75,7 +75,7 @@ class Command(NamedTuple):
 
 
 class State(NamedTuple):
-    """Everything a lane remembers from one tick to the next."""
+    """State of a lane between ticks."""
 
     plant: PlantState
     memory: ControllerState
@@ -97,7 +97,7 @@ class Limits(NamedTuple):
 
 
 class Parameters(NamedTuple):
-    """The parameter groups of a lane; the plant's truth and the controller's model are apart."""
+    """The parameter groups of a lane; plant and controller's model are separate."""
 
     friction: LuGre
     force_map: MotorMap

@@ -1,7 +1,7 @@
 """The compiled kernel: one control period, for eight lanes side by side.
 
-A period has two halves: `control`, which knows no machine, and `move`, the machine under the
-command that is in effect.
+A period has two halves: `control`, without access to the machine, and `move`, the machine under the
+command in effect.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ def control(
     p_meas: Lanes,
     tables: NDArray[np.float64] | None,
 ) -> tuple[ControllerState, Command, Signals]:
-    """Return the controller's half of a period: its next memory, and the command it makes.
+    """Return the controller's half of a period: its next state and its command.
 
     It reads the reference and the encoder, never the machine: of `s` the memory, the command in
     effect and the age, of `par` the controller's groups.

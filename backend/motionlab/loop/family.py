@@ -1,4 +1,4 @@
-"""The loops of one axis over its gains: stability, margins and the edge, without a simulation.
+"""The loops of one axis over its gains: stability, its boundary, margins, without a simulation.
 
 In the force ``u = k_p e + k_d de/dt`` the gains are factors, and everything else of the controller
 is linear: the open loop and the closed loop's matrix are affine in k_p and k_d. Three
@@ -37,7 +37,7 @@ friction falls with velocity. That costs margin, most of all about the Stribeck 
 
 
 class VelocityMargin(NamedTuple):
-    """The worst that a margin is over the sliding velocities, and where."""
+    """Worst value of a margin over the sliding velocities, and the velocity."""
 
     value: float
     velocity: float  # m/s
@@ -49,7 +49,7 @@ class Figures(NamedTuple):
     Attributes
     ----------
     gain_margin : VelocityMargin
-        Smallest factor, up or down, by which the gain may change to the edge.
+        Smallest factor, up or down, by which the gain may change up to the stability boundary.
     phase_margin : VelocityMargin
         rad.
     Ms : VelocityMargin
@@ -193,10 +193,10 @@ class LoopFamily:
 
 
 _EVERY, _CHANGE = 4, 0.12
-"""Every which frequency of the grid to begin with, and what L may change between neighbours: as it
-does in one such step where it falls by 40 dB a decade."""
+"""Initial stride over the frequency grid, and the largest change of L between neighbours: that of
+one such step at 40 dB a decade."""
 _UNIT = 1e3
-"""Gain that is large enough to tell by: N/m, and N s/m."""
+"""Gains large enough for differences: N/m, and N s/m."""
 _TINY = 1e-12
 """Numerical floor of the distance from -1."""
 

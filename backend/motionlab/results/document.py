@@ -36,7 +36,7 @@ AxisComparison = _metrics(
 
 
 class DivergenceRecord(_Document):
-    """Where and how a variant ended before its time."""
+    """Where and how a variant diverged."""
 
     time: float = Field(description="First instant not to be trusted, s")
     channel: str = Field(description="Axis and channel that failed")

@@ -26,9 +26,9 @@ def main() -> None:
         reason = f"viser cannot be loaded: {error.name or 'a module'} cannot be imported"
         print(json.dumps({"error": reason}), file=answers, flush=True)
         return
-    # A viewer may leave while it is being told something.
+    # A viewer may disconnect while a message is sent to it.
     warnings.filterwarnings("ignore", "Queued a .* on a closed connection", UserWarning)
-    # What it says may be of other types than viser expects, which comes to light by itself.
+    # Its messages may hold other types than viser expects, which viser itself reports.
     warnings.filterwarnings("ignore", module=r"viser\.infra\._messages")
     scene = SceneServer(start)
     print(json.dumps({"port": scene.port}), file=answers, flush=True)

@@ -1,4 +1,4 @@
-"""Where the stages stand, and from where to look at them."""
+"""Positions of the stages, and camera presets."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ class Camera:
     Attributes
     ----------
     direction : tuple of float
-        From what it looks at to the camera.
+        From its target to the camera.
     wide, tall : float
-        What has to fit into the picture, m.
+        Width and height that must fit into the picture, m.
     middle : tuple of float
-        What it looks at, m.
+        Target, m.
     follows : int or None
         The stage whose tool point stays in the middle.
     """

@@ -1,8 +1,8 @@
 """The scene of one viewer: all nodes belong to its client, so no history accumulates.
 
-viser keeps what all clients share for ever, by a number that grows with each update, and a client
-that joins goes through all the numbers. Nodes of one client are forgotten once sent: the shared
-buffer stays as small as it was at the start, however long the scene runs.
+viser keeps updates of shared nodes for ever, numbered, and a joining client goes through all
+numbers. Updates of one client's nodes are dropped once sent: the shared buffer stays as small as at
+the start, however long the scene runs.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class StageView:
     index : int
         Which variant it shows.
     name, label : str
-        What stands on it.
+        Its name and what is written on it.
     """
 
     def __init__(  # noqa: PLR0913 - everything about a stage, once
@@ -234,7 +234,7 @@ def _move(node: viser.FrameHandle, place: tuple[float, float, float]) -> None:
     Assigning its position would first compare it by ``numpy.allclose``, which takes longer than all
     the rest of a pose, and would drop what moves it by less than a hundred-thousandth.
     """
-    node.position[:] = place  # what viser remembers
+    node.position[:] = place  # viser's copy
     node._impl.api._queue_scene_message(SetPositionMessage(node.name, place))
 
 

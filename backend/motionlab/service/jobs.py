@@ -1,4 +1,4 @@
-"""Work that outlives its request: queued, run by a process, watched, cancelled, and recorded."""
+"""Jobs: queued, run by a process, monitored, cancelled, and recorded."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _LOG = logging.getLogger(__name__)
 _ESTIMATED_FROM = 0.02
 """Share of the work that has to be done before the rest of its time is estimated."""
 
-_POLL = 0.1  # s between looks at whether there are memory and kernels
+_POLL = 0.1  # s between polls for memory and kernels
 _CANCEL_SECONDS = 1.0  # for a cancelled job to end
 
 
@@ -42,7 +42,7 @@ class JobTask(NamedTuple):
     function : callable
         Of a module; takes a `Call`, the request and `Settings`, returns the result document.
     request : bytes
-        What was asked for, JSON; a part of the report.
+        The request, JSON; a part of the report.
     size : int
         Memory that it holds while it runs, bytes.
     batches : bool
@@ -128,11 +128,11 @@ class Jobs:
     forks : Forks
         Where processes come from.
     memory : MemoryBudget
-        Where jobs take what they hold.
+        Memory for the jobs.
     kernels : Kernels
-        What some of them wait for.
+        Kernels of batches, which some jobs need.
     records : RecordStore
-        Where they stay beyond this process.
+        Records of jobs, which outlive this process.
     """
 
     def __init__(
@@ -259,7 +259,7 @@ class Jobs:
                     job.error += "; not everything could be loaded when the server started"
 
     async def _finish(self, job: _Job) -> None:
-        """Record how a job has ended, and forget it; keep it where that cannot be recorded."""
+        """Record how a job has ended and drop it from memory, unless the record fails."""
         await self._record(job)
         if job.unrecorded is None:
             del self._jobs[job.id]
@@ -284,7 +284,7 @@ class Jobs:
         self.records.keep(job.id, job.summary(), job.report())
 
     async def _look(self) -> None:
-        """Look now and then for memory and kernels."""
+        """Poll for memory and kernels."""
         while True:
             await asyncio.sleep(_POLL)
             self._dispatch()

@@ -35,7 +35,7 @@ class ComputedResponse(Response):
     Parameters
     ----------
     answer : CallResult
-        What is held for it is given back at the end.
+        Its reserved memory is released at the end.
     status_code, headers, media_type
         As of any response.
     """
@@ -66,7 +66,7 @@ class ComputedResponse(Response):
                     await send({"type": "http.response.body", "body": chunk, "more_body": True})
                 await send({"type": "http.response.body", "body": b""})
         except RuntimeError as error:
-            if "closed=True" not in str(error):  # what uvloop says of a transport without a client
+            if "closed=True" not in str(error):  # uvloop's error for a transport without a client
                 raise
             _LOG.debug("%s: the client has left", scope["path"])
         finally:
@@ -85,7 +85,7 @@ async def computed(
     Parameters
     ----------
     request : Request
-        What asks; a client that leaves gives up its place.
+        The request; a client that disconnects gives up its place.
     function : callable
         Of a module; returns a document.
     arguments

@@ -1,4 +1,4 @@
-"""Scoring lanes: thousands of movers through one motion, over blocks of lanes and threads.
+"""Metrics of thousands of movers on one motion, over blocks of lanes and threads.
 
 The movers of a call share what is common to all: reference, load and the draws of every noise
 source. Blocks of lanes go to threads; the compiled loop holds no lock meanwhile.
@@ -55,13 +55,13 @@ class Scores:
 
 
 class BatchRunner:
-    """One motion with all that acts on its movers, ready to score many of them.
+    """Scores many movers on one motion, under the same load and noise.
 
     Parameters
     ----------
     prepared : Prepared
-        Gives reference, load, noise, window and settling band; and from which ticks on the lane
-        parameters of movers change.
+        Source of reference, load, noise, window and settling band, and of the ticks at which lane
+        parameters change.
     """
 
     def __init__(self, prepared: Prepared) -> None:
@@ -210,7 +210,7 @@ def _in_threads(
 ) -> Iterator[tuple[int, _BlockResult]]:
     """Yield the results of `work` for each item, in order of completion."""
     first, *others = items
-    if not others:  # a search asks for one block at a time: no thread has to be started for it
+    if not others:  # a search scores one block at a time: no thread has to be started for it
         yield work(first)
         return
     items = iter((first, *others))

@@ -1,4 +1,4 @@
-"""From the config of a motion to the pieces it is made of."""
+"""Pieces of a motion from its config."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ LONGEST = 3600.0
 """Longest reference, s; its arrays take 350 MB."""
 
 _BLOCK = 4096
-"""Ticks that are sampled at once: what is computed on the way stays in the processor's cache."""
+"""Ticks that are sampled at once: intermediate results stay in the processor's cache."""
 
 _SAME_PLACE = 1e-12
 """Below a picometre two positions differ by rounding only, m."""
@@ -50,7 +50,7 @@ class Reference:
         first of polygon, star and closed path, the laps at speed of a path at constant speed,
         otherwise everything.
     holds : tuple of intervals
-        Where the reference stands still after a commanded move.
+        Where the reference is at rest after a commanded move.
     edges : tuple of intervals
         The moves themselves, in order; a true step has none.
     period : int
@@ -86,7 +86,7 @@ def sample(config: TrajectoryConfig) -> Reference:
     Returns
     -------
     Reference
-        Read-only samples and what metrics need to know about them.
+        Read-only samples, with the intervals that metrics use.
 
     Raises
     ------

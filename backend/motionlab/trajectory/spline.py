@@ -216,7 +216,8 @@ def _follow(  # noqa: PLR0913, PLR0917 - the tables of a spline
         edge = i // nodes
         width = arc_lengths[i + 1] - arc_lengths[i]
         rise = parameters[i + 1] - parameters[i]
-        # Where the spline all but stands the slopes would throw the cubic about: 3 is monotone.
+        # Where the spline is almost at rest, the slopes would make the cubic overshoot: 3 is
+        # monotone.
         start = min(pace[i] * width, 3.0 * rise)
         end = min(pace[i + 1] * width, 3.0 * rise)
         r = min(max((q[k] - arc_lengths[i]) / width, 0.0), 1.0)

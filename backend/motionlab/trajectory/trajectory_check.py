@@ -46,7 +46,7 @@ class LimitViolation:
     Attributes
     ----------
     quantity, axis : str
-        What is too large, and on which axis.
+        Quantity outside its limit, and its axis.
     start, end : float
         First and last instant outside the limit, s.
     time : float
@@ -77,7 +77,7 @@ class LimitViolation:
 
 @dataclass(frozen=True)
 class Peak:
-    """The largest magnitude of one quantity of one axis, and how much of its limit that is."""
+    """The largest magnitude of one quantity of one axis, and its share of the limit."""
 
     quantity: str
     axis: str
@@ -106,9 +106,9 @@ class Examination:
     duration : float
         Time of the whole motion, s.
     examined : float
-        Time that profiles and violations are of: one lap of what repeats, s.
+        Time covered by profiles and violations: one lap of a motion that repeats, s.
     length : float
-        Way along the path in that time, m.
+        Arc length in that time, m.
     step : float
         Time that a bin of the profiles stands for, s.
     profiles : list of Profile

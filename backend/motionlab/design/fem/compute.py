@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 
 class MapPreset(NamedTuple):
-    """How well to compute."""
+    """Resolution and method of a force map."""
 
     resolution: Resolution | None  # None: magnetic circuit
     method: str
@@ -53,9 +53,9 @@ def compute(
     geometry : Geometry
         Of one phase.
     preset : {"preview", "default", "reference"}
-        How well, and how long.
+        Accuracy and computation time.
     resolution : Resolution, optional
-        In place of the preset's; the map then says so in ``method``.
+        In place of the preset's; noted in the map's ``method``.
     workers : int, optional
         Processes; as many as there are cores, four at most, when left out. One computes here.
     progress : callable, optional

@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 
 
 class NoConvergence(MotionLabError):
-    """The field of a geometry that Newton's method does not find."""
+    """Newton's method has not converged to the field of a geometry."""
 
 
 class Solution(NamedTuple):
@@ -118,7 +118,7 @@ class FieldModel:
 
 
 class FieldSystem:
-    """The system of equations at one position; fields follow each other from current to current."""
+    """System of equations at one position; each current starts from the fields of the last ones."""
 
     def __init__(self, model: FieldModel, dofs: Indices, nodes: Indices) -> None:
         self._model = model

@@ -31,7 +31,7 @@ _NEAREST = 1e-8  # m, that an edge may lie to the middle
 
 @dataclass(frozen=True)
 class Resolution:
-    """How finely to mesh.
+    """Mesh density and element order.
 
     Attributes
     ----------

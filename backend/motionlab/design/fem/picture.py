@@ -67,7 +67,7 @@ class Steps(Config):
 
 
 class FluxLine(Config):
-    """A line along which flux runs; between neighbouring values runs one step of flux."""
+    """A flux line; neighbouring lines enclose one step of flux."""
 
     flux: float = Field(description="Flux between this line and the outer edge, Wb")
     points: Polyline = Field(description="x and y, m")

@@ -31,7 +31,7 @@ class ChangeLog:
     Parameters
     ----------
     start : Scenario
-        What they change.
+        The scenario before the changes.
 
     Attributes
     ----------

@@ -31,7 +31,7 @@ class Sessions:
     most : int
         Sessions that may live at once.
     memory : MemoryBudget
-        Where they take what they hold.
+        Memory for the sessions.
 
     Attributes
     ----------

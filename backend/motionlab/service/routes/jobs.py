@@ -96,7 +96,7 @@ class CheckedRequest(NamedTuple):
     Attributes
     ----------
     request : bytes
-        As its job's report tells it, JSON.
+        As in its job's report, JSON.
     size : int
         Memory that its job holds while it runs, bytes.
     """
@@ -125,15 +125,15 @@ async def as_job(
     request : Request
         Whose application has the queue.
     kind : str
-        What kind of work it is.
+        Kind of the job.
     function : callable
         Of a module, called in the job's process with a `Call`, the request as JSON has it, and
         `Settings`; returns the result document.
     check : callable
         Of a module, called in a worker with a `Call`, `Settings` and `asked`; returns the request
-        as the job's report tells it, or bytes to answer with at once.
+        for the job's report, or bytes to answer with at once.
     *asked
-        What was asked for.
+        Arguments of `check`.
     batches : bool
         Whether it needs the kernels of batches.
     """

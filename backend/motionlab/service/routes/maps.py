@@ -26,7 +26,7 @@ from motionlab.studies.sharing.sharing import FitDocument, fit
 
 
 class _MapName(StringConvertor):
-    """Leaves the names of calls to the calls."""
+    """Names of maps; excludes those of operations."""
 
     regex = "(?!(?:preview|field)$)[^/]+"
 

@@ -29,7 +29,7 @@ _WAIT_SECONDS = 60.0
 _WRITE_SECONDS = 120.0
 _SAMPLES = "samples.npy"
 _FILE_SHARE = {"csv": 4, "parquet": 3}
-"""What writing a file takes, in sizes of the ring: a copy of it, a row group, and the file. The
+"""Memory for writing a file, in sizes of the ring: a copy of it, a row group, and the file. The
 temporary folder may lie in memory.
 """
 
@@ -111,7 +111,7 @@ def _too_many(detail: str) -> HTTPException:
 def _write(
     _: Call, path: str, start: int, failed: dict[str, int | None], about: dict[str, str]
 ) -> None:
-    """Write a file of the samples that lie beside it; runs in a worker."""
+    """Write a file of the samples in its folder; runs in a worker."""
     data = np.load(Path(path).parent / _SAMPLES, mmap_mode="r")
     recorder.write(as_recording(start, data, failed), path, metadata=about)
 

@@ -1,4 +1,4 @@
-"""Trajectories: whether the motor can follow one, how slow it has to be, and those kept by name."""
+"""Trajectories: feasibility check, retiming, storage by name."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from motionlab.trajectory.trajectory_check import Examination, LimitSets, examin
 
 
 class _TrajectoryName(StringConvertor):
-    """Leaves the names of calls to the calls."""
+    """Names of trajectories; excludes those of operations."""
 
     regex = "(?!(?:check|slow)$)[^/]+"
 
@@ -86,7 +86,7 @@ class SlowedTrajectory(BaseModel):
     },
 )
 async def check_trajectory(request: Request, body: Annotated[CheckRequest, Body()]) -> Response:
-    """Hold a trajectory against a scenario's limits, for drawing; infeasible ones get 200 too."""
+    """Check a trajectory against a scenario's limits, for drawing; 200 also if it is infeasible."""
     answer = await called(request, _examined, body, light=True)
     return ComputedResponse(answer, media_type=MEDIA_TYPE)
 
@@ -207,7 +207,7 @@ def _limits(body: CheckRequest) -> LimitSets:
     return _limits_of(text, map_digests(_epochs_of(text)))
 
 
-# A path that is dragged asks for the same again and again.
+# Dragging a path repeats the same request.
 
 
 @functools.lru_cache(maxsize=16)

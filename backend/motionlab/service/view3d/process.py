@@ -86,7 +86,7 @@ class Scene:
         """
         if self._starting is None:
             self._starting = asyncio.create_task(self._start())
-            # Whoever asked may have left.
+            # The client may have disconnected.
             self._starting.add_done_callback(lambda task: task.cancelled() or task.exception())
         await asyncio.shield(self._starting)
 
@@ -156,7 +156,8 @@ class Scene:
                     self._write(protocol.message(protocol.CLEAR) + self._past())
                 elif listener.has_changed:
                     listener.has_changed = False
-                    # It may rest now: told twice, even what is not shown each time is shown.
+                    # The motor may rest now: sent twice, also the parts that skip every other pose
+                    # are drawn.
                     self._write(2 * self._newest(session))
                 elif self._idle():
                     self._write(self._newest(session))

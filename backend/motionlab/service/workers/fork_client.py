@@ -1,4 +1,4 @@
-"""The fork server and its workers as the server sees them: started, listened to, ended."""
+"""The server's side of the fork server and its workers."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ _SECRETS = ("MOTIONLAB_TOKEN", "MOTIONLAB_HOSTS")
 _ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 _FOLDERS = ("MOTIONLAB_DATA", "MOTIONLAB_CONFIGS")
 _AGAIN_AFTER = 1.0  # s until a fork server that has ended is started again
-_ENDING = 0.02  # s from its last word to its status
+_ENDING = 0.02  # s from its last message to its status
 _NEVER_WARM = "the processes that compute cannot be started: {}; the server's log has more"
 
 OnProgress = Callable[[float, bytes | None], None]
 
 
 class ForkLost(MotionLabError):
-    """A worker that ended before its call."""
+    """A worker process that ended before its call."""
 
 
 class CallResult:
@@ -94,9 +94,9 @@ class Worker:
     kill : callable
         Has the fork server end it.
     memory : MemoryBudget
-        Where its calls take what they hold.
+        Memory for its calls.
     held : int
-        What has been taken for its first call already, bytes.
+        Memory already reserved for its first call, bytes.
     """
 
     def __init__(
@@ -143,7 +143,7 @@ class Worker:
         arguments
             Anything that can be pickled.
         on_progress : callable, optional
-            Takes the share done and the JSON of what is there so far, where that is new.
+            Takes the share done and the JSON of a new partial result.
 
         Raises
         ------
@@ -278,7 +278,7 @@ class Forks:
     Parameters
     ----------
     memory : MemoryBudget
-        Where workers' calls take what they hold.
+        Memory for the workers' calls.
     """
 
     def __init__(self, memory: MemoryBudget) -> None:
@@ -332,7 +332,7 @@ class Forks:
         Parameters
         ----------
         held : int
-            Memory that has been taken for its first call, bytes; it gives that back.
+            Memory already reserved for its first call, bytes; the worker releases it.
 
         Raises
         ------

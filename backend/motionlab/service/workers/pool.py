@@ -37,7 +37,7 @@ class Workers:
     waiting_max : int
         Calls that may wait, and as many light ones; one more is answered 429.
     memory : MemoryBudget
-        Where calls take what they hold.
+        Memory for the calls.
     """
 
     def __init__(self, *, count: int, waiting_max: int, memory: MemoryBudget) -> None:
@@ -74,7 +74,7 @@ class Workers:
         light: bool = False,
         seconds: float = CALL_SECONDS,
     ) -> CallResult:
-        """Have a function called by a worker.
+        """Call a function in a worker.
 
         Parameters
         ----------
@@ -179,7 +179,7 @@ class Workers:
                 self._idle.remove(worker)
 
     async def _renew(self) -> None:
-        """Replace the first workers by such as have everything loaded."""
+        """Replace the first workers by fully loaded ones."""
         await self.forks.complete.wait()
         self._stale = set(self._alive)
         for worker in self._idle:

@@ -50,7 +50,7 @@ from motionlab.studies.identify.stribeck import Fitted
 from motionlab.studies.identify.test_bench import record
 
 Progress = Callable[[float, PartialIdentification | None], None]
-"""Takes the share done, 0 to 1, and what is there so far when that has changed."""
+"""Takes the share done, 0 to 1, and the results so far when they have changed."""
 
 _SLIDING_SHARE = 0.95
 """Share of the work that is done when the uniform motions are."""
@@ -69,7 +69,7 @@ def identify(experiment: Experiment, progress: Progress | None = None) -> Identi
     """Carry out an experiment and evaluate it.
 
     Only commands, the currents that the drives report, the encoder's reading and the controller's
-    map enter an estimate; the motor's true values are put beside it afterwards.
+    map enter an estimate; the motor's true values are added afterwards for comparison.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def identify(experiment: Experiment, progress: Progress | None = None) -> Identi
 
 
 class _Execution:
-    """One carrying out of an experiment."""
+    """One execution of an experiment."""
 
     def __init__(self, experiment: Experiment, progress: Progress | None) -> None:
         self.request, self.rig = experiment.request, experiment.rig
@@ -251,7 +251,7 @@ class _Execution:
         return fitted, drawn, warnings
 
     def _mass_doubted(self, axis: str, presliding: Fitted) -> list[str]:
-        """Say where the mass comes out, in newtons of the map, other than it is known."""
+        """Warn if the mass, in newtons of the map, differs from the known one."""
         known, found = self.rig.model(axis).mass, presliding["M"]
         half = float(presliding.half_width[presliding.names.index("M")])
         if abs(found - known) - half < _MASS_OFF * known:
@@ -264,7 +264,7 @@ class _Execution:
         ]
 
     def _hardly_seen(self, axis: str, force_max: float, way: float) -> list[str]:
-        """Say where the encoder counts too few steps for a displacement to be read."""
+        """Warn if the encoder's resolution is too coarse for a displacement."""
         resolution = getattr(self.rig.scenario.plant, axis).encoder.resolution
         if way >= _FEWEST_COUNTS * resolution:
             return []

@@ -46,7 +46,7 @@ class MeasuredRamp:
     rate : float
         Rate of the force, N/s.
     place : int
-        Which of the places in the pole pitch.
+        Index of the place in the pole pitch.
     sign : float
         1 towards positive positions, -1 towards negative ones.
     prepared : Prepared

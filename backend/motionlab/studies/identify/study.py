@@ -124,7 +124,7 @@ class IdentifyStudy(Study):
         )
 
     def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
-        """Return the request that options make."""
+        """Return the request of the options."""
         presliding = {"enabled": options.presliding} | given(options, "rates", "share", "places")
         return (
             super().request_of(options, changes)

@@ -34,11 +34,11 @@ class Rig:
     Attributes
     ----------
     scenario : Scenario
-        Whose motor, constant load and noise act; steps and schedule do not.
+        Motor, constant load and noise; steps and schedule are not used.
     variant : str
-        Whose gains, limits and force map drive the motor.
+        Variant whose gains, limits and force map drive the motor.
     apply_to : str
-        Whose friction model is identified anew.
+        Variant whose friction model is identified.
     """
 
     scenario: Scenario
@@ -47,7 +47,7 @@ class Rig:
 
     @classmethod
     def of(cls, request: IdentifyRequest, scenario: Scenario) -> Rig:
-        """Return the rig that a request names.
+        """Return the rig of a request.
 
         Raises
         ------

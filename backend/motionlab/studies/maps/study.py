@@ -93,7 +93,7 @@ class MapStudy(Study):
         parser.add_argument("--out", metavar="FILE", help="write the map to FILE, .json")
 
     def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
-        """Return the request that options make."""
+        """Return the request of the options."""
         from motionlab.design.fem.geometry import geometry
 
         geometry(changes)  # so that errors name fields as --set does

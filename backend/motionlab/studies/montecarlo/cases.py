@@ -56,9 +56,9 @@ class MonteCarloPlan:
     base : Prepared
         The scenario itself, which its motor can follow.
     draws : list of dict
-        Of each case, what makes its plant: dotted path to value.
+        Changes that make the plant of each case: dotted path to value.
     notes : list of str
-        What was left out of the default variations, and why.
+        Default variations left out, and why.
     seed : int
         Of the draws.
     """
@@ -76,12 +76,12 @@ class MonteCarloPlan:
 
 
 def plan(request: MonteCarloRequest, source: Source | None = None) -> MonteCarloPlan:
-    """Return the study that a request asks for, checked.
+    """Return the checked plan of a request.
 
     Parameters
     ----------
     request : MonteCarloRequest
-        What is asked for.
+        Validated request.
     source : str, Path or dict, optional
         The scenario in place of the request's, which is never a path.
 

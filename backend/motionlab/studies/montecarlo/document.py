@@ -18,7 +18,7 @@ class _Document(BaseModel):
 
 
 class Quantiles(_Document):
-    """How a number is spread over the cases that have it."""
+    """Quantiles of a number over the cases that have it."""
 
     min: float
     q05: float = Field(description="5 % of the cases are below")
@@ -80,7 +80,7 @@ class WorstCase(_Document):
     case: int
     value: float | None = Field(description="Largest following error, m; null where it diverged")
     set: dict[str, Any] = Field(
-        description="Dotted path to value: what makes the plant of this case"
+        description="Dotted path to value: changes that make the plant of this case"
     )
 
 

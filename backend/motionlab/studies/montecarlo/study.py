@@ -30,8 +30,8 @@ docs/montecarlo.md lists how the plants differ; POST /api/v1/montecarlo takes ot
 class MonteCarloStudy(Study):
     """Run every controller of a scenario on many plausible plants.
 
-    The job ends with quantiles of every metric, bands of the following error over time, how likely
-    the spec is met, and the worst cases with what makes them.
+    The job ends with quantiles of every metric, bands of the following error over time, the
+    probability of meeting the spec, and the worst cases with their changes.
     """
 
     kind = "monte-carlo"
@@ -81,7 +81,7 @@ class MonteCarloStudy(Study):
         )
 
     def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
-        """Return the request that options make."""
+        """Return the request of the options."""
         from motionlab.config.changes import parse_assignments
 
         spec = {"spec": parse_assignments(options.spec, "--spec")}

@@ -32,14 +32,14 @@ def of_group(
     rows : sequence of PrintedNumber
         Its rows that are computed.
     experiments : Experiments
-        What the rows were computed from.
+        Experiments of the rows.
     whole : bool
         Whether every figure of the group is wanted.
 
     Returns
     -------
     list of PaperFigure
-        One that cannot be drawn is left out: its rows tell why.
+        One that cannot be drawn is left out: its rows state why.
     """
     if whole:
         builds = FIGURES.get(group, {})
@@ -146,4 +146,4 @@ FIGURES: dict[str, dict[str, Build]] = {
     TABLE: {f"stair-{axis}-500nm": partial(_stair, axis=axis) for axis in "xy"},
     TEXT: motion_figures.FIGURES,
 }
-"""Group to figure to what draws it."""
+"""Group to figure to its drawing function."""

@@ -24,7 +24,7 @@ I_PEAK = 10.0
 """Peak current, A."""
 
 THRUST, NORMAL = 0.15, 0.10
-"""What the finite elements are worth: the paper leaves the cross-section partly open."""
+"""Uncertainty of the finite elements: the paper leaves the cross-section partly open."""
 
 _FINE = 721
 _BASIS = "our finite elements in two dimensions with depths, preset default"
@@ -104,7 +104,8 @@ def _largest(
 ) -> tuple[PrintedNumber, PrintedNumber]:
     """Return the rows of a peak: the paper's finite elements, and its measurement.
 
-    Ours is of finite elements as well, so it is held against the former and shown at the latter.
+    Ours is of finite elements as well, so it is judged against the former and shown with the
+    latter.
     """
     name = what.split(maxsplit=1)[0]
     quantity = f"Largest {what} of one phase"

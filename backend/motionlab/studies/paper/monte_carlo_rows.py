@@ -11,14 +11,14 @@ _PEAK = "max_abs_following_error"
 
 
 def spread_of(row: PrintedNumber, experiments: Experiments) -> RowSpread | None:
-    """Return the Monte Carlo study's quantiles beside a row.
+    """Return the Monte Carlo study's quantiles for a row.
 
     Parameters
     ----------
     row : PrintedNumber
         With or without a study.
     experiments : Experiments
-        What runs it, once for each scenario.
+        Runs it, once for each scenario.
 
     Returns
     -------

@@ -47,7 +47,7 @@ def _acceleration(run: Run, axis: str, channel: str) -> NDArray[np.float64]:
 
 
 def _largest_velocity(scenario: str, axis: str) -> Compute:
-    """Return the largest that the encoder shows over the main window, as the paper would see it."""
+    """Return the largest value by the encoder over the main window, as in the paper."""
 
     def compute(experiments: Experiments) -> RowResult:
         run = experiments.run(scenario, MATCHED)
@@ -59,7 +59,7 @@ def _largest_velocity(scenario: str, axis: str) -> Compute:
 
 
 def _largest_acceleration(scenario: str, axis: str) -> Compute:
-    """Return the largest over the main window: the motor's, and beside it the encoder's."""
+    """Return the largest over the main window: the motor's, and for comparison the encoder's."""
 
     def compute(experiments: Experiments) -> RowResult:
         run = experiments.run(scenario, MATCHED)
@@ -108,7 +108,7 @@ def _below_limits(scenario: str, axis: str, figure: str) -> list[PrintedNumber]:
 
 
 def _accelerations(experiments: Experiments) -> RowResult:
-    """Return the range over both y motions; beside it the encoder's, and that of another law."""
+    """Return the range over both y motions; for comparison the encoder's, and another law's."""
     ours = [experiments.run(name, MATCHED) for name in _EDGES]
     smooth = [experiments.run(name, {**MATCHED, **_smooth(name)}) for name in _EDGES]
 

@@ -26,7 +26,7 @@ class RowResult:
     values : mapping of str to number
         Ours under other controllers and on other motors.
     error : str, optional
-        Why there is none.
+        Why there is no number.
     """
 
     ours: Number | None
@@ -39,14 +39,14 @@ Compute = Callable[[Experiments], RowResult]
 
 @dataclass(frozen=True)
 class RowSource:
-    """Where ours comes from.
+    """Source of our number.
 
     Attributes
     ----------
     compute : callable
         Returns ours.
     recipe : Recipe, optional
-        How to get it otherwise; ``motionlab reproduce --only`` when left out.
+        Other way to obtain it; ``motionlab reproduce --only`` when left out.
     """
 
     compute: Compute
@@ -60,13 +60,13 @@ class Spread:
     Attributes
     ----------
     scenario : str
-        Whose study.
+        Scenario of the study.
     axis : str
         ``x`` or ``y``.
     metric : str
         Metric of a run.
     variant : str, optional
-        Whose; None for what the second gains on the first, 1 - B/A.
+        Its variant; None for the improvement of the second over the first, 1 - B/A.
     """
 
     scenario: str
@@ -93,15 +93,15 @@ class PrintedNumber:
     conflict
         See `motionlab.studies.paper.document.PaperRow`.
     source : RowSource or None
-        Where ours comes from; None where nothing can be computed.
+        Source of our number; None if nothing can be computed.
     doing : str
-        What that takes, in words.
+        Progress label of the computation.
     figure : str, optional
         The figure that shows it.
     spread : Spread, optional
-        The Monte Carlo study beside it.
+        Its Monte Carlo study.
     rival : float, optional
-        Another value that is printed of the same thing, with which ours cannot agree as well.
+        Another printed value of the same quantity, which excludes this one.
     """
 
     id: str
@@ -244,7 +244,7 @@ def from_identify(find: str) -> RowSource:
 
 
 def arithmetic(ours: Number) -> RowSource:
-    """Return a number that the paper's own numbers give."""
+    """Return a number that follows from the paper's own numbers."""
     return RowSource(lambda _: RowResult(ours))
 
 

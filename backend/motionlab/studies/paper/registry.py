@@ -85,7 +85,7 @@ def quantities(only: Sequence[str] = ()) -> list[PrintedNumber]:
     Raises
     ------
     ConfigError
-        Naming what is neither.
+        Naming unknown identifiers.
     """
     every = [row for module in _MODULES for row in module.QUANTITIES]
     order = [group.id for group in GROUPS]

@@ -30,14 +30,14 @@ from motionlab.studies.paper.request import ReproduceRequest
 from motionlab.studies.paper.verdict import holds, is_better, status
 
 Progress = Callable[[float, PartialReproduce | None], None]
-"""Takes the share done, 0 to 1, and what is there so far when that has changed."""
+"""Takes the share done, 0 to 1, and the rows so far when they have changed."""
 
 _COST = {
     "force map by finite elements": 20.0,
     "identification of friction": 6.0,
     "fig5, 180 s": 2.0,
 }
-"""What the slow computations take, s; all others _QUICK. Only the progress depends on it."""
+"""Duration of the slow computations, s; all others _QUICK. Only the progress depends on it."""
 _QUICK = 0.3
 _STUDY = 3.0
 
@@ -50,8 +50,8 @@ def reproduce(only: Sequence[str] = (), progress: Progress | None = None) -> Rep
     only : sequence of str
         Identifiers of rows or groups; everything when empty. The errata come with everything only.
     progress : callable, optional
-        Called with the share done, and with what is there whenever a row is; what it raises ends
-        the work.
+        Called with the share done, and with the rows so far after each row; what it raises ends the
+        work.
 
     Returns
     -------
@@ -61,7 +61,7 @@ def reproduce(only: Sequence[str] = (), progress: Progress | None = None) -> Rep
     Raises
     ------
     ConfigError
-        If `only` names what there is not.
+        If `only` holds an unknown identifier.
     """
     return _Reproduction(only, progress).document()
 
@@ -73,7 +73,7 @@ def plan(request: ReproduceRequest, source: object = None) -> list[str]:
 
 
 def has_failed(found: ReproduceDocument) -> bool:
-    """Tell whether a row fails, or a known failure has come to hold."""
+    """Return whether a row fails, or a known failure now holds."""
     return not is_reproduced(found)
 
 
@@ -166,7 +166,7 @@ def judged(
     quantity : PrintedNumber
         The printed number.
     found : RowResult
-        What was computed; nothing for a row that is not comparable.
+        Computed result; empty for a row that is not comparable.
     known : mapping of str to str
         Identifiers of known failures and their reasons.
     spread : RowSpread, optional
@@ -199,7 +199,7 @@ def judged(
 
 
 def summary(rows: Sequence[JudgedRow]) -> RowSummary:
-    """Return how many rows came out how, in all and of each kind."""
+    """Return the number of rows by status, in all and of each kind."""
     of: dict[Kind, list[JudgedRow]] = {
         kind.id: [row for row in rows if row.kind == kind.id] for kind in KINDS
     }
@@ -223,7 +223,7 @@ def _count(rows: Sequence[JudgedRow]) -> RowCount:
 
 
 def is_reproduced(document: ReproduceDocument) -> bool:
-    """Return whether no row fails and no known failure has come to hold."""
+    """Return whether no row fails and no known failure now holds."""
     return document.summary.fails == 0 and not document.summary.come_to_hold
 
 

@@ -17,7 +17,7 @@ from motionlab.studies.paper.printed_number import (
 
 GROUP = "sizing"
 FEM_THRUST = 0.15
-"""What the finite elements' thrust is worth: the paper leaves the cross-section partly open."""
+"""Uncertainty of the finite elements' thrust: the paper leaves the cross-section partly open."""
 
 _DIGIT = "half of the last printed digit"
 _TOOTH = _SLOT = 3.6e-3

@@ -23,7 +23,7 @@ NOISELESS: dict[str, Any] = {
     for axis in "xy"
     for field, value in (("encoder.resolution", 0.0), ("amplifiers.bandwidth", 100e3))
 }
-"""No encoder counts, no lag worth the name: nothing but the control period is left to blame."""
+"""No quantisation and no noticeable lag: only the control period can be the cause."""
 
 _PRINTED = {"x": 10.4e-6, "y": 11.6e-6}
 

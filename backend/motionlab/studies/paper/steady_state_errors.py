@@ -1,7 +1,7 @@
 """Sections III-D and III-E: eqs (39) to (42) against runs of the loop without friction.
 
-The paper states formulas here and no numbers. What they give for the circle's gains stands in the
-place of a printed number, and the sampled loop in that of the machine.
+The paper states formulas here and no numbers. Their values for the circle's gains are used as the
+printed numbers, and the sampled loop as the machine.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ NO_FRICTION: dict[str, Any] = {
     "plant.x.friction.enabled": False,
     "plant.y.friction.enabled": False,
 }
-"""What eqs (39) to (42) are about, (19): a mass without friction that gets the force commanded."""
+"""Plant of eqs (39) to (42), (19): a mass without friction under the commanded force."""
 
 _OMEGA = 2.0 * math.pi / 3.0
 _RADIUS = 0.015

@@ -70,5 +70,5 @@ class ReproduceStudy(Study):
         )
 
     def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
-        """Return the request that options make."""
+        """Return the request of the options."""
         return {"only": options.only}

@@ -72,7 +72,7 @@ class PlatformStudy(Study):
         )
 
     def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
-        """Return the request that options make."""
+        """Return the request of the options."""
         from motionlab.config.changes import as_tables
 
         given = {"axis": options.axis} | ({"map.name": options.map} if options.map else {})

@@ -20,7 +20,7 @@ _LOW, _HIGH = (0.05, 0.02, -0.3, -0.3), (5.0, 50.0, 0.3, 0.3)
 
 
 class MapFit(NamedTuple):
-    """An analytic map, and how far it is from the table that it was fitted to."""
+    """An analytic map, and its deviation from the fitted table."""
 
     force_map: AnalyticMap
     relative_rms: float  # of thrust over the largest at the same current, 1: what was made least

@@ -40,7 +40,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class SweepPlan:
-    """A sweep that has passed every check which takes no run.
+    """A sweep that has passed every check without a run.
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ class SweepPlan:
 
 
 def plan(request: SweepRequest, source: Source | None = None) -> SweepPlan:
-    """Return the cases of a sweep; each value is checked by itself, beside no other.
+    """Return the cases of a sweep; each value is checked by itself, without the others.
 
     Parameters
     ----------

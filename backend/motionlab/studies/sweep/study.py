@@ -97,7 +97,7 @@ class SweepStudy(Study):
         parser.add_argument("--out", metavar="FILE", help="write every metric to FILE, .csv")
 
     def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
-        """Return the request that options make."""
+        """Return the request of the options."""
         from motionlab.config.changes import split_pairs
 
         swept = split_pairs(options.grid, "--grid", _FORM)

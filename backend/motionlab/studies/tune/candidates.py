@@ -1,4 +1,4 @@
-"""Sets of gains, tried and put into the document."""
+"""Candidates: sets of gains with their trials, as in the document."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ def candidate(  # noqa: PLR0913, PLR0917 - a set of gains and what is known of i
     values : dict of str to float
         Its numbers, by path below the controller.
     tried : dict
-        What came of it.
+        Outcomes of its trials.
     verdict : Verdict
-        What is thought of it.
+        Verdict on it.
     origin : str
-        Where it comes from.
+        Its origin.
     start : int, optional
         Which start led to it.
     """

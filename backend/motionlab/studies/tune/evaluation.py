@@ -25,7 +25,7 @@ from motionlab.studies.tune.trials import Outcome
 Array = NDArray[np.float64]
 
 Tried = Mapping[tuple[str, str], Outcome]
-"""What came of a set of gains, by motor and axis."""
+"""Outcomes of a set of gains, by motor and axis."""
 
 _REFUSED = 1e12
 """Least value of a set of gains that violates a constraint."""
@@ -49,7 +49,7 @@ class ConstraintViolation:
     share : float
         By how much, > 0: the logarithm of a ratio, or a share of the time.
     words : str
-        What is wanted and what is there.
+        Required and actual value.
     """
 
     share: float
@@ -65,7 +65,7 @@ class Verdict:
     cost : float
         On the worst motor, infinite where it diverged; NaN where it was not tried.
     linear, tried : mapping of (motor, axis) to list of ConstraintViolation
-        What the linearised loops, and the trials, do not hold.
+        Constraints violated by the linearised loops, and by the trials.
     """
 
     cost: float

@@ -39,8 +39,8 @@ _AT_ONCE = 1024
 def landscape(problem: TuningProblem, progress: Progress | None = None) -> LandscapeDocument:
     """Return the cost of each axis over its gains.
 
-    Both axes are tried side by side. Every point is simulated, also those that the linearised loop
-    calls unstable.
+    Both axes are tried side by side. Every point is simulated, also where the linearised loop is
+    unstable.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ class _Gains(NamedTuple):
 
 
 def _try(gains: _Gains, progress: Callable[[float], None]) -> dict[str, Array]:
-    """Return metrics of some points, see `Trials.over_gains`."""
+    """Return metrics of some points, see `TrialSetup.over_gains`."""
     with lent(gains.maps):
         return gains.trials.over_gains(
             gains.controller, gains.k_p, gains.k_d, progress, threads=gains.threads

@@ -1,4 +1,4 @@
-"""The tuning problem: a variant's axes with the motors and the motion that judge them."""
+"""The tuning problem: a variant's axes, and the motors and the motion of its trials."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ class TuningProblem:
     scenario : Scenario
         Parameters in effect at the window's end, of the one variant, without a schedule.
     variant : str
-        Whose gains.
+        Variant to tune.
     axes : tuple of str
-        Axes that are tuned: of those asked for, the ones that move.
+        Axes that are tuned: the requested ones that move.
     setups : dict of str to TrialSetup
         By name of the motor; the scenario's own is the first.
     """
@@ -84,7 +84,7 @@ def plan(request: TuneRequest | LandscapeRequest, source: Source | None = None) 
     Parameters
     ----------
     request : TuneRequest or LandscapeRequest
-        What is asked for.
+        Validated request.
     source : str, Path or mapping, optional
         The scenario in place of the request's, which is never a path.
 

@@ -19,7 +19,7 @@ _SCALES = {
     "phase_margin": 180.0 / math.pi,
     "Ms": 1.0,
 }
-"""What the columns after the gains show, and their unit in SI."""
+"""Columns after the gains, and their unit in SI."""
 
 
 def report(found: TuneDocument) -> str:
@@ -93,11 +93,11 @@ class WorstMotor(NamedTuple):
 
     value: float
     motor: str
-    velocity: float | None  # m/s; None of what is no margin
+    velocity: float | None  # m/s; None for other quantities
 
 
 def worst_of(tuned: TunedAxis) -> dict[str, WorstMotor]:
-    """Return the worst of each quantity over the motors, and on which motor that is.
+    """Return the worst of each quantity over the motors, with the motor.
 
     Parameters
     ----------

@@ -41,7 +41,7 @@ Range = Annotated[tuple[_Edge, _Edge], Field(strict=False)]
 
 
 class GainBounds(Config):
-    """Between which gains is searched, low and high of each; the search is in their logarithms."""
+    """Bounds of the search, low and high of each gain; the search is in their logarithms."""
 
     k_p: Range = quantity(
         "Of k_p", label="range of k_p", shown="N/mm", unit="N/m", source=OURS, default=(1e4, 3e7)
@@ -129,7 +129,7 @@ class _Source(Config):
     )
 
     def chosen(self, scenario: Scenario) -> str:
-        """Return the variant that is meant.
+        """Return the requested variant.
 
         Raises
         ------
@@ -151,7 +151,7 @@ class _Source(Config):
 
 
 class AxisRequest(_Source):
-    """Which loop is looked at."""
+    """Request of a loop."""
 
     axis: Literal["x", "y"] = Field(default="x", description="Axis")
 
@@ -225,7 +225,7 @@ class TuneRequest(_TuningRequest):
 
 
 class LandscapeRequest(_TuningRequest):
-    """Over which gains the cost is mapped."""
+    """Request of a cost map."""
 
     points: int = quantity(
         "Gains along each side of the map", unit="1", source=OURS, default=64, ge=8, le=128

@@ -32,7 +32,7 @@ from motionlab.studies.tune.trials import Outcome
 
 Array = NDArray[np.float64]
 Progress = Callable[[float, PartialTuning | None], None]
-"""Takes the share done, 0 to 1, and the starts so far when that has changed."""
+"""Takes the share done, 0 to 1, and the starts so far when they have changed."""
 
 _TOLD_EVERY = 10
 """Rounds of evaluations between two partial results."""
@@ -204,7 +204,7 @@ class _Search:
 
 
 def _nothing_better(group: TunedGroup) -> str | None:
-    """Return why the present gains stay, or None where a candidate betters them."""
+    """Return why the present gains stay, or None if a candidate is better."""
     best, present = group.candidates[0], group.present
     if best.betters(present):
         return None

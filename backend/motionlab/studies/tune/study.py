@@ -129,7 +129,7 @@ class TuneStudy(_TuningStudy):
         )
 
     def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
-        """Return the request that options make."""
+        """Return the request of the options."""
         from motionlab.config.changes import split_pairs
 
         constraints = split_pairs(options.constraints, "--constraint", "NAME=LIMIT")

@@ -1,4 +1,4 @@
-"""Trying sets of gains: movers side by side in lanes, each axis of each on its own."""
+"""Trials of sets of gains: movers side by side in lanes, each axis of each on its own."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ METRICS = {
     "force": "max_abs_force",
     "saturated": "saturated_fraction",
 }
-"""What each is called in `motionlab.results.metrics`."""
+"""Names in `motionlab.results.metrics`."""
 
 _K_P, _K_D = parameter_row("controller.k_p"), parameter_row("controller.k_d")
 
@@ -104,7 +104,7 @@ class TrialSetup:
         )
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Return what makes it anew in another process: inputs are computed there."""
+        """Return its pickled form: another process computes the inputs again."""
         return TrialSetup, self._given
 
     @property

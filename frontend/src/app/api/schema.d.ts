@@ -304,7 +304,7 @@ export interface paths {
         put?: never;
         /**
          * Check Trajectory
-         * @description Hold a trajectory against a scenario's limits, for drawing; infeasible ones get 200 too.
+         * @description Check a trajectory against a scenario's limits, for drawing; 200 also if it is infeasible.
          */
         post: operations["checkTrajectory"];
         delete?: never;
@@ -810,8 +810,8 @@ export interface paths {
          * Run a scenario on many plausible plants
          * @description Run every controller of a scenario on many plausible plants.
          *
-         *     The job ends with quantiles of every metric, bands of the following error over time, how likely
-         *     the spec is met, and the worst cases with what makes them.
+         *     The job ends with quantiles of every metric, bands of the following error over time, the
+         *     probability of meeting the spec, and the worst cases with their changes.
          */
         post: operations["monteCarlo"];
         delete?: never;
@@ -1088,7 +1088,7 @@ export interface paths {
         };
         /**
          * Get Paper
-         * @description Return every number that the paper prints, how it is judged and why so; nothing computed.
+         * @description Return every number that the paper prints, how it is judged and why; nothing is computed.
          */
         get: operations["getPaper"];
         put?: never;
@@ -1850,7 +1850,7 @@ export interface components {
         };
         /**
          * Choice
-         * @description A value that a field can take, and how it is called.
+         * @description A value that a field can take, and its label.
          */
         Choice: {
             /** Value */
@@ -2432,7 +2432,7 @@ export interface components {
         };
         /**
          * DivergenceRecord
-         * @description Where and how a variant ended before its time.
+         * @description Where and how a variant diverged.
          */
         DivergenceRecord: {
             /**
@@ -2586,7 +2586,7 @@ export interface components {
         };
         /**
          * Erratum
-         * @description Something the paper prints that does not hold, and the computation that shows it.
+         * @description An erratum of the paper, and the computation that shows it.
          */
         Erratum: {
             /** Id */
@@ -2912,7 +2912,7 @@ export interface components {
         };
         /**
          * FluxLine
-         * @description A line along which flux runs; between neighbouring values runs one step of flux.
+         * @description A flux line; neighbouring lines enclose one step of flux.
          */
         FluxLine: {
             /**
@@ -3287,7 +3287,7 @@ export interface components {
         };
         /**
          * GainBounds
-         * @description Between which gains is searched, low and high of each; the search is in their logarithms.
+         * @description Bounds of the search, low and high of each gain; the search is in their logarithms.
          */
         GainBounds: {
             /**
@@ -3702,7 +3702,7 @@ export interface components {
         };
         /**
          * JudgedRow
-         * @description A printed number beside ours.
+         * @description A printed number and ours.
          */
         JudgedRow: {
             /**
@@ -5478,7 +5478,7 @@ export interface components {
         };
         /**
          * Quantiles
-         * @description How a number is spread over the cases that have it.
+         * @description Quantiles of a number over the cases that have it.
          */
         Quantiles: {
             /** Min */
@@ -5568,7 +5568,7 @@ export interface components {
         };
         /**
          * Reading
-         * @description One quantity, as the paper prints it beside as it is used here.
+         * @description One quantity, as printed in the paper and as used here.
          */
         Reading: {
             /**
@@ -5614,7 +5614,7 @@ export interface components {
         };
         /**
          * Recipe
-         * @description How to get the number without this page.
+         * @description How to obtain the number without this page.
          */
         Recipe: {
             /**
@@ -5647,7 +5647,7 @@ export interface components {
         };
         /**
          * ReproduceDocument
-         * @description Every printed number beside ours; the same as ``motionlab reproduce --json`` prints.
+         * @description Every printed number and ours; the same as ``motionlab reproduce --json`` prints.
          */
         ReproduceDocument: {
             /** Version */
@@ -5973,7 +5973,7 @@ export interface components {
         };
         /**
          * RowCount
-         * @description How many rows came out how.
+         * @description Number of rows by status.
          */
         RowCount: {
             /** Holds */
@@ -6035,7 +6035,7 @@ export interface components {
         };
         /**
          * RowSummary
-         * @description How many rows came out how, in all and of each kind.
+         * @description Number of rows by status, in all and of each kind.
          */
         RowSummary: {
             /** Holds */
@@ -6071,7 +6071,7 @@ export interface components {
         };
         /**
          * RowValue
-         * @description A further value beside the one that is judged.
+         * @description A further value in addition to the judged one.
          */
         RowValue: {
             /** Label */
@@ -6084,7 +6084,7 @@ export interface components {
         };
         /**
          * Scenario
-         * @description Everything that decides a run: the same scenario gives the same bits.
+         * @description Complete input of a run: equal scenarios give bit-identical results.
          */
         Scenario: {
             /**
@@ -6226,7 +6226,7 @@ export interface components {
         };
         /**
          * SessionInfo
-         * @description What is known of a session.
+         * @description State and contents of a session.
          */
         SessionInfo: {
             /** Id */
@@ -6511,7 +6511,7 @@ export interface components {
         };
         /**
          * SharingRequest
-         * @description A command, the map and the law by which it is shared, and the map that answers.
+         * @description A force command, the controller's map and law, and the plant's map.
          */
         SharingRequest: {
             /**
@@ -6796,7 +6796,7 @@ export interface components {
         };
         /**
          * SizedDimensions
-         * @description Results of sizing beside the choices: stack length and turns.
+         * @description Results of sizing in addition to the choices: stack length and turns.
          */
         SizedDimensions: {
             /**
@@ -7651,7 +7651,7 @@ export interface components {
         };
         /**
          * Uncertainty
-         * @description How far the model is to be trusted, as a share; the mesh's part is far smaller.
+         * @description Uncertainty of the model, as a share; the mesh's part is far smaller.
          */
         Uncertainty: {
             /**
@@ -7695,7 +7695,7 @@ export interface components {
         };
         /**
          * VariantConfig
-         * @description One contender of a comparison.
+         * @description One controller of a comparison.
          */
         VariantConfig: {
             /**
@@ -7978,7 +7978,7 @@ export interface components {
             value: number | null;
             /**
              * Set
-             * @description Dotted path to value: what makes the plant of this case
+             * @description Dotted path to value: changes that make the plant of this case
              */
             set: {
                 [key: string]: unknown;
@@ -7986,7 +7986,7 @@ export interface components {
         };
         /**
          * WorstMargin
-         * @description The worst that a margin is while the axis slides, and at which velocity.
+         * @description Worst value of a margin while the axis slides, and its velocity.
          */
         WorstMargin: {
             /** Value */
@@ -8004,7 +8004,7 @@ export interface components {
         Problem: {
             /**
              * Type
-             * @description about:blank: the status says it all
+             * @description about:blank: the status defines the problem
              */
             type: string;
             /**
@@ -8072,7 +8072,7 @@ export interface components {
         };
         /**
          * Acknowledge
-         * @description Say that a frame and all before it have been taken in.
+         * @description Acknowledge a frame and all before it.
          */
         Acknowledge: {
             /**
@@ -8180,7 +8180,7 @@ export interface components {
         };
         /**
          * Subscribe
-         * @description Ask for columns, from a tick on or from now on.
+         * @description Subscribe to columns, from a tick or from now on.
          */
         Subscribe: {
             /**
