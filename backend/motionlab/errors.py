@@ -44,7 +44,7 @@ class MotionLabError(Exception):
     """Base of every failure that is reported to the user without a traceback."""
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Return what remakes it, whatever arguments its class takes."""
+        """Return a pickled form that does not depend on the arguments of its class."""
         return _remade, (type(self), self.args, self.__dict__)
 
 
@@ -139,7 +139,7 @@ class Infeasible(MotionLabError):
     place : tuple of float
         Reference position (x, y) at that time, m.
     value, limit : float
-        What the motion asks for and what is allowed, in `unit`.
+        Required and allowed value, in `unit`.
     unit : str
         Unit of `value` and `limit`.
     """
@@ -186,4 +186,4 @@ class Busy(StoreError):
 
 
 class ExperimentFailed(MotionLabError):
-    """An experiment on the motor that gave nothing to evaluate."""
+    """An experiment on the motor without data to evaluate."""

@@ -12,7 +12,7 @@ from motionlab.executors.executor import cores
 from motionlab.kernel.build import initial_state
 from motionlab.kernel.layout import parameter_row
 from motionlab.simulation.batch import lanes_of
-from motionlab.simulation.batch_runner import Course
+from motionlab.simulation.batch_runner import BatchRunner
 from motionlab.simulation.inputs import PAGE, page_inputs
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.timeline import Timeline
@@ -32,13 +32,13 @@ _FAR = 1e-11  # m, exact encoder: nothing but rounding
 def batch(arch: str) -> Iterator[Row]:
     """Measure a batch on one core against both C references, then a landscape on all cores."""
     prepared = _exact()
-    course, lanes = Course(prepared), _gains(prepared, np.geomspace(1e5, 4e5, _MOVERS))
+    runner, lanes = BatchRunner(prepared), _gains(prepared, np.geomspace(1e5, 4e5, _MOVERS))
     ticks, inputs = prepared.reference.ticks, _inputs(prepared)
     columns = lanes[0].transpose(1, 0, 2).reshape(lanes.shape[2], -1)
     x, y = prepared.reference.position[0]
     start = initial_state(1, (float(x), float(y)), width=columns.shape[1])[0]
 
-    contenders: dict[str, Callable[[], object]] = {"ours": lambda: course.score(lanes, threads=1)}
+    contenders: dict[str, Callable[[], object]] = {"ours": lambda: runner.score(lanes, threads=1)}
     try:
         c, scalar = LanesC(arch), ScalarC(arch)
     except FileNotFoundError:
@@ -65,7 +65,7 @@ def batch(arch: str) -> Iterator[Row]:
             ratio >= target if ratio else None,
         )
     if c:
-        worst = np.abs(c.run(columns, start.copy(), inputs) - _peaks(course, lanes)).max()
+        worst = np.abs(c.run(columns, start.copy(), inputs) - _peaks(runner, lanes)).max()
         yield Row(
             "  C in lanes agrees, exact encoder",
             f"<= {_FAR * 1e9:g} nm",
@@ -81,9 +81,9 @@ def _landscape() -> Iterator[Row]:
     """Score 64 by 64 gains of a run of about 3 s, both axes side by side; then a few gains."""
     prepared = prepare(load_scenario("circle", _THREE_SECONDS))
     k_p, k_d = np.meshgrid(np.geomspace(2e4, 6e6, _SIDE), np.geomspace(2e2, 2e4, _SIDE))
-    course, lanes = Course(prepared), _gains(prepared, k_p.ravel(), k_d.ravel())
+    runner, lanes = BatchRunner(prepared), _gains(prepared, k_p.ravel(), k_d.ravel())
     seconds = prepared.duration
-    taken = min(_time(lambda: course.score(lanes)) for _ in range(3))
+    taken = min(_time(lambda: runner.score(lanes)) for _ in range(3))
     yield Row(
         f"landscape 64 x 64 of {seconds:.2g} s, x and y, {cores()} cores",
         "<= 2 s",
@@ -92,8 +92,8 @@ def _landscape() -> Iterator[Row]:
         "",
         taken <= 2.0,
     )
-    one = min(_time(lambda: course.score(lanes[:, :1])) for _ in range(9))
-    eight = min(_time(lambda: course.score(lanes[:, :8])) for _ in range(9))
+    one = min(_time(lambda: runner.score(lanes[:, :1])) for _ in range(9))
+    eight = min(_time(lambda: runner.score(lanes[:, :8])) for _ in range(9))
     yield Row(
         f"one gain set of {seconds:.2g} s, x and y",
         "",
@@ -102,14 +102,14 @@ def _landscape() -> Iterator[Row]:
     )
 
 
-def _peaks(course: Course, lanes: Array) -> Array:
+def _peaks(runner: BatchRunner, lanes: Array) -> Array:
     """Return the largest error of each lane over the whole run, m."""
     peaks = np.zeros((lanes.shape[1], 2))
 
     def watch(first: int, errors: np.ndarray) -> None:  # pyright: ignore[reportMissingTypeArgument]
         peaks[first : first + len(errors)] = np.abs(errors).max(axis=2)
 
-    course.score(lanes, watch=watch)
+    runner.score(lanes, watch=watch)
     return peaks.ravel()
 
 

@@ -14,7 +14,7 @@ from motionlab.design.fem.field import FieldModel
 from motionlab.design.fem.force_map import ForceMap
 from motionlab.design.fem.geometry import Geometry
 from motionlab.design.fem.mesh import Resolution
-from motionlab.design.fem.workers import Work, fields
+from motionlab.design.fem.workers import FieldTask, fields
 from tests.bench.table import Row
 from tests.design.carter import carter
 
@@ -104,7 +104,7 @@ def _off_grid(g: Geometry, resolution: Resolution, count: int, stride: tuple[int
     """
     currents = np.linspace(0.0, g.i, count)
     half = FieldModel(g, resolution).cells_per_pitch // 2
-    work = Work(g, resolution, currents, list(range(half + 1)))
+    work = FieldTask(g, resolution, currents, list(range(half + 1)))
     found = np.array(fields(work, workers=None, progress=None))
     whole = np.concatenate([found[:0:-1], found])
     k, m = stride

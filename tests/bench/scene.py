@@ -66,9 +66,9 @@ def _cost() -> Row:
 
 def _late_join() -> Row:
     """Send a million updates to one viewer, then let another join while the first reads on."""
-    start = protocol.Start(
+    start = protocol.SceneDescription(
         _ORIGIN,
-        (protocol.Axis(0.085, 7.2e-3, 0.0), protocol.Axis(0.145, 7.2e-3, 0.0)),
+        (protocol.DrawnAxis(0.085, 7.2e-3, 0.0), protocol.DrawnAxis(0.145, 7.2e-3, 0.0)),
         {"A": "", "B": ""},
         [],
     )

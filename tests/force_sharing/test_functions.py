@@ -11,11 +11,11 @@ from scipy.optimize import minimize
 
 from motionlab.config.controller import SharingConfig, SharingLaw
 from motionlab.config.force_map import TableMapConfig
-from motionlab.force_sharing.functions import FORCE_PER_AMPERE, ForceModel, Sharing
+from motionlab.force_sharing.functions import FORCE_PER_AMPERE, ForceModel, SharingFunction
 from motionlab.force_sharing.pole_pitch import Shared, forces_over, share_over
 from motionlab.force_sharing.ripple import reachable_over, ripple, share_over_pitch
 from motionlab.kernel.force_maps import force_model, law_number
-from motionlab.plant.magnetics import ForceMap
+from motionlab.plant.magnetics import AnalyticMap
 from motionlab.plant.table_map import ANALYTIC, MotorMap
 from motionlab.store.maps import named_map
 from motionlab.studies.sharing.map_fit import fit_analytic
@@ -24,16 +24,16 @@ Array = NDArray[np.float64]
 
 TAU = 7.2e-3
 LAWS: tuple[SharingLaw, ...] = ("least-norm", "force-per-ampere", "sine", "cubic")
-NOMINAL = ForceMap(TAU, 0.0, 34.1, 380.1, 10.0, 5.5, 0.0, 0.0)
-SKEWED = ForceMap(TAU, 2e-4, 38.4, 427.4, 10.0, 4.0, 0.05, 0.039)
-LINEAR = ForceMap(TAU, 0.0, 34.1, 380.1, 10.0, 1000.0, 0.0, 0.0)
+NOMINAL = AnalyticMap(TAU, 0.0, 34.1, 380.1, 10.0, 5.5, 0.0, 0.0)
+SKEWED = AnalyticMap(TAU, 2e-4, 38.4, 427.4, 10.0, 4.0, 0.05, 0.039)
+LINEAR = AnalyticMap(TAU, 0.0, 34.1, 380.1, 10.0, 1000.0, 0.0, 0.0)
 EVERYWHERE = np.linspace(0.0, TAU, 1201)
 OPTIMUM = {"formula": (1e-9, 1e-9), "table": (0.015, 1e-3)}
 """Share by which copper loss may exceed the least that another solver finds: anywhere, mean."""
 
 
-def analytic(force_map: ForceMap, law: SharingLaw, overlap: float = 1 / 6) -> ForceModel:
-    sharing = Sharing(law_number(law), overlap, -1.0, -1.0, 10.0)
+def analytic(force_map: AnalyticMap, law: SharingLaw, overlap: float = 1 / 6) -> ForceModel:
+    sharing = SharingFunction(law_number(law), overlap, -1.0, -1.0, 10.0)
     return ForceModel(MotorMap(force_map, ANALYTIC), sharing)
 
 
@@ -57,7 +57,7 @@ def share(model: ForceModel, position: Array, force: Array | float, limit: float
     limit=st.floats(1.0, 10.0),
 )
 def test_currents_stay_in_their_limits_and_give_the_force(
-    force_map: ForceMap, law: SharingLaw, overlap: float, force: float, limit: float
+    force_map: AnalyticMap, law: SharingLaw, overlap: float, force: float, limit: float
 ) -> None:
     model = analytic(force_map, law, overlap)
     shared = share(model, EVERYWHERE, force, limit)
@@ -238,7 +238,7 @@ def test_a_fit_is_the_best_of_its_kind() -> None:
 
     largest = np.abs(wanted).max(axis=1, keepdims=True)
 
-    def rms(force_map: ForceMap) -> float:
+    def rms(force_map: AnalyticMap) -> float:
         current = np.stack([i.ravel(), 0 * i.ravel(), 0 * i.ravel()])
         place = x.ravel() + TAU / 2
         found = forces_over(MotorMap(force_map, ANALYTIC), position=place, current=current).thrust

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from motionlab.force_sharing.least_norm import share_force
 from motionlab.lanes import WIDTH, Lanes, pack, select, unpack
-from motionlab.plant.magnetics import ForceMap, thrust
+from motionlab.plant.magnetics import AnalyticMap, thrust
 
 Array = NDArray[np.float64]
 
 TAU = 7.2e-3
-NOMINAL = ForceMap(
+NOMINAL = AnalyticMap(
     tau=TAU, offset=0.0, F_pk=34.1, N_pk=380.1, I_pk=10.0, I_knee=5.5, h_2=0.0, h_3=0.0
 )
 LINEAR_UP_TO = 27.3  # N: below it no phase is at its limit, wherever the mover stands
@@ -46,7 +46,7 @@ class Answer(NamedTuple):
 
 @numba.njit(error_model="numpy")
 def _share(force_map: Array, query: Array, answer: Array) -> None:
-    m = unpack(ForceMap, force_map, 0)
+    m = unpack(AnalyticMap, force_map, 0)
     q = unpack(Query, query, 0)
     share = share_force(m, q.current_limit, q.position, q.force)
     given_thrust = thrust(m, q.position, share.current)
@@ -56,7 +56,7 @@ def _share(force_map: Array, query: Array, answer: Array) -> None:
 
 
 def share(
-    force_map: ForceMap, position: Array | float, force: Array | float, limit: float = 10.0
+    force_map: AnalyticMap, position: Array | float, force: Array | float, limit: float = 10.0
 ) -> Answer:
     """Share forces of any number of positions, eight lanes at a time."""
     position, force = np.broadcast_arrays(np.atleast_1d(position), np.atleast_1d(force))
@@ -75,7 +75,7 @@ positions = st.floats(-0.146, 0.146)
 signs = st.sampled_from([-1.0, 1.0])
 # Maps with mild harmonics, within which every position keeps a phase that pulls either way.
 maps = st.builds(
-    ForceMap,
+    AnalyticMap,
     tau=st.floats(1e-3, 2e-2),
     offset=st.floats(-0.01, 0.01),
     F_pk=st.floats(1.0, 500.0),
@@ -99,7 +99,7 @@ def test_gives_the_commanded_force_while_unlimited(
 
 @given(force_map=maps, position=positions, fraction=st.floats(1e-6, 2.0), sign=signs)
 def test_any_map_gives_the_force_or_says_that_it_is_limited(
-    force_map: ForceMap, position: float, fraction: float, sign: float
+    force_map: AnalyticMap, position: float, fraction: float, sign: float
 ) -> None:
     force = sign * fraction * force_map.F_pk
     answer = share(force_map, position, force, limit=force_map.I_pk)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from motionlab.control.compensation import OBSERVER, OFF, Compensation
 from motionlab.control.notch import PASS
 from motionlab.control.position import PositionController
-from motionlab.force_sharing.functions import LEAST_NORM, ForceModel, Sharing
+from motionlab.force_sharing.functions import LEAST_NORM, ForceModel, SharingFunction
 from motionlab.kernel.layout import (
     INPUT_ROWS,
     PARAMETER_ROWS,
@@ -29,7 +29,7 @@ from motionlab.lanes import WIDTH
 from motionlab.plant.current import Amplifiers
 from motionlab.plant.encoder import Encoder
 from motionlab.plant.friction import LuGre
-from motionlab.plant.magnetics import ForceMap
+from motionlab.plant.magnetics import AnalyticMap
 from motionlab.plant.mechanics import Mechanics
 from motionlab.plant.resonance import sampled
 from motionlab.plant.table_map import ANALYTIC, MotorMap
@@ -56,7 +56,7 @@ def lane(axis: Axis, law: float = OFF, changes: Mapping[str, float] | None = Non
         Fields to change, such as ``{"encoder.resolution": 0.0}``.
     """
     friction = LuGre(axis.sigma_0, axis.sigma_1, axis.sigma_2, axis.F_c, axis.F_s, axis.v_s)
-    formula = ForceMap(
+    formula = AnalyticMap(
         tau=nominal_motor.POLE_PITCH,
         offset=0.0,
         F_pk=nominal_motor.PEAK_FORCE,
@@ -67,7 +67,7 @@ def lane(axis: Axis, law: float = OFF, changes: Mapping[str, float] | None = Non
         h_3=0.0,
     )
     force_map = MotorMap(formula, ANALYTIC)
-    sharing = Sharing(LEAST_NORM, 1.0 / 6.0, -1.0, -1.0, nominal_motor.PEAK_CURRENT)
+    sharing = SharingFunction(LEAST_NORM, 1.0 / 6.0, -1.0, -1.0, nominal_motor.PEAK_CURRENT)
     parameters = Parameters(
         friction=friction,
         force_map=force_map,

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from motionlab.lanes import WIDTH, Lanes, pack, unpack
 from motionlab.plant.magnetics import (
-    ForceMap,
+    AnalyticMap,
     Phases,
     current_for,
     force_fraction,
@@ -24,7 +24,7 @@ from motionlab.plant.magnetics import (
 Array = NDArray[np.float64]
 
 TAU, F_PK, N_PK = 7.2e-3, 34.1, 380.1
-NOMINAL = ForceMap(
+NOMINAL = AnalyticMap(
     tau=TAU, offset=0.0, F_pk=F_PK, N_pk=N_PK, I_pk=10.0, I_knee=5.5, h_2=0.0, h_3=0.0
 )
 MEASURED = NOMINAL._replace(F_pk=38.4, N_pk=427.4, h_3=0.039)
@@ -52,7 +52,7 @@ class Answer(NamedTuple):
 
 @numba.njit(error_model="numpy")
 def _evaluate(force_map: Array, query: Array, answer: Array) -> None:
-    m = unpack(ForceMap, force_map, 0)
+    m = unpack(AnalyticMap, force_map, 0)
     q = unpack(Query, query, 0)
     current = Phases(q.i_a, q.i_b, q.i_c)
     fraction = force_fraction(m, q.i_a)
@@ -67,7 +67,7 @@ def _evaluate(force_map: Array, query: Array, answer: Array) -> None:
     )
 
 
-def evaluate(force_map: ForceMap, position: float, *currents: float) -> Answer:
+def evaluate(force_map: AnalyticMap, position: float, *currents: float) -> Answer:
     """Return what the map gives at one place."""
     rows = np.tile(np.array(force_map, dtype=float)[:, None], WIDTH)
     query = np.tile(np.array([position, *currents])[:, None], WIDTH)
@@ -83,7 +83,7 @@ maps = st.sampled_from(MAPS)
 
 @given(force_map=maps, position=positions, i=currents)
 def test_thrust_repeats_every_pole_pitch(
-    force_map: ForceMap, position: float, i: tuple[float, float, float]
+    force_map: AnalyticMap, position: float, i: tuple[float, float, float]
 ) -> None:
     here = evaluate(force_map, position, *i)
     there = evaluate(force_map, position + TAU, *i)
@@ -93,7 +93,7 @@ def test_thrust_repeats_every_pole_pitch(
 
 @given(force_map=maps, position=positions, i=currents)
 def test_phases_are_a_third_of_a_pole_pitch_apart(
-    force_map: ForceMap, position: float, i: tuple[float, float, float]
+    force_map: AnalyticMap, position: float, i: tuple[float, float, float]
 ) -> None:
     a, b, c = i
     here = evaluate(force_map, position, a, b, c)
@@ -104,7 +104,7 @@ def test_phases_are_a_third_of_a_pole_pitch_apart(
 
 @given(position=positions, i=currents, force_map=st.sampled_from([NOMINAL, MEASURED]))
 def test_the_mirrored_place_pulls_the_other_way(
-    force_map: ForceMap, position: float, i: tuple[float, float, float]
+    force_map: AnalyticMap, position: float, i: tuple[float, float, float]
 ) -> None:
     a, b, c = i
     here = evaluate(force_map, position, a, b, c)
@@ -115,7 +115,7 @@ def test_the_mirrored_place_pulls_the_other_way(
 
 @pytest.mark.parametrize("force_map", [NOMINAL, MEASURED])
 @pytest.mark.parametrize("phase", [0, 1, 2])
-def test_no_thrust_where_aligned_and_unaligned(force_map: ForceMap, phase: int) -> None:
+def test_no_thrust_where_aligned_and_unaligned(force_map: AnalyticMap, phase: int) -> None:
     i = [0.0, 0.0, 0.0]
     i[phase] = 10.0
     unaligned = phase * TAU / 3.0
@@ -137,12 +137,12 @@ def test_peaks_are_the_papers() -> None:
 
 
 @given(force_map=maps, i=st.floats(0.0, 10.0))
-def test_inverse_of_the_saturation_curve(force_map: ForceMap, i: float) -> None:
+def test_inverse_of_the_saturation_curve(force_map: AnalyticMap, i: float) -> None:
     assert evaluate(force_map, 0.0, i, 0.0, 0.0).current == pytest.approx(i, rel=1e-9, abs=1e-12)
 
 
 @given(force_map=maps, low=st.floats(0.0, 10.0), high=st.floats(0.0, 10.0))
-def test_more_current_gives_more_force(force_map: ForceMap, low: float, high: float) -> None:
+def test_more_current_gives_more_force(force_map: AnalyticMap, low: float, high: float) -> None:
     low, high = sorted((low, high))
     first = evaluate(force_map, 0.0, low, 0.0, 0.0).fraction
     second = evaluate(force_map, 0.0, high, 0.0, 0.0).fraction
@@ -160,7 +160,7 @@ def test_force_saturates_above_the_knee() -> None:
 
 @given(force_map=maps, position=positions, i=currents)
 def test_normal_force_attracts_and_is_bounded(
-    force_map: ForceMap, position: float, i: tuple[float, float, float]
+    force_map: AnalyticMap, position: float, i: tuple[float, float, float]
 ) -> None:
     normal = evaluate(force_map, position, *i).normal
     assert -1e-9 <= normal <= 3.0 * force_map.N_pk

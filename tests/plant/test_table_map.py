@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from motionlab.config.controller import SharingConfig, SharingLaw
 from motionlab.config.force_map import TableMapConfig
 from motionlab.design.fem.mesh import Resolution
-from motionlab.design.fem.workers import Work, fields
+from motionlab.design.fem.workers import FieldTask, fields
 from motionlab.force_sharing.pole_pitch import Shared, forces_over, share_over
 from motionlab.kernel.force_maps import force_model, map_lanes
 from motionlab.lanes import WIDTH
@@ -82,7 +82,7 @@ def test_a_shipped_map_is_what_its_command_computes() -> None:
     document = named_map("new-design").document
     currents = np.array([0.0, 5.0, 10.0])
     (found,) = fields(
-        Work(document.geometry, Resolution(24, 2), currents, [7]), workers=1, progress=None
+        FieldTask(document.geometry, Resolution(24, 2), currents, [7]), workers=1, progress=None
     )
     row = int(np.abs(np.array(document.positions) - 7 / 24 * document.geometry.tau).argmin())
     columns = [0, 5, 10]

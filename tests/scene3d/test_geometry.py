@@ -11,10 +11,10 @@ import pytest
 
 from motionlab.scene3d import geometry, protocol
 from motionlab.scene3d.geometry import Layout
-from motionlab.scene3d.protocol import Axis, Start
+from motionlab.scene3d.protocol import DrawnAxis, SceneDescription
 
 PITCH = 7.2e-3
-AXES = (Axis(0.085, PITCH, 0.0), Axis(0.145, PITCH, 0.0))
+AXES = (DrawnAxis(0.085, PITCH, 0.0), DrawnAxis(0.145, PITCH, 0.0))
 
 
 def lengths(mesh: geometry.Mesh) -> np.ndarray:
@@ -33,7 +33,7 @@ def test_teeth_face_each_other_where_a_phase_is_aligned(
     axis: int, phase: int, offset: float
 ) -> None:
     """A phase is aligned at theta = 2 pi (p + offset)/tau - 2 pi k/3 = pi."""
-    layout = Layout.of((Axis(0.085, PITCH, offset), Axis(0.145, PITCH, offset)))
+    layout = Layout.of((DrawnAxis(0.085, PITCH, offset), DrawnAxis(0.145, PITCH, offset)))
     aligned = PITCH / 2 + phase * PITCH / 3 - offset
     tooth = layout.movers[axis, phase, axis] + aligned + PITCH / 2
     distance = np.abs(layout.tooth_places(axis) - tooth).min()
@@ -64,7 +64,7 @@ def test_movers_do_not_touch() -> None:
 
 
 def test_too_many_teeth_are_not_drawn() -> None:
-    fine = Layout.of((Axis(1.0, 1e-3, 0.0), Axis(1.0, 1e-3, 0.0)))
+    fine = Layout.of((DrawnAxis(1.0, 1e-3, 0.0), DrawnAxis(1.0, 1e-3, 0.0)))
     assert len(fine.teeth().faces) == 0
     teeth = Layout.of(AXES).teeth()
     assert len(teeth.faces) == 10 * (len(teeth.vertices) // 8)
@@ -73,13 +73,15 @@ def test_too_many_teeth_are_not_drawn() -> None:
 
 
 def test_what_is_told_is_understood() -> None:
-    start = Start("lab://x", AXES, {"A": "no compensation"}, [(0.0, 0.015), (0.015, 0.0)])
+    start = SceneDescription(
+        "lab://x", AXES, {"A": "no compensation"}, [(0.0, 0.015), (0.015, 0.0)]
+    )
     poses = np.arange(2 * protocol.width(1), dtype=np.float32).reshape(2, -1)
     pipe = io.BytesIO(start.encode() + protocol.poses(poses) + protocol.message(protocol.CLEAR))
     told = protocol.read(pipe)
     assert told is not None
     assert told[0] == protocol.START
-    again = Start.decode(told[1])
+    again = SceneDescription.decode(told[1])
     assert (again.origin, again.axes, again.variants) == (start.origin, start.axes, start.variants)
     assert np.array_equal(again.path, start.path)
     told = protocol.read(pipe)

@@ -24,8 +24,10 @@ from tests.service.servers import PATIENCE
 from tests.service.test_view3d import refused
 
 ORIGIN = "lab://this-test"
-AXES = (protocol.Axis(0.085, 7.2e-3, 0.0), protocol.Axis(0.145, 7.2e-3, 0.0))
-START = protocol.Start(ORIGIN, AXES, {"A": "one", "B": "other"}, [(0.0, 0.0), (0.01, 0.0)])
+AXES = (protocol.DrawnAxis(0.085, 7.2e-3, 0.0), protocol.DrawnAxis(0.145, 7.2e-3, 0.0))
+START = protocol.SceneDescription(
+    ORIGIN, AXES, {"A": "one", "B": "other"}, [(0.0, 0.0), (0.01, 0.0)]
+)
 
 
 @pytest.fixture(scope="module")

@@ -11,8 +11,8 @@ from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.service.live.history import RING_SECONDS
 from motionlab.telemetry import recorder
 from motionlab.telemetry.channels import CHANNELS, REFERENCES
-from tests.simulated import Played, play
 from tests.service.live import Live
+from tests.simulated import Played, play
 
 COLUMNS = 2 * len(REFERENCES) + 2 * 2 * len(CHANNELS)
 RING = round(RING_SECONDS / CONTROL_PERIOD)

@@ -12,10 +12,10 @@ import pytest
 
 from motionlab.config.shipped import config_root
 from motionlab.config.timing import CONTROL_PERIOD
-from tests.simulated import play
 from tests.service.conftest import MakeLive
 from tests.service.live import API, until
 from tests.service.offline import assert_offline
+from tests.simulated import play
 
 JSON = {"content-type": "application/json"}
 TABLE_IN_THE_PLANT = {"plant.force_map": "new-design"}

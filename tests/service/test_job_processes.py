@@ -17,7 +17,7 @@ import httpx
 import pytest
 
 from motionlab.service import kernel_compiler
-from motionlab.service.jobs import Jobs, Work
+from motionlab.service.jobs import Jobs, JobTask
 from motionlab.service.settings import Settings
 from motionlab.service.workers import fork_client
 from tests.processes import runs
@@ -43,7 +43,7 @@ def server(make_server: MakeServer, data: Path) -> Server:
 
 def submit(server: Server, function: Callable[..., Any], size: int = 0, **request: Any) -> str:
     jobs: Jobs = server.app.state.jobs
-    work = Work("tune", function, json.dumps(request).encode(), size)
+    work = JobTask("tune", function, json.dumps(request).encode(), size)
     return server.call(jobs.submit(work))[0]
 
 
@@ -180,7 +180,7 @@ def test_a_job_that_waits_for_kernels_lets_others_pass(
     )
     server = make_server(Settings(jobs_at_once=1))
     jobs: Jobs = server.app.state.jobs
-    batch = Work("tune", calls.job, b'{"say": "compiled"}', batches=True)
+    batch = JobTask("tune", calls.job, b'{"say": "compiled"}', batches=True)
     waiting = server.call(jobs.submit(batch))[0]
     assert ended(server, submit(server, calls.job, say="passes"))["state"] == "done"
     assert json.loads(jobs.report(waiting) or b"")["state"] == "queued"

@@ -10,7 +10,7 @@ import pytest
 
 from motionlab.config.load import load_scenario
 from motionlab.service import memory_budget
-from motionlab.service.memory_budget import Memory
+from motionlab.service.memory_budget import MemoryBudget
 from motionlab.service.settings import Settings
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run
@@ -51,7 +51,7 @@ def test_what_never_fits_is_refused_by_name(make_server: MakeServer, call: str) 
 def test_what_does_not_fit_now_is_told_to_come_again(make_server: MakeServer) -> None:
     size = CIRCLE.recording_size()
     server = make_server(Settings(memory_max=size, jobs_at_once=1))
-    held: Memory = server.app.state.memory
+    held: MemoryBudget = server.app.state.memory
     with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
         with held.hold(1):
             for call in ("simulate", "whatif"):
@@ -89,7 +89,7 @@ def test_sessions_take_theirs_and_give_it_back(make_server: MakeServer) -> None:
 
 
 def test_no_two_take_the_last_byte() -> None:
-    room, taken, begin = Memory(5), [], threading.Barrier(8)
+    room, taken, begin = MemoryBudget(5), [], threading.Barrier(8)
 
     def take() -> None:
         begin.wait()

@@ -20,11 +20,11 @@ from motionlab.service.live.session import METRICS_SECONDS
 from motionlab.service.live.sessions import IDLE_SECONDS, SPARE_SECONDS
 from motionlab.service.settings import Settings
 from motionlab.telemetry import recorder
-from tests.simulated import play
 from tests.service.conftest import MakeLive, MakeServer
 from tests.service.live import API, Live, Stream, until
 from tests.service.offline import COLUMNS, RING, assert_offline, expected, offline
 from tests.service.servers import PATIENCE
+from tests.simulated import play
 
 MASS = "plant.x.mass"
 

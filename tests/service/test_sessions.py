@@ -12,11 +12,11 @@ from motionlab.config.load import load_scenario
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.service.live.change_log import CHANGES_MAX
 from motionlab.simulation.simulation import BRAKING
-from tests.simulated import play
 from tests.service.conftest import MakeLive
 from tests.service.live import Live, Stream, until
 from tests.service.offline import assert_offline, expected, offline
 from tests.service.servers import Server
+from tests.simulated import play
 
 MASS = "plant.x.mass"
 K_P = "variants.B.controller.x.k_p"

@@ -15,9 +15,9 @@ from motionlab.config.load import load_scenario
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.service.settings import Settings
 from motionlab.telemetry.channels import stream_columns
-from tests.simulated import play
 from tests.service.conftest import MakeServer
 from tests.service.live import API
+from tests.simulated import play
 
 QUICK: dict[str, Any] = {"trajectory.laps": 1, "trajectory.lead_in": 0.5}
 GAIN: dict[str, Any] = {"variants.B.controller.x.k_p": 312000.0, "seed": 7}

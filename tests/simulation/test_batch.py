@@ -14,8 +14,8 @@ from motionlab.errors import ConfigError
 from motionlab.kernel.build import lane_parameters
 from motionlab.kernel.layout import parameter_row
 from motionlab.results.metrics import DEFINITIONS
-from motionlab.simulation.batch import Batch, Cases, lanes_of, run_batch, run_prepared
-from motionlab.simulation.batch_runner import Course
+from motionlab.simulation.batch import Batch, CaseTask, lanes_of, run_batch, run_prepared
+from motionlab.simulation.batch_runner import BatchRunner
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run
@@ -60,7 +60,7 @@ def batch(
     name: str, cases: list[dict[str, Any]], *, threads: int | None = None, **tell: Any
 ) -> Batch:
     tables = load_scenario(name, SHORT if name == "circle" else {}).model_dump(mode="json")
-    return run_batch(Cases(tables, 0, cases, threads, {}), **tell)
+    return run_batch(CaseTask(tables, 0, cases, threads, {}), **tell)
 
 
 @pytest.fixture(scope="module")
@@ -137,7 +137,7 @@ def test_gains_side_by_side_equal_runs_with_these_gains() -> None:
     gains = np.linspace(1e5, 3e5, 5)
     lanes = np.repeat(lanes_of(prepared)[:, :1], len(gains), axis=1)
     lanes[:, :, parameter_row("controller.k_p"), 0] = gains
-    scores = Course(prepared).score(lanes)
+    scores = BatchRunner(prepared).score(lanes)
     for i, k_p in enumerate(gains):
         axes = alone("circle", SHORT | {"variants.A.controller.x.k_p": float(k_p)})["A"]["axes"]
         assert scores.metrics["itae"][i].tolist() == [axes["x"]["itae"], axes["y"]["itae"]]

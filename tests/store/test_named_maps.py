@@ -106,7 +106,7 @@ def test_a_result_names_its_maps_by_their_numbers(own_map: Path) -> None:
     shipped = named_map("new-design")
     assert record["content_hash"] == shipped.document.content_hash
     assert record["digest"] == named_map("mine").digest != shipped.digest
-    assert json.loads(metadata(prepared)["maps"]) == found
+    assert json.loads(metadata(prepared)["maps"].scenario) == found
 
 
 def test_another_file_under_a_name_is_another_map(own_map: Path) -> None:

@@ -44,7 +44,7 @@ def main(arguments: Sequence[str] | None = None) -> int:  # noqa: PLR0911 - one 
             options = _parser().parse_args(arguments)
             return options.command(options)
         finally:
-            sys.stdout.flush()  # here, not at exit, where a failure could not be told
+            sys.stdout.flush()  # here, not at exit, where a failure could not be reported
     except (ConfigError, Infeasible) as error:
         return _complain(str(error), BAD_INPUT)
     except MotionLabError as error:
@@ -53,7 +53,7 @@ def main(arguments: Sequence[str] | None = None) -> int:  # noqa: PLR0911 - one 
         return _complain("interrupted", FAILED)
     except MemoryError as error:
         return _complain(f"not enough memory: {error}; shorten the run", FAILED)
-    except BrokenPipeError:  # the reader of stdout has gone, as in `motionlab run circle | head`
+    except BrokenPipeError:  # the reader of stdout has exited, as in `motionlab run circle | head`
         _discard_stdout()
         return DONE
     except OSError as error:

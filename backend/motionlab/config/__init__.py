@@ -1,1 +1,1 @@
-"""Configs: frozen models of everything a scenario holds, and the loader."""
+"""Frozen config models of a scenario, and the loader."""

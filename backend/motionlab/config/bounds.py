@@ -19,9 +19,9 @@ KEYS_MAX = 5000
 DEPTH_MAX = 16
 """Tables and lists inside one another, and parts of a dotted key; a scenario has 8."""
 
-# Strings first: what looks like a comment or a key inside of one is none. Each token is matched
-# once and never given back, so that no text takes more than linear time. Atomic groups, because
-# possessive repeats of a group miss matches in Python 3.11.2, which Debian 12 has.
+# Strings first: what looks like a comment or a key inside a string is not. Each token is matched
+# once, without backtracking, so that parsing takes linear time. Atomic groups, because possessive
+# repeats of a group miss matches in Python 3.11.2, which Debian 12 has.
 _TOKEN = re.compile(
     r'"""(?>(?:[^"\\]+|\\(?:.|\Z)|"(?!""))*)(?>"{3,5}|\Z)'
     r"|'''(?>(?:[^']+|'(?!''))*)(?>'{3,5}|\Z)"
@@ -36,7 +36,7 @@ _ENDS_A_KEY = frozenset("[]{},=\n")
 
 
 def check_toml(text: str, *, loc: str) -> None:
-    """Refuse a TOML text that takes long to parse: of nested keys, the parser's time is quadratic.
+    """Refuse a TOML text that takes long to parse: the parser's time is quadratic in nested keys.
 
     Raises
     ------

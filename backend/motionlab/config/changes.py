@@ -113,7 +113,7 @@ def as_tables(changes: Mapping[str, Any]) -> dict[str, Any]:
 def labelled(changes: Mapping[str, Any]) -> dict[str, Any]:
     """Return changes with a label for each variant whose controller is swapped for another one.
 
-    The label of a variant tells of the controller that it had. Changes that set one keep theirs.
+    A label describes the controller before the change. Labels set by the changes are kept.
     """
     labels = {}
     for path, value in changes.items():

@@ -21,7 +21,7 @@ LAWS = choices(
     ("reversed-k", "K, sign reversed", "Eq. (25) with the opposite sign and a filtered balance"),
     ("published-k", "K as published", "Eq. (25) as printed, which does not work in discrete time"),
 )
-"""Laws of friction compensation, as the screen calls them; motionlab.control.compensation."""
+"""Laws of friction compensation, with their names on the screen; motionlab.control.compensation."""
 
 SHARINGS = choices(
     ("least-norm", "least norm", "In proportion to the square of what each phase can give"),

@@ -61,7 +61,7 @@ def _walk(
 ) -> None:
     for name, info in model.model_fields.items():
         key = info.alias or name
-        if key == "kind":  # tells alternatives apart
+        if key == "kind":  # distinguishes alternatives
             continue
         path = prefix + key
         default = defaults.get(key, _default(info))
@@ -118,7 +118,7 @@ def _entry(key: str, info: FieldInfo, axis: str, default: Any = None) -> FieldEn
 
 
 def _add(found: dict[str, FieldEntry], path: str, entry: FieldEntry) -> None:
-    """Add an entry; of another alternative's, which is there, keep what both say."""
+    """Add an entry, or merge it with that of another alternative."""
     before = found.setdefault(path, entry)
     if before is not entry:
         differing = [

@@ -112,7 +112,7 @@ class TableMapConfig(Config):
 
 
 def _kind(value: Any) -> Any:
-    """Return which kind of map a value is meant to be; numbers that do not say are the formula."""
+    """Return which kind of map a value is meant to be; without ``kind``, the formula."""
     if isinstance(value, Mapping):
         return value.get("kind", "analytic")
     return getattr(value, "kind", "analytic")

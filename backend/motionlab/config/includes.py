@@ -3,7 +3,7 @@
 A part of a scenario (``plant``, ``trajectory``, a variant's ``controller``, a controller's
 ``model``, the scenario itself) is a table, the name of a shipped one, or a table with
 ``base = "name"`` whose other keys replace those of the shipped one. A ``force_map`` is a table or
-the name of a map; beside ``x`` and ``y`` it stands for that of both axes.
+the name of a map; on the level of ``x`` and ``y`` it applies to both axes.
 """
 
 from __future__ import annotations

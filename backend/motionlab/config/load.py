@@ -21,7 +21,7 @@ from motionlab.errors import ConfigError, FieldError
 
 
 class _Holder(Config):
-    """Gives errors of a trajectory the location they have in a scenario."""
+    """Wraps a trajectory, so that its errors have their location in a scenario."""
 
     trajectory: TrajectoryConfig
 

@@ -1,4 +1,4 @@
-"""Moves from place to place, and standing still in between.
+"""Point-to-point moves and dwells.
 
 Lengths are in m from mid-stroke, times in s. Every duration is rounded to whole control periods
 when the motion is sampled, phase by phase, so that time never drifts.

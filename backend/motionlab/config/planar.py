@@ -86,7 +86,7 @@ PAIRS = (PlanarLength, PlanarVelocity, PlanarAcceleration, PlanarAngle)
 
 
 def refuse_repeats(points: Sequence[Point]) -> None:
-    """Refuse neighbours at the same place: an edge needs a length, and ``dwell`` is how to wait.
+    """Refuse equal neighbouring points: an edge needs a length; ``dwell`` makes a pause.
 
     Parameters
     ----------

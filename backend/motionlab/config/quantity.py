@@ -40,7 +40,7 @@ class Config(BaseModel):
 
 
 class Choice(BaseModel):
-    """A value that a field can take, and how it is called."""
+    """A value that a field can take, and its label."""
 
     value: str
     label: str = Field(description="Name on the screen")
@@ -49,7 +49,7 @@ class Choice(BaseModel):
 
 
 def choices(*named: tuple[str, ...]) -> dict[str, Any]:
-    """Return what the JSON schema of a field says of its values: the fields of `Choice`."""
+    """Return the JSON schema of a field's values: the fields of `Choice`."""
     return {"choices": [dict(zip(Choice.model_fields, each, strict=False)) for each in named]}
 
 
@@ -89,13 +89,13 @@ def quantity(  # noqa: PLR0913 - one keyword for each fact about a field
     example : Any
         A usual value where the default is none.
     used_with : list of str, optional
-        Choices of the field beside it with which the number matters.
+        Choices of the neighbouring field for which the number is used.
 
     Returns
     -------
     Any
         A pydantic field whose JSON schema holds ``unit`` and ``source``, and ``display_unit`` and
-        ``display_factor`` where people meet it in another unit.
+        ``display_factor`` where it is displayed in another unit.
     """
     extra: dict[str, Any] = {"unit": unit, "source": source}
     if shown:

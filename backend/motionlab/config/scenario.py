@@ -16,7 +16,7 @@ VariantName = Annotated[str, Field(pattern="^[A-Z]$")]
 
 
 class VariantConfig(Config):
-    """One contender of a comparison."""
+    """One controller of a comparison."""
 
     label: str = Field(default="", description="Name for people", max_length=80)
     controller: ControllerConfig
@@ -76,7 +76,7 @@ class WindowConfig(Config):
 
 
 class Scenario(Config):
-    """Everything that decides a run: the same scenario gives the same bits."""
+    """Complete input of a run: equal scenarios give bit-identical results."""
 
     name: str = Field(default="custom", pattern="^[a-z0-9-]{1,64}$", description="Short name")
     title: str = Field(default="", description="One line for people", max_length=120)

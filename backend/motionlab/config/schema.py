@@ -13,7 +13,7 @@ from motionlab.config.scenario import Scenario
 from motionlab.config.shipped import Kind, config_root, names
 
 _WHOLE = ["plant", "variants", "trajectory"]
-"""What a scenario needs that builds on no other one."""
+"""Required keys of a scenario without a base."""
 
 
 def scenario_schema() -> dict[str, Any]:

@@ -49,7 +49,7 @@ def read(kind: Kind, name: str, *, loc: str) -> dict[str, Any]:
     name : str
         File name without ``.toml``.
     loc : str
-        Field that asked for it, for the error.
+        Field that names it, for the error.
 
     Returns
     -------
@@ -133,7 +133,7 @@ def parse_text(text: bytes, *, loc: str, size_max: int) -> dict[str, Any]:
         tables = tomllib.loads(content)
     except UnicodeDecodeError as error:
         message = f"is not UTF-8 text: {error.reason} at byte {error.start}"
-    except ValueError as error:  # also what Python says of a number of thousands of digits
+    except ValueError as error:  # also Python's error on a number of thousands of digits
         message = f"is not TOML: {error}"
     except RecursionError:
         message = "is nested too deeply"

@@ -59,7 +59,7 @@ def checked(model: type[ModelT], fields: Mapping[str, Any], name: str) -> ModelT
     fields : mapping
         Any, also what no JSON holds.
     name : str
-        What an error of the table as a whole is called.
+        Location of an error of the table as a whole.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def checked(model: type[ModelT], fields: Mapping[str, Any], name: str) -> ModelT
 
 
 def field_errors(error: ValidationError, model: type[BaseModel]) -> list[FieldError]:
-    """Return every complaint of a validation in the project's terms.
+    """Return every error of a validation as a `FieldError`.
 
     Parameters
     ----------
@@ -179,7 +179,7 @@ def _walk(
     """Follow an error's location through the models.
 
     Returns the location without the tags that pydantic adds for unions, the field it ends at, and
-    the field names known beside it.
+    the names of the fields next to it.
     """
     path: list[str] = []
     info: FieldInfo | None = None

@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.control.position import Motion
+from motionlab.control.position import MeasuredMotion
 from motionlab.lanes import Lanes, compiled, select
 from motionlab.lanes.functions import clip, decay
 from motionlab.plant.friction import LuGre, bristle_decay
@@ -55,11 +55,11 @@ class Observer(NamedTuple):
 
 
 class Balance(NamedTuple):
-    """Forces of one tick that a law weighs against each other, N."""
+    """Force balance of one tick, N."""
 
     u: Lanes  # PD force
     inertia: Lanes  # M a
-    residual: Lanes  # what the filtered balance leaves unexplained
+    residual: Lanes  # residual of the filtered balance
 
 
 class Estimate(NamedTuple):
@@ -75,7 +75,7 @@ def residual_force(
 ) -> Lanes:
     """Return the filtered balance ``r += alpha (M a - (f - f_f*) - sigma_1 K - r)``, N.
 
-    The reversed K keeps its own part in it, as eq. (25) does: without ``sigma_1 K``.
+    For the reversed K, as in eq. (25), the term ``sigma_1 K`` is left out.
     """
     law = observer.law
     balance = inertia - known_force
@@ -84,7 +84,9 @@ def residual_force(
 
 
 @compiled
-def adaptation(observer: Observer, motion: Motion, v: Lanes, k_d: Lanes, balance: Balance) -> Lanes:
+def adaptation(
+    observer: Observer, motion: MeasuredMotion, v: Lanes, k_d: Lanes, balance: Balance
+) -> Lanes:
     """Return K, m/s, by the law of each lane."""
     law, model = observer.law, observer.model
     u, residual = balance.u, balance.residual
@@ -111,7 +113,7 @@ def adaptation(observer: Observer, motion: Motion, v: Lanes, k_d: Lanes, balance
 
 @compiled
 def estimate_friction(observer: Observer, z: Lanes, v: Lanes, K: Lanes) -> Estimate:
-    """Step the observer over one period and return the friction it expects, eq. (23).
+    """Step the observer over one period and return its friction estimate, eq. (23).
 
     With ``l = abs(v)/g(v)``::
 

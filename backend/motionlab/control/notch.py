@@ -1,7 +1,8 @@
 """A notch filter on the feedback, against a structural resonance of the motor.
 
-It filters what PD and disturbance observer ask for. Friction estimate and acceleration feedforward
-pass beside it: late, they would be wrong, and from the reference they cannot make a loop unstable.
+It filters the forces of PD and disturbance observer. Friction estimate and acceleration feedforward
+bypass it: delayed, they would be wrong, and feedforward from the reference cannot make a loop
+unstable.
 """
 
 from __future__ import annotations
@@ -62,7 +63,7 @@ def notched(
 ) -> tuple[Lanes, Lanes, Lanes]:
     """Return `wanted`, N, with its part `feedback` filtered, and the filter's next two states, N.
 
-    What the filter changes is added: where it passes everything, not one bit of `wanted` changes.
+    The filter's change is added, so that a filter of gain 1 leaves every bit of `wanted`.
     """
     passed = notch.b_0 * feedback + n_1
     return (

@@ -23,7 +23,7 @@ class PositionController(NamedTuple):
     ideal_force: Lanes  # 1: the plant gives any force commanded, without currents; 0: it has phases
 
 
-class Motion(NamedTuple):
+class MeasuredMotion(NamedTuple):
     """Position, velocity and acceleration derived from the encoder."""
 
     error: Lanes  # following error, m
@@ -41,17 +41,17 @@ class Last(NamedTuple):
 
 
 @compiled
-def estimate_motion(p_ref: Lanes, p_meas: Lanes, last: Last, first: Mask) -> Motion:
+def estimate_motion(p_ref: Lanes, p_meas: Lanes, last: Last, first: Mask) -> MeasuredMotion:
     """Difference the encoder twice, as the paper does; differences are zero on the first tick."""
     error = p_ref - p_meas
     error_rate = select(first, 0.0, (error - last.error) * (1.0 / CONTROL_PERIOD))
     v = select(first, 0.0, (p_meas - last.p) * (1.0 / CONTROL_PERIOD))
     a = select(first, 0.0, (v - last.v) * (1.0 / CONTROL_PERIOD))
-    return Motion(error, error_rate, v, a)
+    return MeasuredMotion(error, error_rate, v, a)
 
 
 @compiled
-def pd_force(controller: PositionController, motion: Motion) -> Lanes:
+def pd_force(controller: PositionController, motion: MeasuredMotion) -> Lanes:
     """Return ``u = k_p e + k_d de/dt`` of eq. (15), N, within the force limit."""
     u = controller.k_p * motion.error + controller.k_d * motion.error_rate
     return clip(u, -controller.force_limit, controller.force_limit)

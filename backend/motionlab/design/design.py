@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from motionlab.config.validation_errors import field_errors
 from motionlab.design.document import DesignDocument
 from motionlab.design.inputs import DesignRequest, Dimensions
-from motionlab.design.presets import PRESETS, Preset
+from motionlab.design.presets import PRESETS, DesignPreset
 from motionlab.design.rating import rate
 from motionlab.design.sizing import size
 from motionlab.errors import ConfigError, FieldError
@@ -72,7 +72,7 @@ def _upon_preset(request: Mapping[str, Any]) -> dict[str, Any]:
     return tables
 
 
-def _refuse_unknown(preset: Preset, dimensions: Dimensions) -> None:
+def _refuse_unknown(preset: DesignPreset, dimensions: Dimensions) -> None:
     """Refuse dimensions missing from the request and from the paper."""
     missing = [path for path in preset.unknown if not _is_given(dimensions, path)]
     if missing:

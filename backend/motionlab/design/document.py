@@ -13,7 +13,7 @@ class _Document(BaseModel):
 
 
 class Reading(_Document):
-    """One quantity, as the paper prints it beside as it is used here."""
+    """One quantity, as printed in the paper and as used here."""
 
     quantity: str = Field(description="What it is, with its symbol")
     equation: str = Field(description="Number in the paper; empty where the paper has none")

@@ -168,7 +168,7 @@ class Requirements(Choices):
 
 
 class SizedDimensions(Choices):
-    """Results of sizing beside the choices: stack length and turns."""
+    """Results of sizing in addition to the choices: stack length and turns."""
 
     l_m: float = quantity(
         "Stack length of the mover", unit="m", source=SECTION, default=42.3e-3, ge=1e-5, le=100

@@ -10,19 +10,19 @@ PresetName = Literal["paper", "previous"]
 
 
 @dataclass(frozen=True)
-class Preset:
+class DesignPreset:
     """A design described by the paper.
 
     Attributes
     ----------
     title : str
-        What it is called.
+        Display name.
     choices : mapping of str to value
         Fields of requirements and dimensions that differ from the defaults.
     unknown : tuple of str
         Dotted fields of dimensions that the paper does not give.
     notes : tuple of str
-        What a reader has to know of it.
+        Remarks.
     """
 
     title: str
@@ -31,9 +31,9 @@ class Preset:
     notes: tuple[str, ...] = ()
 
 
-PRESETS: Mapping[str, Preset] = {
-    "paper": Preset("The paper's example"),
-    "previous": Preset(
+PRESETS: Mapping[str, DesignPreset] = {
+    "paper": DesignPreset("The paper's example"),
+    "previous": DesignPreset(
         "The design before the paper's",
         choices={"tau": 9e-3, "n": 2},
         unknown=(

@@ -86,7 +86,7 @@ def rate(dimensions: Dimensions) -> Rating:
 
 
 def _capacity(d: Dimensions, A_g: float, A: float) -> dict[str, Reading]:
-    """Return the power capacity at v_max, eq. (10), and the thrust that it is worth, eq. (1)."""
+    """Return the power capacity at v_max, eq. (10), and the corresponding thrust, eq. (1)."""
 
     def power(K_1: float) -> float:
         return eq.power_capacity(
@@ -209,7 +209,7 @@ def _single_phase_remark(
 
 
 def _shortfalls(d: Dimensions, rating: Rating, N_needed: float) -> list[str]:
-    """Return a warning for each thing specified that the machine does not reach."""
+    """Return a warning for each specified value that the machine does not reach."""
     found = []
     if N_needed > d.N:
         found.append(f"N = {d.N} turns are fewer than the {N_needed:.2f} that B_g needs")

@@ -28,7 +28,7 @@ def reading(  # noqa: PLR0913 - one keyword a field of the reading
     Parameters
     ----------
     quantity : str
-        What it is, with its symbol.
+        Name and symbol.
     value : float or None
         In `unit`.
     unit : str
@@ -38,7 +38,7 @@ def reading(  # noqa: PLR0913 - one keyword a field of the reading
     equation : str, optional
         Number in the paper; without one nothing counts as printed.
     remark : str, optional
-        What a reader has to know.
+        Remark.
     """
     return Reading(
         quantity=quantity,
@@ -53,7 +53,7 @@ def reading(  # noqa: PLR0913 - one keyword a field of the reading
 
 
 def specified_power(c: Choices) -> Reading:
-    """Return the power that the specification asks of one axis, eq. (1)."""
+    """Return the specified power of one axis, eq. (1)."""
     return reading(
         "power of one axis P_max",
         eq.power(f=c.f_max, v=c.v_max),

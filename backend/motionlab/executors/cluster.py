@@ -1,8 +1,9 @@
 """Tasks on a Dask cluster.
 
 A task's key is a hash of its content, so no result counts twice; what a lost worker held is
-computed again. Whoever reaches a scheduler's port runs code on all its workers, for Dask unpickles
-what it receives: other machines are reached through TLS with certificates of both sides only.
+computed again. Access to a scheduler's port allows running code on all its workers, since Dask
+unpickles what it receives: other machines are reached only through TLS with certificates of both
+sides.
 """
 
 from __future__ import annotations
@@ -51,7 +52,7 @@ class Cluster(Pool):
 
     @functools.cached_property
     def _client(self) -> Any:
-        """The connection; what it waits for are scheduler and one worker."""
+        """The connection; waits for the scheduler and one worker."""
         from distributed import Client, Security  # noqa: PLC0415 - an extra
 
         security = Security(require_encryption=True) if self._address.startswith("tls:") else None
@@ -114,14 +115,14 @@ class Cluster(Pool):
             future.release()
 
     def close(self) -> None:
-        """Close the connection, where there is one; the scheduler forgets what was asked."""
+        """Close the connection, if any; the scheduler drops its tasks."""
         client = vars(self).get("_client")
         if client is not None:
             client.close()
 
 
 def carry_out(content: bytes, expected: Code) -> Any:
-    """Carry out a task in a worker, if that runs the code that is expected.
+    """Carry out a task in a worker that runs the expected code.
 
     Raises
     ------

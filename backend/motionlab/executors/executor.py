@@ -1,7 +1,7 @@
-"""Executors: they map a function over tasks and give the results in order.
+"""Executors: they map a function over tasks and return the results in order.
 
 A scheduler names one: ``threads``, ``processes``, ``processes:N``, ``tls://HOST:PORT``, or
-``tcp://127.0.0.1:PORT``. What a task gives does not depend on where it is computed.
+``tcp://127.0.0.1:PORT``. The result of a task does not depend on where it is computed.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ Progress = Callable[[float], None]
 
 
 class WorkerLost(MotionLabError):
-    """A worker that ended before its work, for want of memory as a rule."""
+    """A worker process that ended before its task, usually for lack of memory."""
 
 
 class Executor(ABC):
@@ -84,7 +84,7 @@ class Executor(ABC):
         self.close()
 
 
-class Here(Executor):
+class InProcess(Executor):
     """One task after another in this process; compiled code uses threads of its own."""
 
     threads = None
@@ -113,12 +113,12 @@ class Here(Executor):
 
 
 class Pool(Executor):
-    """Tasks submitted to workers, which answer in any order."""
+    """Tasks submitted to workers, which finish in any order."""
 
     @property
     @abstractmethod
     def workers(self) -> int:
-        """Tasks that are computed at once."""
+        """Number of tasks computed at once."""
 
     @abstractmethod
     def submit(self, function: Callable[..., Any], tasks: Sequence[Any]) -> list[Any]:
@@ -130,7 +130,7 @@ class Pool(Executor):
 
     @abstractmethod
     def abandon(self, futures: Sequence[Any]) -> None:
-        """Cancel what has not ended, and forget the rest."""
+        """Cancel unfinished tasks and drop the others."""
 
     def parts(self, count: int, most: int) -> list[slice]:
         """Return some slices for each worker, of whole blocks of lanes."""
@@ -173,7 +173,7 @@ class Pool(Executor):
             self.abandon(futures)
 
 
-HERE = Here()
+HERE = InProcess()
 _current: ContextVar[Executor] = ContextVar("executor", default=HERE)
 
 

@@ -1,7 +1,6 @@
 """Sharing a force command by any law, on an analytic map or on a table.
 
-A law says which part of the commanded force each phase gives; the map says which current that
-takes. Laws:
+A law sets the part of the commanded force for each phase; the map gives the current for it. Laws:
 
 least-norm
     ``F_k = abs(f) c_k**2 / sum c_j**2`` with c_k what phase k can give at its current limit, as
@@ -27,7 +26,7 @@ from motionlab.force_sharing.least_norm import Share, share_force
 from motionlab.lanes import Lanes, compiled, load_four, select, square_root
 from motionlab.lanes.functions import clip, sine_cosine
 from motionlab.plant.magnetics import (
-    ForceMap,
+    AnalyticMap,
     Phases,
     current_for,
     force_fraction,
@@ -38,7 +37,7 @@ from motionlab.plant.table_map import MotorMap, cell, phase_thrust, phase_turns
 Array = NDArray[np.float64]
 
 LEAST_NORM, FORCE_PER_AMPERE, SINE, CUBIC = 0.0, 1.0, 2.0, 3.0
-"""Values of Sharing.law."""
+"""Values of SharingFunction.law."""
 
 INVERSE_POSITIONS, INVERSE_LEVELS = 288, 64
 """Cells of the inverse of a table: along a pole pitch, and along sqrt(thrust/largest thrust)."""
@@ -49,7 +48,7 @@ SHARE_POSITIONS, SHARE_LEVELS = 240, 32
 _TINY = 1e-30
 
 
-class Sharing(NamedTuple):
+class SharingFunction(NamedTuple):
     """Law of each lane, and where its tables lie among all tables."""
 
     law: Lanes
@@ -60,10 +59,10 @@ class Sharing(NamedTuple):
 
 
 class ForceModel(NamedTuple):
-    """How a controller turns a force into currents: the map it believes in and its law."""
+    """A controller's commutation: its model of the force map and its sharing function."""
 
     map: MotorMap
-    sharing: Sharing
+    sharing: SharingFunction
 
 
 class _Phase(NamedTuple):
@@ -97,7 +96,7 @@ def share_by_law(model: ForceModel, tables: Array | None, position: Lanes, force
     f_a = clip(wanted * part.a, 0.0, a.most)
     f_b = clip(wanted * part.b, 0.0, b.most)
     f_c = clip(wanted * part.c, 0.0, c.most)
-    # What a phase at its limit leaves, the others give as far as they can.
+    # The others make up for a phase at its limit, as far as they can.
     left = wanted - (f_a + f_b + f_c)
     room = (a.most - f_a) + (b.most - f_b) + (c.most - f_c)
     passed = clip(left / select(room > _TINY, room, _TINY), 0.0, 1.0)
@@ -164,13 +163,15 @@ def _shares(
 
 
 @compiled
-def _by_law(sharing: Sharing, classical: Lanes, least_loss: Lanes, least_norm: Lanes) -> Lanes:
+def _by_law(
+    sharing: SharingFunction, classical: Lanes, least_loss: Lanes, least_norm: Lanes
+) -> Lanes:
     other = select(sharing.law == FORCE_PER_AMPERE, least_loss, least_norm)
     return select(sharing.law > FORCE_PER_AMPERE, classical, other)
 
 
 @compiled
-def _least_loss(force_map: ForceMap, a: Lanes, b: Lanes, c: Lanes, wanted: Lanes) -> Phases:
+def _least_loss(force_map: AnalyticMap, a: Lanes, b: Lanes, c: Lanes, wanted: Lanes) -> Phases:
     """Return the forces of least copper loss on the analytic map, up to a common factor.
 
     With ``F = G (1 - 1/(1 + B q)) x``, ``G = F_pk (1 + B)/B``, the loss sum q is least where
@@ -194,7 +195,7 @@ def _least_loss(force_map: ForceMap, a: Lanes, b: Lanes, c: Lanes, wanted: Lanes
 
 
 @compiled
-def _classical(sharing: Sharing, turns: Lanes, forward: Lanes) -> Lanes:
+def _classical(sharing: SharingFunction, turns: Lanes, forward: Lanes) -> Lanes:
     """Return the share of a phase by a sharing function; the three sum to 1."""
     place = select(forward, turns, 1.0 - turns)
     per = 1.0 / sharing.overlap
@@ -209,7 +210,9 @@ def _classical(sharing: Sharing, turns: Lanes, forward: Lanes) -> Lanes:
 
 
 @compiled
-def _tabled(sharing: Sharing, tables: Array, turns: Lanes, level: Lanes, forward: Lanes) -> Lanes:
+def _tabled(
+    sharing: SharingFunction, tables: Array, turns: Lanes, level: Lanes, forward: Lanes
+) -> Lanes:
     """Return the share of a phase of least copper loss, between its nodes."""
     column, u = cell(turns * SHARE_POSITIONS, SHARE_POSITIONS)
     row, w = cell(level, SHARE_LEVELS)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from motionlab.lanes import Lanes, Mask, compiled, select
 from motionlab.lanes.functions import clip
-from motionlab.plant.magnetics import ForceMap, Phases, current_for, force_fraction, thrust_shape
+from motionlab.plant.magnetics import AnalyticMap, Phases, current_for, force_fraction, thrust_shape
 
 
 class Share(NamedTuple):
@@ -18,7 +18,9 @@ class Share(NamedTuple):
 
 
 @compiled
-def share_force(force_map: ForceMap, current_limit: Lanes, position: Lanes, force: Lanes) -> Share:
+def share_force(
+    force_map: AnalyticMap, current_limit: Lanes, position: Lanes, force: Lanes
+) -> Share:
     """Share `force`, N, at the measured `position`, m, among the phases of that direction.
 
     With ``x_k = max(0, sgn(f) S(theta_k))`` each phase gives ``F_k = abs(f) x_k / sum x_j**2``, so

@@ -8,10 +8,10 @@ import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from motionlab.force_sharing.functions import LEAST_NORM, ForceModel, Sharing, share_by_law
+from motionlab.force_sharing.functions import LEAST_NORM, ForceModel, SharingFunction, share_by_law
 from motionlab.lanes import WIDTH, Lanes, compiled, pack, select, unpack
 from motionlab.lanes.bank import TABLES
-from motionlab.plant.magnetics import ForceMap, Phases
+from motionlab.plant.magnetics import AnalyticMap, Phases
 from motionlab.plant.table_map import MotorMap, TableMap, normal_force_of, thrust_of
 
 Array = NDArray[np.float64]
@@ -22,7 +22,7 @@ class Shared(NamedTuple):
 
     current: Array  # current commands, A, shape (3, n)
     force: Array  # force that they give on the controller's map, N, shape (n,)
-    limited: NDArray[np.bool_]  # the current limit keeps the force from what was asked, shape (n,)
+    limited: NDArray[np.bool_]  # the current limit reduces the force, shape (n,)
 
 
 class Forces(NamedTuple):
@@ -57,7 +57,7 @@ class _Sum(NamedTuple):
     normal: Lanes
 
 
-_MAP, _TABLE = len(ForceMap._fields), len(TableMap._fields)
+_MAP, _TABLE = len(AnalyticMap._fields), len(TableMap._fields)
 
 
 def share_over(model: ForceModel, *, position: ArrayLike, force: ArrayLike) -> Shared:
@@ -75,7 +75,7 @@ def share_over(model: ForceModel, *, position: ArrayLike, force: ArrayLike) -> S
     Returns
     -------
     Shared
-        To the last bit what the kernel commands where it stands at that position.
+        Bit-identical to the kernel's commands at these positions.
     """
     place, wanted = np.broadcast_arrays(np.asarray(position, dtype=float), force)
     asked = _blocks(place, wanted)
@@ -125,12 +125,12 @@ def _columns(blocks: Array, count: int) -> Array:
 
 @compiled
 def _map(rows: Array) -> MotorMap:
-    return MotorMap(unpack(ForceMap, rows, 0), unpack(TableMap, rows, _MAP))
+    return MotorMap(unpack(AnalyticMap, rows, 0), unpack(TableMap, rows, _MAP))
 
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
 def _share(rows: Array, asked: Array, answers: Array, tables: Array | None) -> None:
-    model = ForceModel(_map(rows), unpack(Sharing, rows, _MAP + _TABLE))
+    model = ForceModel(_map(rows), unpack(SharingFunction, rows, _MAP + _TABLE))
     for k in range(asked.shape[0]):
         q = unpack(_Asked, asked[k], 0)
         share = share_by_law(model, tables, q.position, q.force)

@@ -74,9 +74,9 @@ def share_over_pitch(
     Parameters
     ----------
     controller : ForceModel
-        Which currents it commands.
+        Determines the currents.
     plant : MotorMap
-        What they give.
+        Determines the forces.
     force : float
         Command, N.
     points : int
@@ -99,9 +99,9 @@ def share_over_pitch(
 
 
 def reachable_over(controller: ForceModel, *, position: Array, forward: bool) -> Array:
-    """Return the largest command that the current limit leaves whole, at each position, N.
+    """Return the largest command that the current limit does not reduce, at each position, N.
 
-    Up to it a command is carried out; beyond it the law gives less than it is asked.
+    Beyond it the force is smaller than the command.
     """
     sign = 1.0 if forward else -1.0
 

@@ -24,7 +24,7 @@ _NO_THRUST = 1e-6
 """Share of the largest thrust below which a position counts as one without thrust."""
 _SPLITS = 65
 _NO_FORCE = 1e-12
-"""In place of the force where a map lets no phase pull the way that is asked, N."""
+"""In place of the force where no phase pulls in the commanded direction, N."""
 
 _LEAST_LEVEL = 1e-3
 
@@ -54,8 +54,8 @@ def inverse_cells(thrust: Thrust, i_max: float) -> Array:
 def share_cells(thrust: Thrust, i_max: float) -> Array:
     """Return the share of a phase in a force that is given with least copper loss.
 
-    At each position the two phases that pull most the way that is asked share the force; the third
-    gives none, as it cannot in a motor whose teeth are symmetric.
+    At each position the two phases that pull most in the commanded direction share the force; the
+    third gives none, as it cannot in a motor whose teeth are symmetric.
 
     Parameters
     ----------

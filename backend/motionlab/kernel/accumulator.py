@@ -1,8 +1,8 @@
 """Accumulated sums behind the metrics, tick by tick, for one run and for batches.
 
-Extremes and sums of the channels that metrics use. A run that has recorded every channel and a
-batch that keeps none gather them by the same compiled loop, in the same order and precision, so
-that their metrics agree to the last bit.
+Extremes and sums of the channels that metrics use. Runs, which record every channel, and batches,
+which record none, use the same compiled loop in the same order and precision, so that their metrics
+agree to the last bit.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ from motionlab.lanes import (
 Array = NDArray[np.float64]
 
 
-class Measured(NamedTuple):
-    """The recorded channels that metrics are made of."""
+class MeasuredChannels(NamedTuple):
+    """The recorded channels that enter the metrics."""
 
     following_error: Lanes
     position: Lanes
@@ -65,7 +65,7 @@ class Tally(NamedTuple):
     saturated: Lanes  # ticks
 
 
-MEASURED_ROWS = len(Measured._fields)
+MEASURED_ROWS = len(MeasuredChannels._fields)
 TALLY_ROWS = len(Tally._fields)
 
 
@@ -83,7 +83,7 @@ def _larger(x: Lanes, y: Lanes) -> Lanes:
 
 
 @compiled
-def _one_more(tally: Tally, at: Measured, target: Target, time: float) -> Tally:
+def _one_more(tally: Tally, at: MeasuredChannels, target: Target, time: float) -> Tally:
     """Return a tally with one more tick, `time` seconds after the start of its window."""
     e = at.following_error
     size = abs(e)
@@ -112,7 +112,7 @@ def add_ticks(
     """Add consecutive ticks of as many lanes as `width` has to their tally; see `count_ticks`."""
     total = unpack(Tally, tally, 0, width)
     for k in range(samples.shape[0]):
-        at = recorded(Measured, samples, k, width)
+        at = recorded(MeasuredChannels, samples, k, width)
         time = (first + k) * CONTROL_PERIOD
         total = _one_more(total, at, axes_at(Target, target, k, width), time)
     pack(total, tally)
@@ -125,7 +125,7 @@ def count_ticks(samples: NDArray[np.float32], target: Array, first: int, tally: 
     Parameters
     ----------
     samples : ndarray of float32, shape (ticks, MEASURED_ROWS, WIDTH)
-        Fields of `Measured`.
+        Fields of `MeasuredChannels`.
     target : ndarray, shape (ticks, 1, 2)
         Position reference of x, for even lanes, and of y, for odd ones.
     first : int

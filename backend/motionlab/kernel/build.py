@@ -65,7 +65,7 @@ _CANUDAS_DE_WIT_GAIN = 300.0  # 1/s
 _BRISTLE_LIMIT = 1.2  # of F_s/sigma_0
 _POSITIONS_PER_PITCH = 361
 _SURE = 0.99
-"""What the thrust may be less between these positions than at them, as a share."""
+"""Share by which the thrust between these positions may fall below that at them."""
 
 
 def lane_parameters(scenario: Scenario) -> NDArray[np.float64]:

@@ -12,7 +12,7 @@ from motionlab.config.controller import SharingConfig, SharingLaw
 from motionlab.config.force_map import AnyForceMapConfig, ForceMapConfig, TableMapConfig
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
-from motionlab.design.fem.force_map import ForceMap as Map
+from motionlab.design.fem.force_map import ForceMap
 from motionlab.errors import ConfigError, FieldError
 from motionlab.force_sharing.functions import (
     CUBIC,
@@ -20,20 +20,20 @@ from motionlab.force_sharing.functions import (
     LEAST_NORM,
     SINE,
     ForceModel,
-    Sharing,
+    SharingFunction,
 )
 from motionlab.force_sharing.pole_pitch import Shared, forces_over, share_over
 from motionlab.force_sharing.tables import inverse_cells, share_cells
 from motionlab.kernel.layout import Parameters
 from motionlab.lanes.bank import TABLES
-from motionlab.plant.magnetics import ForceMap
+from motionlab.plant.magnetics import AnalyticMap
 from motionlab.plant.table_map import ANALYTIC, MotorMap, TableMap, normal_cells, thrust_cells
 from motionlab.store.maps import named_map
 
 Array = NDArray[np.float64]
 
 _GAIN_AT = 0.5
-"""Least force at which the loop's gain is taken, N: at none, currents of offsets alone decide."""
+"""Least force at which the loop's gain is taken, N: at zero force, offset currents dominate."""
 _GAIN_STEP = 0.1
 """Half of the difference by which the gain is taken, as a share of the force."""
 _BEYOND = 1e9
@@ -62,11 +62,13 @@ def map_lanes(config: AnyForceMapConfig) -> MotorMap:
     """
     match config:
         case ForceMapConfig():
-            return MotorMap(ForceMap(**config.model_dump(exclude={"kind"})), ANALYTIC)
+            return MotorMap(AnalyticMap(**config.model_dump(exclude={"kind"})), ANALYTIC)
         case TableMapConfig():
             found = named_map(config.name)
-            # The formula beside a table is computed and forgotten: any numbers without a 0/0 do.
-            formula = ForceMap(found.tau, config.offset, 1.0, 0.0, found.i_max, found.i_max, 0, 0)
+            # The formula beside a table is computed but not used: any numbers without a 0/0 do.
+            formula = AnalyticMap(
+                found.tau, config.offset, 1.0, 0.0, found.i_max, found.i_max, 0, 0
+            )
             return MotorMap(formula, _table(found, config.gain))
 
 
@@ -81,7 +83,7 @@ def force_model(
         If no map of that name is there, or it cannot be read.
     """
     law = law_number(sharing.law)
-    closed = Sharing(law, sharing.overlap, -1.0, -1.0, current_limit)
+    closed = SharingFunction(law, sharing.overlap, -1.0, -1.0, current_limit)
     model = ForceModel(map_lanes(config), closed)
     if isinstance(config, ForceMapConfig):
         return model
@@ -148,15 +150,15 @@ def force_gain(par: Parameters, force: float) -> float:
 
     ``(T(f + d) - T(f - d))/(2 d)`` with T the mean over a pole pitch of the thrust that a command
     settles at, through sharing, amplifiers and the plant's map; the mean of both directions. Of two
-    analytic maps of one knee, with amplifiers that do as told, it does not depend on f.
+    analytic maps of one knee, with ideal amplifiers, it does not depend on f.
 
     Parameters
     ----------
     par : Parameters
         Of one lane, plain numbers.
     force : float
-        Magnitude of the command about which the loop moves, N; at most half of what the controller
-        reaches is taken, for limits have no place in a linear loop.
+        Magnitude of the command about which the loop moves, N; at most half of the controller's
+        largest force is used, since a linear loop has no limits.
     """
     pitch = np.linspace(0.0, par.force_map.formula.tau, _GAIN_POSITIONS, endpoint=False)
 
@@ -197,7 +199,8 @@ def maps_of(scenario: Scenario) -> dict[str, dict[str, Any]]:
 def map_digests(epochs: Iterable[tuple[int, Scenario]]) -> tuple[str, ...]:
     """Return the hashes of the tables that some scenarios use, in their order.
 
-    A map's file may change under its name: what is remembered of a scenario holds for these alone.
+    A map's file may change under its name: cached results of a scenario are valid for these hashes
+    only.
 
     Raises
     ------
@@ -223,7 +226,7 @@ def _tables(scenario: Scenario) -> Iterator[tuple[str, TableMapConfig]]:
                 yield f"variants.{name}.controller.model.{axis}.force_map", config
 
 
-def _table(found: Map, gain: float) -> TableMap:
+def _table(found: ForceMap, gain: float) -> TableMap:
     positions, currents = len(found.document.positions) - 1, len(found.document.currents) - 1
     dx, di = found.tau / positions, found.i_max / currents
     digest = found.digest

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from motionlab.control.compensation import Compensation
 from motionlab.control.notch import Notch
 from motionlab.control.position import PositionController
-from motionlab.force_sharing.functions import LEAST_NORM, ForceModel, Sharing
+from motionlab.force_sharing.functions import LEAST_NORM, ForceModel, SharingFunction
 from motionlab.lanes import Lanes, compiled, pack, unpack
 from motionlab.plant.current import Amplifiers
 from motionlab.plant.encoder import Encoder
 from motionlab.plant.friction import LuGre
-from motionlab.plant.magnetics import ForceMap
+from motionlab.plant.magnetics import AnalyticMap
 from motionlab.plant.mechanics import Mechanics
 from motionlab.plant.resonance import Resonance
 from motionlab.plant.table_map import MotorMap, TableMap
@@ -49,7 +49,7 @@ class PlantState(NamedTuple):
     i_c: Lanes
 
 
-class Memory(NamedTuple):
+class ControllerState(NamedTuple):
     """State of the controller, its commands apart."""
 
     p_last: Lanes  # last measured position, m
@@ -58,7 +58,7 @@ class Memory(NamedTuple):
     z_hat: Lanes  # bristle estimate, m
     residual: Lanes  # filtered force balance, N
     d: Lanes  # disturbance estimate, N
-    n_1: Lanes  # the notch's memory, N
+    n_1: Lanes  # state of the notch filter, N
     n_2: Lanes
 
 
@@ -75,10 +75,10 @@ class Command(NamedTuple):
 
 
 class State(NamedTuple):
-    """Everything a lane remembers from one tick to the next."""
+    """State of a lane between ticks."""
 
     plant: PlantState
-    memory: Memory
+    memory: ControllerState
     acting: Command
     pending: Command  # computed but not yet in effect
     age: Lanes  # ticks since the start
@@ -97,7 +97,7 @@ class Limits(NamedTuple):
 
 
 class Parameters(NamedTuple):
-    """The parameter groups of a lane; the plant's truth and the controller's model are apart."""
+    """The parameter groups of a lane; plant and controller's model are separate."""
 
     friction: LuGre
     force_map: MotorMap
@@ -164,7 +164,7 @@ def read_state(state: NDArray[np.float64], width: Lanes) -> State:
     clock = unpack(_Clock, state, _CLOCK, width)
     return State(
         unpack(PlantState, state, 0, width),
-        unpack(Memory, state, _MEMORY, width),
+        unpack(ControllerState, state, _MEMORY, width),
         unpack(Command, state, _ACTING, width),
         unpack(Command, state, _PENDING, width),
         clock.age,
@@ -216,7 +216,7 @@ def groups(parameters: NDArray[np.float64], width: Lanes) -> Parameters:
     return Parameters(
         unpack(LuGre, parameters, _FRICTION, width),
         MotorMap(
-            unpack(ForceMap, parameters, _FORMULA, width),
+            unpack(AnalyticMap, parameters, _FORMULA, width),
             unpack(TableMap, parameters, _TABLE, width),
         ),
         unpack(Amplifiers, parameters, _AMPLIFIERS, width),
@@ -229,10 +229,10 @@ def groups(parameters: NDArray[np.float64], width: Lanes) -> Parameters:
         unpack(LuGre, parameters, _MODEL_FRICTION, width),
         ForceModel(
             MotorMap(
-                unpack(ForceMap, parameters, _MODEL_FORMULA, width),
+                unpack(AnalyticMap, parameters, _MODEL_FORMULA, width),
                 unpack(TableMap, parameters, _MODEL_TABLE, width),
             ),
-            unpack(Sharing, parameters, _SHARING, width),
+            unpack(SharingFunction, parameters, _SHARING, width),
         ),
         unpack(Limits, parameters, _LIMITS, width),
     )

@@ -8,7 +8,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.kernel.accumulator import MEASURED_ROWS, Measured, add_ticks
+from motionlab.kernel.accumulator import MEASURED_ROWS, MeasuredChannels, add_ticks
 from motionlab.kernel.layout import (
     Inputs,
     PlantState,
@@ -40,12 +40,12 @@ CHUNK = 256
 """Ticks whose samples are kept at once: they stay in the processor's cache."""
 
 _FAILED = state_row("failed")
-_ERROR = Measured._fields.index("following_error")
+_ERROR = MeasuredChannels._fields.index("following_error")
 
 
 @compiled
-def _measured(sample: Sample) -> Measured:
-    return Measured(
+def _measured(sample: Sample) -> MeasuredChannels:
+    return MeasuredChannels(
         following_error=sample.following_error,
         position=sample.position,
         velocity=sample.velocity,
@@ -68,7 +68,7 @@ class Block(NamedTuple):
     state: Array  # (STATE_ROWS, lanes); overwritten by the state at the end
 
 
-class Window(NamedTuple):
+class ScoreWindow(NamedTuple):
     """Recorded part of the lanes' motion."""
 
     target: Array  # position reference over the window, m, (ticks, 1, 2)
@@ -78,7 +78,9 @@ class Window(NamedTuple):
 
 
 @compiled
-def _score(width: Lanes, block: Block, inputs: Array, window: Window, tables: Array | None) -> None:
+def _score(
+    width: Lanes, block: Block, inputs: Array, window: ScoreWindow, tables: Array | None
+) -> None:
     """Advance as many lanes as `width` has; see `score_ticks`."""
     state, (target, before, tally, errors) = block.state, window
     par = groups(block.parameters, width)
@@ -109,16 +111,16 @@ def _score(width: Lanes, block: Block, inputs: Array, window: Window, tables: Ar
 
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
-def _score_narrow(block: Block, inputs: Array, window: Window, tables: Array | None) -> None:
+def _score_narrow(block: Block, inputs: Array, window: ScoreWindow, tables: Array | None) -> None:
     _score(unpack(PlantState, block.state, 0, WIDTH).p, block, inputs, window, tables)
 
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
-def _score_wide(block: Block, inputs: Array, window: Window, tables: Array | None) -> None:
+def _score_wide(block: Block, inputs: Array, window: ScoreWindow, tables: Array | None) -> None:
     _score(unpack(PlantState, block.state, 0, WIDE).p, block, inputs, window, tables)
 
 
-def score_ticks(block: Block, inputs: Array, window: Window) -> None:
+def score_ticks(block: Block, inputs: Array, window: ScoreWindow) -> None:
     """Advance eight or sixteen lanes by ``len(inputs)`` control periods and tally a window.
 
     Ends early once every lane has diverged. As in `motionlab.kernel.tick.run_ticks` lanes
@@ -130,7 +132,7 @@ def score_ticks(block: Block, inputs: Array, window: Window) -> None:
         The lanes.
     inputs : ndarray, shape (ticks, INPUT_ROWS, 2)
         As `run_ticks` takes them.
-    window : Window
+    window : ScoreWindow
         What to keep.
     """
     parameters, state = block

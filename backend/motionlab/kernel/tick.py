@@ -1,7 +1,7 @@
 """The compiled kernel: one control period, for eight lanes side by side.
 
-A period has two halves: `control`, which knows no machine, and `move`, the machine under the
-command that is in effect.
+A period has two halves: `control`, without access to the machine, and `move`, the machine under the
+command in effect.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from motionlab.control.position import Last, disturbance_estimate, estimate_moti
 from motionlab.force_sharing.functions import share_by_law
 from motionlab.kernel.layout import (
     Command,
+    ControllerState,
     Inputs,
-    Memory,
     Parameters,
     PlantState,
     State,
@@ -60,7 +60,7 @@ from motionlab.telemetry.channels import Sample
 H = PLANT_STEP
 
 
-class _Measured(NamedTuple):
+class _EncoderSample(NamedTuple):
     p: Lanes
 
 
@@ -82,8 +82,8 @@ def control(
     at: Inputs,
     p_meas: Lanes,
     tables: NDArray[np.float64] | None,
-) -> tuple[Memory, Command, Signals]:
-    """Return the controller's half of a period: its next memory, and the command it makes.
+) -> tuple[ControllerState, Command, Signals]:
+    """Return the controller's half of a period: its next state and its command.
 
     It reads the reference and the encoder, never the machine: of `s` the memory, the command in
     effect and the age, of `par` the controller's groups.
@@ -122,7 +122,7 @@ def control(
     realised = select(controller.ideal_force > 0.0, f_command, share.force)
     i = share.current
     return (
-        Memory(p_meas, motion.v, motion.error, estimate.z, residual, d, n_1, n_2),
+        ControllerState(p_meas, motion.v, motion.error, estimate.z, residual, d, n_1, n_2),
         Command(realised, estimate.force, added, K, i.a, i.b, i.c),
         Signals(motion.error, motion.v, u, d, f_command, share.limited),
     )
@@ -253,7 +253,7 @@ def control_once(
     par = groups(parameters, width)
     s = read_state(state, width)
     mode = flush_subnormals()
-    measured = unpack(_Measured, p_meas, 0, width).p
+    measured = unpack(_EncoderSample, p_meas, 0, width).p
     memory, made, _ = control(par, s, axes_at(Inputs, inputs, 0), measured, None)
     acting = in_effect(par, s.pending, made)
     restore_mode(mode)

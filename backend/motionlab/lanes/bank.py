@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 NUMBERS_MOST = 2**26
 """Room for tables in a process, numbers: half a gigabyte, several hundred force maps."""
 
-_FIRST = 64  # zeros, which lanes without a table read and forget
+_FIRST = 64  # zeros, read and discarded by lanes without a table
 _ROOM = 2**17
 
 
@@ -44,11 +44,11 @@ class _Table:
 
 
 class Bank:
-    """Tables by key, each at a place that does not change while anything holds it.
+    """Tables by key, each at an offset that does not change while a lease holds it.
 
-    What `values` returned goes on to hold what it held: a kernel may run while tables are added.
-    Without room for another table, those go that no lease holds, the least recently used first. A
-    table that was placed outside of any lease stays.
+    Arrays returned by `values` stay valid: a kernel may run while tables are added. Tables without
+    a lease are evicted to make room, the least recently used first. A table placed outside any
+    lease stays.
     """
 
     def __init__(self, numbers_most: int = NUMBERS_MOST) -> None:
@@ -68,7 +68,7 @@ class Bank:
     def lease(self) -> Iterator[Lease]:
         """Attach tables placed in this thread to a lease until the block ends.
 
-        Who uses the places for longer keeps the lease.
+        For longer use, keep the lease.
         """
         held: set[Hashable] = set()
         lease = Lease(held)
@@ -90,7 +90,7 @@ class Bank:
         with self._lock:
             if key in self._tables:
                 return self._hold(key)
-        table = make().ravel()  # meanwhile others find theirs
+        table = make().ravel()  # other threads may look up tables meanwhile
         with self._lock:
             if key not in self._tables:
                 self._add(key, table)
@@ -123,7 +123,7 @@ class Bank:
         self._tables[key] = _Table(first, table.size)
 
     def _room(self, size: int) -> int:
-        """Return where so many numbers fit, with as few tables gone as that takes."""
+        """Return an offset with room for so many numbers, evicting as few tables as possible."""
         while (first := self._gap(size)) is None:
             free = (k for k, t in self._tables.items() if t.holders == 0 and not t.pinned)
             oldest = next(free, None)

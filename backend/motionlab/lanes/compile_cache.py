@@ -48,11 +48,11 @@ def model_hash() -> str:
 
 
 def use_cache() -> None:
-    """Tell numba to keep compiled code under NUMBA_CACHE_DIR, the package, or the user's cache.
+    """Have numba keep compiled code under NUMBA_CACHE_DIR, the package, or the user's cache.
 
     Where none can be written it goes to a private folder that is removed at exit, never to a shared
-    one: numba unpickles what it finds, so another user's file would run as code. A file that is
-    damaged is compiled anew, and what cannot be written is done without.
+    one: numba unpickles what it finds, so another user's file would run as code. Damaged files are
+    compiled anew; failures to write are ignored.
     """
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     user = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
@@ -72,7 +72,7 @@ def cache_folder() -> Path:
 
 
 class _CacheFile(caching.IndexDataCacheFile):
-    """Index and data of one function; numba's own ends the program over a damaged one."""
+    """Index and data of one function; numba's own class raises on damaged files."""
 
     def load(self, key: Any) -> Any:
         """Return the cached entry of a key, or None if unreadable."""

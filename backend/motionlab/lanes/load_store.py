@@ -69,7 +69,7 @@ def _register_reader(function: Any) -> None:
             if width and isinstance(width[0], LanesType):
                 lanes = width[0]
             elif width and not isinstance(width[0], types.IntegerLiteral):
-                return None  # numba comes again with the constant
+                return None  # numba calls again with the constant
             elif width:
                 lanes = LanesType(width[0].literal_value)
             cls = record.instance_class

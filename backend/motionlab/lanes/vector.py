@@ -3,7 +3,7 @@
 A *lane* is one axis of one controller of one run. The model is written once, as if for a single
 lane, with ``+ - * /``, comparisons, and the few functions below; where it branches it selects.
 Compiled by numba a value is one LLVM vector ``<8 x double>``, so that the vector unit is used by
-construction and a lane's bits cannot depend on what its neighbours do. With
+construction and a lane's bits cannot depend on its neighbours. With
 ``NUMBA_DISABLE_JIT=1`` the same code runs on numpy arrays of shape (8,), which is how the tests
 check one against the other. Batches use sixteen lanes, two such vectors side by side: twice the
 lanes wait for the same chain of operations, and each vector's code, so each lane's bits, stays
@@ -133,7 +133,7 @@ def i32(value: int) -> Any:
 
 
 def _register_operator(op: Any, emit: Any, *, result: Any, arity: int = 2) -> None:
-    """Teach numba that `op` works lane by lane, with scalars repeated."""
+    """Register `op` with numba as lane-wise, with scalars repeated."""
 
     @infer_global(op)  # pyright: ignore[reportOptionalCall]
     class _Operator(AbstractTemplate):

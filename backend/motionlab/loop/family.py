@@ -1,4 +1,4 @@
-"""The loops of one axis over its gains: stability, margins and the edge, without a simulation.
+"""The loops of one axis over its gains: stability, its boundary, margins, without a simulation.
 
 In the force ``u = k_p e + k_d de/dt`` the gains are factors, and everything else of the controller
 is linear: the open loop and the closed loop's matrix are affine in k_p and k_d. Three
@@ -36,8 +36,8 @@ SPEEDS = tuple(np.geomspace(SLOWEST, SLIDING, 11).tolist())
 friction falls with velocity. That costs margin, most of all about the Stribeck velocity itself."""
 
 
-class Worst(NamedTuple):
-    """The worst that a margin is over the sliding velocities, and where."""
+class VelocityMargin(NamedTuple):
+    """Worst value of a margin over the sliding velocities, and the velocity."""
 
     value: float
     velocity: float  # m/s
@@ -48,17 +48,17 @@ class Figures(NamedTuple):
 
     Attributes
     ----------
-    gain_margin : Worst
-        Smallest factor, up or down, by which the gain may change to the edge.
-    phase_margin : Worst
+    gain_margin : VelocityMargin
+        Smallest factor, up or down, by which the gain may change up to the stability boundary.
+    phase_margin : VelocityMargin
         rad.
-    Ms : Worst
+    Ms : VelocityMargin
         Largest abs(1/(1 + L)).
     """
 
-    gain_margin: Worst
-    phase_margin: Worst
-    Ms: Worst
+    gain_margin: VelocityMargin
+    phase_margin: VelocityMargin
+    Ms: VelocityMargin
 
 
 @dataclass(frozen=True)
@@ -176,27 +176,27 @@ class LoopFamily:
             Ms=least._replace(value=1.0 / max(least.value, _TINY)),
         )
 
-    def _least(self, values: Array) -> Worst:
+    def _least(self, values: Array) -> VelocityMargin:
         """Return the least of some values over the velocities, on the parabola through it."""
         k = int(values.argmin())
         value, velocity = float(values[k]), float(self.velocity[k])
         if not 0 < k < len(values) - 1 or not np.isfinite(values[k - 1 : k + 2]).all():
-            return Worst(value, velocity)
+            return VelocityMargin(value, velocity)
         slope = 0.5 * float(values[k + 1] - values[k - 1])
         bend = float(values[k + 1] + values[k - 1]) - 2.0 * value
         if bend == 0.0:
-            return Worst(value, velocity)
+            return VelocityMargin(value, velocity)
         step = math.log(self.velocity[k + 1] / velocity)
-        return Worst(
+        return VelocityMargin(
             max(value - 0.5 * slope**2 / bend, 0.0), velocity * math.exp(-step * slope / bend)
         )
 
 
 _EVERY, _CHANGE = 4, 0.12
-"""Every which frequency of the grid to begin with, and what L may change between neighbours: as it
-does in one such step where it falls by 40 dB a decade."""
+"""Initial stride over the frequency grid, and the largest change of L between neighbours: that of
+one such step at 40 dB a decade."""
 _UNIT = 1e3
-"""Gain that is large enough to tell by: N/m, and N s/m."""
+"""Gains large enough for differences: N/m, and N s/m."""
 _TINY = 1e-12
 """Numerical floor of the distance from -1."""
 

@@ -3,8 +3,8 @@
 Under stiction a sweep at rest measures the stuck machine, so the axis moves at constant velocity,
 over whole pole pitches, since the gain changes along them. Two runs at each frequency give what one
 cannot: with a sine on the reference, ``P = p/f`` from force command to position; with a sine on the
-load, ``C = -f/p`` of the feedback. The open loop is L = C P. From both a third run is taken away,
-the motion alone: where the map in control is off, its ripple lies at any frequency.
+load, ``C = -f/p`` of the feedback. The open loop is L = C P. From both a third run, the motion
+alone, is subtracted: if the controller's map is off, its ripple lies at any frequency.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _LEAST, _LEAST_CYCLES = 0.5, 8
 _PITCH_MOST = 4.0
 """Longest time for a pole pitch that a measurement is rounded up to whole pitches for, s."""
 _MODULATION = 0.1
-"""Share of the slow velocity that a sine may add to it: friction is to see small signals."""
+"""Share of the slow velocity that a sine may add to it, so that friction sees small signals."""
 _EASE = 0.2
 """Time in which the axis comes to speed, s."""
 

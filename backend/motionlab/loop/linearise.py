@@ -8,8 +8,8 @@ The plant, from force command to position, is held over a control period (zero-o
 
 with ``lambda = abs(v_0)/g(v_0)``; stuck (v_0 = 0), ``dz/dt = v``. The gain is the thrust that one
 more newton of command gives, as a mean over the pole pitch. The controller is the kernel's own
-control half, differenced. Limits, quantisation, commutation and what else changes along the pitch
-have no place in it.
+control half, differenced. Limits, quantisation, commutation and other changes along the pitch are
+left out.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ from motionlab.kernel.layout import (
     INPUT_ROWS,
     STATE_ROWS,
     Command,
+    ControllerState,
     Inputs,
-    Memory,
     Parameters,
     column,
     state_row,
@@ -53,7 +53,7 @@ _NO_FRICTION = 1e-30
 """Below this stiction there is no bristle, N."""
 SLIDING = 4.0
 """Velocity at which limits of stability are looked for, in Stribeck velocities: friction no longer
-falls with it, and nothing sticks, which would help."""
+falls with velocity, and no sticking stabilises the loop."""
 _COARSE, _FINE, _FURTHEST = 1.2, 1e-4, 1e3
 _STEP = 1e-5
 _STEP_AT_REST = 1e-10
@@ -63,7 +63,7 @@ _CREEP = 1e-3
 
 
 _REMEMBERED = (
-    *(f"memory.{name}" for name in Memory._fields if name != "e_last"),
+    *(f"memory.{name}" for name in ControllerState._fields if name != "e_last"),
     *(
         f"{when}.{name}"
         for when in ("acting", "pending")

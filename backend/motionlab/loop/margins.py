@@ -37,7 +37,7 @@ class Margins:
     gain_margin : float or None
         Smallest factor > 1 by which the gain may grow to the stability boundary.
     gain_reduction : float or None
-        Largest factor < 1 to which the gain may fall before the edge.
+        Largest factor < 1 to which the gain may fall before the stability boundary.
     Ms : float
         Largest abs(1/(1 + L)): peak of the sensitivity.
     bandwidth : float or None

@@ -20,7 +20,7 @@ _HALVINGS = 20
 def stability_edge(family: LoopFamily, k_p: Array, k_d: Array) -> list[Array]:
     """Return where the largest pole modulus of a loop is one.
 
-    The grid tells between which neighbours stability changes; between them the edge is bisected.
+    The grid locates the boundary between neighbours, where it is bisected.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def _crossed_sides(stable: NDArray[np.bool_]) -> list[Node]:
 def _bisect(
     family: LoopFamily, stable: NDArray[np.bool_], nodes: list[Node], k_p: Array, k_d: Array
 ) -> dict[Node, tuple[float, float]]:
-    """Return the place of the edge on each crossed side, all of them bisected together."""
+    """Return the boundary's point on each crossed side, all of them bisected together."""
     if not nodes:
         return {}
     i, j, along = np.array(nodes).T
@@ -65,7 +65,7 @@ def _bisect(
 
 
 def _lines(stable: NDArray[np.bool_]) -> list[list[Node]]:
-    """Return chains of crossed sides: each cell joins the sides that the edge enters it by."""
+    """Return chains of crossed sides: each cell joins the sides at which the boundary enters it."""
     joined: dict[Node, list[Node]] = defaultdict(list)
     rows, columns = stable.shape
     for i in range(rows - 1):

@@ -63,7 +63,7 @@ def sine_error(M: float, k_p: float, k_d: float, *, B: float, w: float) -> SineE
     """Return the following error of ``B sin(w t)`` in the steady state, eqs (41) and (42).
 
     The amplitude is ``M w^2 B/sqrt((M w^2 - k_p)^2 + (w k_d)^2)``. The phase as
-    printed in (42) needs the quadrant that only a two-argument arc tangent knows:
+    printed in (42) needs the quadrant, and so a two-argument arc tangent:
     ``atan2(w k_d, M w^2 - k_p)``.
 
     Parameters

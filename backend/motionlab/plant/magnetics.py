@@ -20,7 +20,7 @@ from motionlab.lanes.functions import sine_cosine
 _HALF_SQRT3 = 0.5 * math.sqrt(3.0)
 
 
-class ForceMap(NamedTuple):
+class AnalyticMap(NamedTuple):
     """Force map parameters of each lane."""
 
     tau: Lanes  # pole pitch, m
@@ -42,7 +42,7 @@ class Phases(NamedTuple):
 
 
 @compiled
-def electrical_angle(force_map: ForceMap, position: Lanes) -> tuple[Phases, Phases]:
+def electrical_angle(force_map: AnalyticMap, position: Lanes) -> tuple[Phases, Phases]:
     """Return sin and cos of theta_a, theta_b, theta_c at `position`, m."""
     s, c = sine_cosine((position + force_map.offset) * (1.0 / force_map.tau))
     sines = Phases(s, -0.5 * s - _HALF_SQRT3 * c, -0.5 * s + _HALF_SQRT3 * c)
@@ -51,7 +51,7 @@ def electrical_angle(force_map: ForceMap, position: Lanes) -> tuple[Phases, Phas
 
 
 @compiled
-def thrust_shape(force_map: ForceMap, position: Lanes) -> Phases:
+def thrust_shape(force_map: AnalyticMap, position: Lanes) -> Phases:
     """Return S(theta) of each phase at `position`, m."""
     sines, cosines = electrical_angle(force_map, position)
     s = sines.a
@@ -66,7 +66,7 @@ def thrust_shape(force_map: ForceMap, position: Lanes) -> Phases:
 
 
 @compiled
-def force_fraction(force_map: ForceMap, i: Lanes) -> Lanes:
+def force_fraction(force_map: AnalyticMap, i: Lanes) -> Lanes:
     """Return ``F(i)/F_pk`` at current `i`, A."""
     ratio = i * (1.0 / force_map.I_pk)
     knee = force_map.I_pk * (1.0 / force_map.I_knee)
@@ -76,7 +76,7 @@ def force_fraction(force_map: ForceMap, i: Lanes) -> Lanes:
 
 
 @compiled
-def current_for(force_map: ForceMap, fraction: Lanes) -> Lanes:
+def current_for(force_map: AnalyticMap, fraction: Lanes) -> Lanes:
     """Return the current, A, at which F(i) is `fraction` of F_pk: the inverse of force_fraction.
 
     ``i = I_pk sqrt(y/(1 + B (1 - y)))`` for 0 <= y <= 1.
@@ -87,7 +87,7 @@ def current_for(force_map: ForceMap, fraction: Lanes) -> Lanes:
 
 
 @compiled
-def thrust(force_map: ForceMap, position: Lanes, current: Phases) -> Lanes:
+def thrust(force_map: AnalyticMap, position: Lanes, current: Phases) -> Lanes:
     """Return the thrust of the three phases, N, at `position`, m, and `current`, A."""
     shape = thrust_shape(force_map, position)
     return force_map.F_pk * (
@@ -98,7 +98,7 @@ def thrust(force_map: ForceMap, position: Lanes, current: Phases) -> Lanes:
 
 
 @compiled
-def normal_force(force_map: ForceMap, position: Lanes, current: Phases) -> Lanes:
+def normal_force(force_map: AnalyticMap, position: Lanes, current: Phases) -> Lanes:
     """Return the normal force of the three phases, N, scaled by (1 - cos theta)/2.
 
     It vanishes at the unaligned position, where finite elements keep 29 % (2 A) to 59 % (10 A).

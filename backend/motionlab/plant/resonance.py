@@ -4,9 +4,9 @@ The thrust, acting at a part of the mover that is not the one the encoder sees, 
 
     d^2w/dt^2 + 2 zeta omega dw/dt + omega^2 w = F/M,    p_seen = p + kappa w
 
-Friction, load and end stops act at the guides, a node of the mode, and know p alone. From thrust to
-the seen position that is ``(1/s^2 + kappa/(s^2 + 2 zeta omega s + omega^2))/M``; kappa = -1 is the
-far end of two masses on a spring.
+Friction, load and end stops act at the guides, a node of the mode, and depend on p alone. From
+thrust to the seen position that is ``(1/s^2 + kappa/(s^2 + 2 zeta omega s + omega^2))/M``; kappa =
+-1 is the far end of two masses on a spring.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.lanes import Lanes, compiled, load_four, round_down, select
-from motionlab.plant.magnetics import ForceMap, Phases, normal_force, thrust
+from motionlab.plant.magnetics import AnalyticMap, Phases, normal_force, thrust
 
 Array = NDArray[np.float64]
 
@@ -39,7 +39,7 @@ class TableMap(NamedTuple):
 class MotorMap(NamedTuple):
     """The force map of each lane: a formula, and the table that may take its place."""
 
-    formula: ForceMap
+    formula: AnalyticMap
     table: TableMap
 
 
@@ -60,7 +60,7 @@ def cell(place: Lanes, cells: Lanes) -> tuple[Lanes, Lanes]:
 
 
 @compiled
-def phase_turns(force_map: ForceMap, position: Lanes) -> Phases:
+def phase_turns(force_map: AnalyticMap, position: Lanes) -> Phases:
     """Return the position of each phase in its pole pitch at `position`, m; 0 to 1."""
     turns = (position + force_map.offset) * (1.0 / force_map.tau)
     b, c = turns - 1.0 / 3.0, turns - 2.0 / 3.0

@@ -35,8 +35,8 @@ AxisComparison = _metrics(
 )
 
 
-class Divergence(_Document):
-    """Where and how a variant ended before its time."""
+class DivergenceRecord(_Document):
+    """Where and how a variant diverged."""
 
     time: float = Field(description="First instant not to be trusted, s")
     channel: str = Field(description="Axis and channel that failed")
@@ -64,7 +64,7 @@ class VariantResult(VariantMetrics):
     label: str
     law: str
     enabled: bool = Field(description="Whether its compensation was on at the end of the window")
-    diverged: Divergence | None
+    diverged: DivergenceRecord | None
     notes: list[str]
 
 
@@ -75,7 +75,7 @@ class Window(_Document):
     end: float = Field(description="s")
 
 
-class Segment(_Document):
+class WindowMetrics(_Document):
     """Metrics of every variant over one window."""
 
     window: Window
@@ -83,7 +83,7 @@ class Segment(_Document):
     comparison: dict[str, AxisComparison]  # pyright: ignore[reportInvalidTypeForm]
 
 
-class ResultDocument(Segment):
+class ResultDocument(WindowMetrics):
     """Result of a run, as printed by ``motionlab run --json``."""
 
     scenario: str
@@ -93,5 +93,5 @@ class ResultDocument(Segment):
     version: str
     model: str = Field(description="Hash of the model's sources")
     maps: dict[str, MapRecord] = Field(description="Tables that stood in for analytic force maps")
-    segments: list[Segment] = Field(description="One for each interval between switches")
+    segments: list[WindowMetrics] = Field(description="One for each interval between switches")
     run: str | None = Field(default=None, description="Identifier of the run, where it was kept")

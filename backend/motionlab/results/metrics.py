@@ -12,7 +12,7 @@ from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.kernel.accumulator import (
     MEASURED_ROWS,
-    Measured,
+    MeasuredChannels,
     count_ticks,
     new_tally,
     tally_metrics,
@@ -234,7 +234,7 @@ def hold_metrics(
 def _tally(record: VariantRecord, target: Array) -> Array:
     """Return the tally of a record's two axes, shape (TALLY_ROWS, 2)."""
     samples = np.zeros((len(target), MEASURED_ROWS, WIDTH), dtype=np.float32)
-    for row, name in enumerate(Measured._fields):
+    for row, name in enumerate(MeasuredChannels._fields):
         for lane, axis in enumerate(AXES):
             samples[:, row, lane] = (
                 np.maximum(

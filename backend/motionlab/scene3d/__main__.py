@@ -19,16 +19,16 @@ def main() -> None:
     told = protocol.read(sys.stdin.buffer)
     if told is None or told[0] != protocol.START:
         return
-    start = protocol.Start.decode(told[1])
+    start = protocol.SceneDescription.decode(told[1])
     try:
         from motionlab.scene3d.server import SceneServer  # noqa: PLC0415 - it may not be installed
     except ImportError as error:
         reason = f"viser cannot be loaded: {error.name or 'a module'} cannot be imported"
         print(json.dumps({"error": reason}), file=answers, flush=True)
         return
-    # A viewer may leave while it is being told something.
+    # A viewer may disconnect while a message is sent to it.
     warnings.filterwarnings("ignore", "Queued a .* on a closed connection", UserWarning)
-    # What it says may be of other types than viser expects, which comes to light by itself.
+    # Its messages may hold other types than viser expects, which viser itself reports.
     warnings.filterwarnings("ignore", module=r"viser\.infra\._messages")
     scene = SceneServer(start)
     print(json.dumps({"port": scene.port}), file=answers, flush=True)

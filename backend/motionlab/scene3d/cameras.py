@@ -1,4 +1,4 @@
-"""Where the stages stand, and from where to look at them."""
+"""Positions of the stages, and camera presets."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from motionlab.scene3d.geometry import STAGE_GAP, TOP, Layout
-from motionlab.scene3d.protocol import Start
+from motionlab.scene3d.protocol import SceneDescription
 
 FIELD_OF_VIEW = 0.6
 """Of the camera, from top to bottom, rad."""
@@ -20,11 +20,11 @@ class Camera:
     Attributes
     ----------
     direction : tuple of float
-        From what it looks at to the camera.
+        From its target to the camera.
     wide, tall : float
-        What has to fit into the picture, m.
+        Width and height that must fit into the picture, m.
     middle : tuple of float
-        What it looks at, m.
+        Target, m.
     follows : int or None
         The stage whose tool point stays in the middle.
     """
@@ -49,7 +49,7 @@ def stage_offsets(stages: int, layout: Layout) -> list[float]:
     return [(i - (stages - 1) / 2) * pitch for i in range(stages)]
 
 
-def presets(start: Start) -> dict[str, Camera]:
+def presets(start: SceneDescription) -> dict[str, Camera]:
     """Return the camera presets by their names on the buttons."""
     layout = Layout.of(start.axes)
     wide = 2.2 * layout.rail * len(start.variants) + STAGE_GAP

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.scene3d.protocol import Axis
+from motionlab.scene3d.protocol import DrawnAxis
 
 Array = NDArray[np.float64]
 
@@ -108,7 +108,7 @@ class Layout:
 
     Attributes
     ----------
-    axes : tuple of Axis
+    axes : tuple of DrawnAxis
         x and y.
     movers : ndarray, shape (2, 3, 2)
         Centre of each mover on its platform: axis, phase, (x, y).
@@ -120,14 +120,14 @@ class Layout:
         Distance of the y rails from the middle.
     """
 
-    axes: tuple[Axis, Axis]
+    axes: tuple[DrawnAxis, DrawnAxis]
     movers: Array
     half: tuple[float, float]
     x_platform: float
     rail: float
 
     @classmethod
-    def of(cls, axes: tuple[Axis, Axis]) -> Layout:
+    def of(cls, axes: tuple[DrawnAxis, DrawnAxis]) -> Layout:
         """Lay a stage out for two axes."""
         x, y = axes
         spacing = 20 / 3 * x.pitch

@@ -1,7 +1,7 @@
 """Messages between the web process and a 3-D view's process, through a pipe.
 
-A message is a kind, one byte, a length, uint32 little-endian, and so many bytes: JSON for what is
-said once, float32 for what moves.
+A message is a kind, one byte, a length, uint32 little-endian, and so many bytes: JSON for the
+description, float32 for poses.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 Values = NDArray[np.float32]
 
 START, POSES, CLEAR = b"S", b"P", b"C"
-"""Kinds: what is shown, shape (poses, width); newer poses; what was shown before is void."""
+"""Kinds: description of the scene; newer poses, shape (poses, width); reset of the trace."""
 
 SHARED = ("position_reference", "load_force")
 OWN = ("position", "thrust", "friction")
@@ -28,14 +28,14 @@ RATE = 30.0
 """Poses per second."""
 
 TRAIL_SECONDS = 4.0
-"""How much of the past the trace shows, s of wall clock at full rate."""
+"""Length of the trace, s of wall clock at full rate."""
 
 _HEADER = struct.Struct("<cI")
 _LONGEST = 4_000_000
 
 
 @dataclass(frozen=True)
-class Axis:
+class DrawnAxis:
     """Drawn data of one axis.
 
     Attributes
@@ -54,14 +54,14 @@ class Axis:
 
 
 @dataclass(frozen=True)
-class Start:
+class SceneDescription:
     """Initial description of a scene.
 
     Attributes
     ----------
     origin : str
-        The only Origin that the scene's server speaks to.
-    axes : tuple of Axis
+        The only Origin that the scene's server accepts.
+    axes : tuple of DrawnAxis
         x and y.
     variants : dict of str to str
         Name of each stage and its label.
@@ -70,7 +70,7 @@ class Start:
     """
 
     origin: str
-    axes: tuple[Axis, Axis]
+    axes: tuple[DrawnAxis, DrawnAxis]
     variants: dict[str, str]
     path: list[tuple[float, float]]
 
@@ -82,7 +82,7 @@ class Start:
     def decode(cls, payload: bytes) -> Self:
         """Decode a message's payload."""
         told: dict[str, Any] = json.loads(payload)
-        x, y = (Axis(**axis) for axis in told.pop("axes"))
+        x, y = (DrawnAxis(**axis) for axis in told.pop("axes"))
         return cls(axes=(x, y), **told)
 
 

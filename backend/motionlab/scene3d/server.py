@@ -17,7 +17,7 @@ from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
 from motionlab.scene3d.cameras import FIELD_OF_VIEW, presets
-from motionlab.scene3d.protocol import RATE, TRAIL_SECONDS, Start, Values
+from motionlab.scene3d.protocol import RATE, TRAIL_SECONDS, SceneDescription, Values
 from motionlab.scene3d.view import FORCE_SCALE, View
 from motionlab.scene3d.viewer_websockets import contained
 
@@ -35,10 +35,10 @@ class LabServer(viser.ViserServer):
         return None
 
 
-def open_server(start: Start) -> LabServer:
-    """Return a server on a free loopback port that speaks to `start.origin` alone.
+def open_server(start: SceneDescription) -> LabServer:
+    """Return a server on a free loopback port that accepts `start.origin` alone.
 
-    viser binds to every address and takes anybody's connection. It hands both its port and its
+    viser binds to every address and accepts any connection. It hands both its port and its
     page to one call of websockets' ``serve``; that call is given a loopback socket, a check, and
     a handler that no viewer's message can make print a traceback.
     """
@@ -73,11 +73,11 @@ class SceneServer:
 
     Parameters
     ----------
-    start : Start
+    start : SceneDescription
         What is shown.
     """
 
-    def __init__(self, start: Start) -> None:
+    def __init__(self, start: SceneDescription) -> None:
         self._start = start
         self._trail: Values = np.empty((0, 0), np.float32)
         self._views: dict[int, View] = {}
@@ -112,7 +112,7 @@ class SceneServer:
                 view.show(self._trail, complete=again or len(poses) > 1)
 
     def clear(self) -> None:
-        """Forget the trace."""
+        """Clear the trace."""
         with self._lock:
             self._trail = self._trail[:0]
 
@@ -147,7 +147,7 @@ class SceneServer:
 
     def _magnify(self, event: viser.GuiEvent[Any]) -> None:
         chosen = event.target.value
-        if chosen not in MAGNIFICATIONS:  # viser takes what a viewer says
+        if chosen not in MAGNIFICATIONS:  # viser accepts any value from a viewer
             return
         with self._lock:
             for view in self._views.values():
@@ -168,6 +168,6 @@ class SceneServer:
             self._forget_gone()
 
     def _forget_gone(self) -> None:
-        """Forget viewers that have left; one may leave while its join still waits for its turn."""
+        """Remove viewers that have left; one may leave while its join is still queued."""
         present = self.server.get_clients()
         self._views = {key: view for key, view in self._views.items() if key in present}

@@ -1,8 +1,8 @@
 """The scene of one viewer: all nodes belong to its client, so no history accumulates.
 
-viser keeps what all clients share for ever, by a number that grows with each update, and a client
-that joins goes through all the numbers. Nodes of one client are forgotten once sent: the shared
-buffer stays as small as it was at the start, however long the scene runs.
+viser keeps updates of shared nodes for ever, numbered, and a joining client goes through all
+numbers. Updates of one client's nodes are dropped once sent: the shared buffer stays as small as at
+the start, however long the scene runs.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from viser._messages import SetPositionMessage
 
 from motionlab.scene3d.cameras import Camera, stage_offsets
 from motionlab.scene3d.geometry import AIR_GAP, Array, Layout, Mesh, coils, core, turned
-from motionlab.scene3d.protocol import CURRENTS, OWN, SHARED, Start, Values
+from motionlab.scene3d.protocol import CURRENTS, OWN, SHARED, SceneDescription, Values
 
 ACCENTS = ((213, 94, 0), (0, 114, 178))
 PHASES = ((0, 158, 115), (230, 159, 0), (86, 180, 233))
@@ -34,7 +34,7 @@ _FULL_CURRENT = 10.0  # A, the paper's peak
 LEVELS = 24
 
 
-class Variant:
+class DrawnVariant:
     """The numbers of one variant in a pose.
 
     Parameters
@@ -75,7 +75,7 @@ class StageView:
     index : int
         Which variant it shows.
     name, label : str
-        What stands on it.
+        Its name and what is written on it.
     """
 
     def __init__(  # noqa: PLR0913 - everything about a stage, once
@@ -135,7 +135,7 @@ class StageView:
         self._levels: list[list[int]] = [[], []]
         self._place = (0.0, 0.0)
 
-    def show(self, variant: Variant) -> None:
+    def show(self, variant: DrawnVariant) -> None:
         """Put the platforms where they are."""
         x, y = variant.position.tolist()
         if y != self._place[1]:
@@ -144,7 +144,7 @@ class StageView:
             _move(self._x, (x, 0.0, 0.0))
         self._place = (x, y)
 
-    def show_currents(self, variant: Variant) -> None:
+    def show_currents(self, variant: DrawnVariant) -> None:
         """Colour the windings by their currents."""
         for axis, node in enumerate(self._coils):
             levels = current_levels(variant.currents[axis])
@@ -159,7 +159,7 @@ class StageView:
             return
         line = np.empty((len(poses), 3), np.float32)
         reference = poses[:, :2]
-        own = Variant.first(self._index)
+        own = DrawnVariant.first(self._index)
         line[:, :2] = reference + magnification * (poses[:, own : own + 2] - reference)
         line[:, 2] = self._layout.tool
         self._trace.points = np.stack([line[:-1], line[1:]], axis=1)
@@ -234,7 +234,7 @@ def _move(node: viser.FrameHandle, place: tuple[float, float, float]) -> None:
     Assigning its position would first compare it by ``numpy.allclose``, which takes longer than all
     the rest of a pose, and would drop what moves it by less than a hundred-thousandth.
     """
-    node.position[:] = place  # what viser remembers
+    node.position[:] = place  # viser's copy
     node._impl.api._queue_scene_message(SetPositionMessage(node.name, place))
 
 
@@ -272,11 +272,11 @@ class View:
     ----------
     client : viser.ClientHandle
         The viewer.
-    start : Start
+    start : SceneDescription
         What is shown.
     """
 
-    def __init__(self, client: viser.ClientHandle, start: Start) -> None:
+    def __init__(self, client: viser.ClientHandle, start: SceneDescription) -> None:
         self.client = client
         self.magnification = 300.0
         self._follows: int | None = None
@@ -315,7 +315,7 @@ class View:
         load = -pose[2:4]  # positive load forces push towards negative positions
         with self.client.atomic():
             for index, stage in enumerate(self._stages):
-                variant = Variant(pose, index)
+                variant = DrawnVariant(pose, index)
                 if not variant.holds:
                     continue
                 stage.show(variant)
@@ -342,7 +342,7 @@ class View:
         """Move the lab under a camera that follows, so that the viewer may still turn it."""
         if self._follows is None:
             return
-        variant = Variant(pose, self._follows)
+        variant = DrawnVariant(pose, self._follows)
         if variant.holds:
             x, y = (float(p) for p in variant.position)
             self._root.position = (-x - self._offsets[self._follows], -y, 0.0)

@@ -17,7 +17,7 @@ Handler = Callable[[ServerConnection], Awaitable[None]]
 NOT_UNDERSTOOD = 1007
 """Close code after an invalid message."""
 
-_QUOTED = 200  # characters of what a viewer has said
+_QUOTED = 200  # characters of a viewer's message
 _LOG = logging.getLogger(__name__)
 
 

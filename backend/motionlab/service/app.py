@@ -25,7 +25,7 @@ from motionlab.service.live import messages
 from motionlab.service.live.broadcast import Broadcast
 from motionlab.service.live.run_recorder import RunRecorder
 from motionlab.service.live.sessions import Sessions
-from motionlab.service.memory_budget import Memory
+from motionlab.service.memory_budget import MemoryBudget
 from motionlab.service.preload import warm_up
 from motionlab.service.prometheus import Monitor
 from motionlab.service.routes import (
@@ -84,7 +84,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        app.state.memory = Memory(settings.memory_max)
+        app.state.memory = MemoryBudget(settings.memory_max)
         app.state.writing = asyncio.Lock()  # of files, so that the other workers are free
         app.state.downloads = asyncio.Semaphore(settings.downloads_max)
         app.state.downloads_waiting = 0

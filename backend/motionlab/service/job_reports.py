@@ -27,7 +27,7 @@ else:
     Kind = Literal[tuple(_MODELS)]
 
 
-class _Job(BaseModel):
+class _JobFields(BaseModel):
     """State of a job of any kind."""
 
     model_config = ConfigDict(allow_inf_nan=False)  # a damaged record is none
@@ -47,7 +47,7 @@ class _Job(BaseModel):
     )
 
 
-class JobSummary(_Job):
+class JobSummary(_JobFields):
     """State of a job, without its results."""
 
     kind: Kind = Field(description="Its study, or simulate")
@@ -55,7 +55,7 @@ class JobSummary(_Job):
 
 def _report(
     kind: str, name: str, document: type[BaseModel], partial: type[BaseModel] | None
-) -> type[_Job]:
+) -> type[_JobFields]:
     fields: dict[str, Any] = {
         "kind": (Literal[kind], kind),
         "partial": (
@@ -68,7 +68,7 @@ def _report(
         ),
     }
     doc = f"A job of the kind {kind}."
-    return create_model(name, __base__=_Job, __doc__=doc, __module__=__name__, **fields)
+    return create_model(name, __base__=_JobFields, __doc__=doc, __module__=__name__, **fields)
 
 
 REPORTS = {kind: _report(kind, *models) for kind, models in _MODELS.items()}

@@ -1,4 +1,4 @@
-"""Work that outlives its request: queued, run by a process, watched, cancelled, and recorded."""
+"""Jobs: queued, run by a process, monitored, cancelled, and recorded."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from fastapi import HTTPException
 from motionlab.errors import MotionLabError, StoreError
 from motionlab.service.job_reports import Kind, State
 from motionlab.service.kernel_compiler import Kernels
-from motionlab.service.memory_budget import Memory
+from motionlab.service.memory_budget import MemoryBudget
 from motionlab.service.settings import Settings
 from motionlab.service.worker_answers import result_of
-from motionlab.service.workers.fork_client import Forks, Worker, WorkerLost
+from motionlab.service.workers.fork_client import ForkLost, Forks, Worker
 from motionlab.store.records import RecordStore
 
 _LOG = logging.getLogger(__name__)
@@ -28,11 +28,11 @@ _LOG = logging.getLogger(__name__)
 _ESTIMATED_FROM = 0.02
 """Share of the work that has to be done before the rest of its time is estimated."""
 
-_POLL = 0.1  # s between looks at whether there are memory and kernels
+_POLL = 0.1  # s between polls for memory and kernels
 _CANCEL_SECONDS = 1.0  # for a cancelled job to end
 
 
-class Work(NamedTuple):
+class JobTask(NamedTuple):
     """The work of a job.
 
     Attributes
@@ -42,7 +42,7 @@ class Work(NamedTuple):
     function : callable
         Of a module; takes a `Call`, the request and `Settings`, returns the result document.
     request : bytes
-        What was asked for, JSON; a part of the report.
+        The request, JSON; a part of the report.
     size : int
         Memory that it holds while it runs, bytes.
     batches : bool
@@ -68,7 +68,7 @@ def _created() -> str:
 class _Job:
     """State of one job; only the event loop touches it."""
 
-    work: Work
+    work: JobTask
     turn: asyncio.Future[Worker]
     id: str = field(default_factory=lambda: secrets.token_urlsafe(9))
     created: str = field(default_factory=_created)
@@ -127,12 +127,12 @@ class Jobs:
         How many run at once, wait, and are kept in memory.
     forks : Forks
         Where processes come from.
-    memory : Memory
-        Where jobs take what they hold.
+    memory : MemoryBudget
+        Memory for the jobs.
     kernels : Kernels
-        What some of them wait for.
+        Kernels of batches, which some jobs need.
     records : RecordStore
-        Where they stay beyond this process.
+        Records of jobs, which outlive this process.
     """
 
     def __init__(
@@ -140,7 +140,7 @@ class Jobs:
         settings: Settings,
         *,
         forks: Forks,
-        memory: Memory,
+        memory: MemoryBudget,
         kernels: Kernels,
         records: RecordStore,
     ) -> None:
@@ -155,7 +155,7 @@ class Jobs:
         self._closed = False
         self._looking = asyncio.create_task(self._look())
 
-    async def submit(self, work: Work) -> tuple[str, bytes]:
+    async def submit(self, work: JobTask) -> tuple[str, bytes]:
         """Queue work, and return its id and report once there is a record of it.
 
         Raises
@@ -244,7 +244,7 @@ class Jobs:
         match doing.exception():
             case None:
                 job.state, job.progress, job.result = "done", 1.0, doing.result()
-            case WorkerLost() as error:
+            case ForkLost() as error:
                 job.error = f"the job was not finished: {error}"
             case MotionLabError() as error:
                 job.error = str(error)
@@ -259,7 +259,7 @@ class Jobs:
                     job.error += "; not everything could be loaded when the server started"
 
     async def _finish(self, job: _Job) -> None:
-        """Record how a job has ended, and forget it; keep it where that cannot be recorded."""
+        """Record how a job has ended and drop it from memory, unless the record fails."""
         await self._record(job)
         if job.unrecorded is None:
             del self._jobs[job.id]
@@ -284,7 +284,7 @@ class Jobs:
         self.records.keep(job.id, job.summary(), job.report())
 
     async def _look(self) -> None:
-        """Look now and then for memory and kernels."""
+        """Poll for memory and kernels."""
         while True:
             await asyncio.sleep(_POLL)
             self._dispatch()
@@ -295,11 +295,11 @@ class Jobs:
             if job.doing is None or job.turn.done() or not job.active or self._closed:
                 continue
             if self._forks.failure is not None:
-                job.turn.set_exception(WorkerLost(self._forks.failure))
+                job.turn.set_exception(ForkLost(self._forks.failure))
             elif self._may_start(job.work):
                 self._start(job)
 
-    def _may_start(self, work: Work) -> bool:
+    def _may_start(self, work: JobTask) -> bool:
         return (
             self._running < self._settings.jobs_at_once
             and self._forks.settled.is_set()
@@ -310,7 +310,7 @@ class Jobs:
     def _start(self, job: _Job) -> None:
         try:
             worker = self._forks.fork(job.work.size)
-        except WorkerLost:  # the fork server is being started again
+        except ForkLost:  # the fork server is being started again
             return
         self._running += 1
         job.state, job.began = "running", time.monotonic()

@@ -29,7 +29,7 @@ class Kernels:
 
     @property
     def settled(self) -> bool:
-        """Whether they are there, or compiling them has failed: who needs them will say so."""
+        """Whether they are compiled, or compiling them has failed: their user then reports that."""
         ended = self._process is not None and self._process.poll() is not None
         self._settled = self._settled or ended or mark().exists()
         return self._settled

@@ -1,4 +1,4 @@
-"""Room for what runs record, so that no request can exhaust the machine's memory."""
+"""Memory budget of recordings, so that no request can exhaust the machine's memory."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from fastapi import HTTPException
 from motionlab.errors import ConfigError, FieldError
 
 SHARE = 0.5
-"""What of the machine's memory recordings may take."""
+"""Share of the machine's memory for recordings."""
 
 _CGROUP = Path("/sys/fs/cgroup/memory.max")
 
 
-class Memory:
-    """A number of bytes that runs take from and give back.
+class MemoryBudget:
+    """Memory that runs reserve and release.
 
     Parameters
     ----------
     most : int
-        How many there are.
+        Size, bytes.
     """
 
     def __init__(self, most: int) -> None:
@@ -33,7 +33,7 @@ class Memory:
         self._lock = threading.Lock()
 
     def check(self, wanted: int) -> None:
-        """Refuse a run for which there never will be room.
+        """Refuse a run larger than the whole budget.
 
         Raises
         ------
@@ -53,7 +53,7 @@ class Memory:
 
     @contextlib.contextmanager
     def hold(self, wanted: int) -> Iterator[None]:
-        """Hold memory for a run that starts at once, or answer 429 where others have it."""
+        """Reserve memory for a run that starts at once, or answer 429 if it is in use."""
         self.take(wanted)
         try:
             yield
@@ -61,7 +61,7 @@ class Memory:
             self.give_back(wanted)
 
     def take(self, wanted: int) -> None:
-        """Take memory until it is given back, or answer 429 where others have it."""
+        """Reserve memory, or answer 429 if it is in use."""
         if not self.try_to_take(wanted):
             raise HTTPException(
                 429,
@@ -70,12 +70,12 @@ class Memory:
             )
 
     def give_back(self, taken: int) -> None:
-        """Give back what was taken."""
+        """Release memory."""
         with self._lock:
             self._taken -= taken
 
     def try_to_take(self, wanted: int) -> bool:
-        """Take memory until it is given back; return whether there was as much."""
+        """Reserve memory; return whether there was enough."""
         with self._lock:
             free = self._taken + wanted <= self._most
             self._taken += wanted if free else 0

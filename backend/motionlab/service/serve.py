@@ -44,7 +44,7 @@ _CLOSING_SECONDS = 4.0  # from then until the process ends, whatever its threads
 _OTHER_FILES = 224  # files that are open beside the connections: pipes, maps, downloads
 _SWITCH_SECONDS = 0.0005  # after which a thread gives way to the event loop, s
 _PONG_SECONDS = 60.0  # after which a websocket that answers no ping is closed
-_UNREAD_MAX = 60_000  # ms after which a client that reads nothing at all is given up
+_UNREAD_MAX = 60_000  # ms after which a client that reads nothing at all is disconnected
 
 
 def serve(host: str, port: int, names: frozenset[str], scheduler: str | None = None) -> None:
@@ -154,7 +154,7 @@ def _allow_connections(count: int) -> None:
 
 
 def _keep_freed_memory() -> None:
-    """Have glibc keep the memory of freed arrays, which it else gives back and clears anew.
+    """Have glibc keep the memory of freed arrays instead of returning it to the system.
 
     A check or a what-if makes arrays of some hundred kB by the dozen; clearing fresh pages for them
     takes as long as filling them.

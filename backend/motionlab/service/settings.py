@@ -14,7 +14,7 @@ class Settings:
     Attributes
     ----------
     token : str or None
-        What clients must present; None on loopback asks for none.
+        Token that clients must present; None, on loopback only: none is needed.
     hosts : frozenset of str
         Host names, without port, under which the server may be reached.
     body_max : int
@@ -27,7 +27,7 @@ class Settings:
     work_max : float
         Largest simulated time summed over variants, s; bounds the time of a run.
     memory_max : int
-        What the recordings of all runs that go on may take, bytes; an hour of two variants takes
+        Memory for the recordings of all active runs, bytes; an hour of two variants takes
         3.8e9. `serve` lowers it to half of what the machine or container has.
     trials_max : float
         Largest simulated time of one search for gains, summed over trials and axes, s.
@@ -86,5 +86,5 @@ class Settings:
 
     @property
     def bounds(self) -> Settings:
-        """The same without the token, for processes that need not know it."""
+        """The same without the token, for processes that do not need it."""
         return replace(self, token=None)

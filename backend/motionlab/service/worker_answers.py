@@ -14,7 +14,7 @@ from starlette.types import Receive, Scope, Send
 
 from motionlab.service.settings import Settings
 from motionlab.service.workers.channel import Contents
-from motionlab.service.workers.fork_client import Answer
+from motionlab.service.workers.fork_client import CallResult
 from motionlab.service.workers.pool import CALL_SECONDS, LIGHT_SECONDS, Workers
 from motionlab.service.workers.worker import Call
 
@@ -34,15 +34,15 @@ class ComputedResponse(Response):
 
     Parameters
     ----------
-    answer : Answer
-        What is held for it is given back at the end.
+    answer : CallResult
+        Its reserved memory is released at the end.
     status_code, headers, media_type
         As of any response.
     """
 
     def __init__(
         self,
-        answer: Answer,
+        answer: CallResult,
         status_code: int = 200,
         headers: Mapping[str, str] | None = None,
         media_type: str = "application/json",
@@ -66,7 +66,7 @@ class ComputedResponse(Response):
                     await send({"type": "http.response.body", "body": chunk, "more_body": True})
                 await send({"type": "http.response.body", "body": b""})
         except RuntimeError as error:
-            if "closed=True" not in str(error):  # what uvloop says of a transport without a client
+            if "closed=True" not in str(error):  # uvloop's error for a transport without a client
                 raise
             _LOG.debug("%s: the client has left", scope["path"])
         finally:
@@ -85,7 +85,7 @@ async def computed(
     Parameters
     ----------
     request : Request
-        What asks; a client that leaves gives up its place.
+        The request; a client that disconnects gives up its place.
     function : callable
         Of a module; returns a document.
     arguments
@@ -106,7 +106,7 @@ async def called(
     *arguments: Any,
     light: bool = False,
     seconds: float | None = None,
-) -> Answer:
+) -> CallResult:
     """Return the result of a function of a `Call` and arguments; see `computed`."""
     workers: Workers = request.app.state.workers
     seconds = seconds or (LIGHT_SECONDS if light else CALL_SECONDS)

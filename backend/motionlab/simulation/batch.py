@@ -20,7 +20,7 @@ from motionlab.errors import ConfigError, FieldError, Infeasible
 from motionlab.executors.executor import current
 from motionlab.kernel.build import mover_parameters
 from motionlab.results.metrics import DEFINITIONS
-from motionlab.simulation.batch_runner import Course, Progress
+from motionlab.simulation.batch_runner import BatchRunner, Progress
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.store.maps import kept_in, lent
 
@@ -61,7 +61,7 @@ class Batch:
     feasible: NDArray[np.bool_]
 
 
-class Cases(NamedTuple):
+class CaseTask(NamedTuple):
     """Some cases of a scenario: a task that can be sent to another process.
 
     Attributes
@@ -85,18 +85,20 @@ class Cases(NamedTuple):
     maps: dict[str, ForceMap]
 
 
-def tasks(scenario: Scenario, changes: Sequence[Mapping[str, Any]]) -> list[Cases]:
+def tasks(scenario: Scenario, changes: Sequence[Mapping[str, Any]]) -> list[CaseTask]:
     """Return all cases of a scenario as tasks for the current executor."""
     executor, document = current(), scenario.model_dump(mode="json")
     parts = [changes[part] for part in executor.parts(len(changes), _TOGETHER)]
     firsts = itertools.accumulate(map(len, parts), initial=0)
     return [
-        Cases(document, first, part, executor.threads, kept_in(document, part))
+        CaseTask(document, first, part, executor.threads, kept_in(document, part))
         for first, part in zip(firsts, parts, strict=False)
     ]
 
 
-def run_batch(cases: Cases, progress: Progress | None = None, watch: Watch | None = None) -> Batch:
+def run_batch(
+    cases: CaseTask, progress: Progress | None = None, watch: Watch | None = None
+) -> Batch:
     """Run some cases of a scenario.
 
     Cases that share their motion, load and noise, which takes equal seeds where there is noise at
@@ -104,7 +106,7 @@ def run_batch(cases: Cases, progress: Progress | None = None, watch: Watch | Non
 
     Parameters
     ----------
-    cases : Cases
+    cases : CaseTask
         At least one.
     progress : callable, optional
         Takes the share done; what it raises ends the batch.
@@ -176,7 +178,7 @@ def changed(document: dict[str, Any], changes: Mapping[str, Any], where: str) ->
     return scenario
 
 
-def _parcels(cases: Cases, tell: Callable[[], None]) -> Iterator[dict[int, Prepared]]:
+def _parcels(cases: CaseTask, tell: Callable[[], None]) -> Iterator[dict[int, Prepared]]:
     """Yield cases that are feasible, by place; as many at once as memory may hold."""
     parcel: dict[int, Prepared] = {}
     motions: dict[int, int] = {}
@@ -236,7 +238,7 @@ def run_prepared(
             if progress is not None:
                 progress((done + share * size) / len(cases))
 
-        course = Course(cases[members[0]])
+        runner = BatchRunner(cases[members[0]])
         lanes = np.concatenate([lanes_of(cases[i]) for i in members], axis=1)
         numbers = (np.array(members)[:, None] * len(variants) + np.arange(len(variants))).ravel()
 
@@ -244,7 +246,7 @@ def run_prepared(
             if watch is not None:
                 watch(numbers[first : first + len(errors)], errors)
 
-        scores = course.score(
+        scores = runner.score(
             lanes, threads=threads, progress=part, watch=None if watch is None else look
         )
         own = (len(members), *shape[1:])

@@ -1,4 +1,4 @@
-"""Scoring lanes: thousands of movers through one motion, over blocks of lanes and threads.
+"""Metrics of thousands of movers on one motion, over blocks of lanes and threads.
 
 The movers of a call share what is common to all: reference, load and the draws of every noise
 source. Blocks of lanes go to threads; the compiled loop holds no lock meanwhile.
@@ -19,7 +19,7 @@ from motionlab.executors.executor import cores
 from motionlab.kernel.accumulator import new_tally, tally_metrics
 from motionlab.kernel.build import LANES_PER_VARIANT, initial_state
 from motionlab.kernel.layout import state_row
-from motionlab.kernel.score import Block, Window, score_ticks
+from motionlab.kernel.score import Block, ScoreWindow, score_ticks
 from motionlab.lanes import WIDE, WIDTH
 from motionlab.results.metrics import DEFINITIONS, hold_metrics
 from motionlab.simulation.inputs import PAGE, page_inputs
@@ -54,14 +54,14 @@ class Scores:
     failed: NDArray[np.int64]
 
 
-class Course:
-    """One motion with all that acts on its movers, ready to score many of them.
+class BatchRunner:
+    """Scores many movers on one motion, under the same load and noise.
 
     Parameters
     ----------
     prepared : Prepared
-        Gives reference, load, noise, window and settling band; and from which ticks on the lane
-        parameters of movers change.
+        Source of reference, load, noise, window and settling band, and of the ticks at which lane
+        parameters change.
     """
 
     def __init__(self, prepared: Prepared) -> None:
@@ -105,7 +105,7 @@ class Course:
         failed = np.full((movers, len(AXES)), -1, dtype=np.int64)
         holds = {name: np.full((movers, len(AXES)), np.nan) for name in DEFINITIONS}
 
-        def block(first: int) -> tuple[int, _Block]:
+        def block(first: int) -> tuple[int, _BlockResult]:
             return first, self._run(lanes[:, first : first + size], errors)
 
         done = 0
@@ -126,7 +126,7 @@ class Course:
             metrics[name] = np.where((failed >= 0) | still, np.nan, metrics[name])
         return Scores({name: metrics[name] for name in DEFINITIONS}, failed)
 
-    def _run(self, lanes: Array, keep_errors: bool) -> _Block:
+    def _run(self, lanes: Array, keep_errors: bool) -> _BlockResult:
         """Run one block: as many movers as fit side by side, or fewer."""
         count = lanes.shape[1]
         width = WIDTH if count * LANES_PER_VARIANT <= WIDTH else WIDE
@@ -142,19 +142,19 @@ class Course:
             score_ticks(
                 Block(np.ascontiguousarray(rows), state),
                 self._inputs[start:end],
-                Window(self._target, self.window[0] - start, tally, errors[start:end]),
+                ScoreWindow(self._target, self.window[0] - start, tally, errors[start:end]),
             )
         used = count * LANES_PER_VARIANT
         failed = state[_FAILED, :used].astype(np.int64)
         for lane in np.flatnonzero(failed >= 0) if keep_errors else ():
             errors[failed[lane] :, lane] = np.nan
-        return _Block(
+        return _BlockResult(
             tally[:, :used].reshape(-1, count, LANES_PER_VARIANT),
             failed.reshape(count, LANES_PER_VARIANT),
             errors[:, :used].T.reshape(count, LANES_PER_VARIANT, -1),
         )
 
-    def _hold_metrics(self, block: _Block) -> dict[str, Array]:
+    def _hold_metrics(self, block: _BlockResult) -> dict[str, Array]:
         """Return the metrics that need holds, shape (movers, axes); none without holds."""
         found: dict[str, Array] = {}
         if not self.reference.holds:
@@ -177,7 +177,7 @@ class Course:
 
 
 @dataclass(frozen=True)
-class _Block:
+class _BlockResult:
     """Results of one block: (TALLY_ROWS, movers, axes), (movers, axes), (movers, axes, ticks)."""
 
     tally: Array
@@ -206,16 +206,16 @@ def _all_inputs(prepared: Prepared) -> Array:
 
 
 def _in_threads(
-    work: Callable[[int], tuple[int, _Block]], items: Iterable[int], threads: int
-) -> Iterator[tuple[int, _Block]]:
+    work: Callable[[int], tuple[int, _BlockResult]], items: Iterable[int], threads: int
+) -> Iterator[tuple[int, _BlockResult]]:
     """Yield the results of `work` for each item, in order of completion."""
     first, *others = items
-    if not others:  # a search asks for one block at a time: no thread has to be started for it
+    if not others:  # a search scores one block at a time: no thread has to be started for it
         yield work(first)
         return
     items = iter((first, *others))
     with ThreadPoolExecutor(threads, thread_name_prefix="lanes") as pool:
-        pending: set[Future[tuple[int, _Block]]] = set()
+        pending: set[Future[tuple[int, _BlockResult]]] = set()
         while True:
             for item in itertools.islice(items, 2 * threads - len(pending)):
                 pending.add(pool.submit(work, item))

@@ -1,4 +1,4 @@
-"""Checking a scenario and getting it ready to move."""
+"""Validation and preparation of a scenario."""
 
 from __future__ import annotations
 
@@ -114,8 +114,8 @@ def prepare(scenario: Scenario) -> Prepared:
     return Prepared(scenario, reference, _load(loads, reference.ticks), changes)
 
 
-# A slider asks for the same motion again and again, and thousands of cases have one load: the
-# newest of both are kept and shared, and what was found to fit.
+# A slider repeats the same motion, and thousands of cases share one load: the latest of both are
+# cached, and the results of their checks.
 
 
 _sampled = cast("Callable[[TrajectoryConfig], Reference]", functools.lru_cache(maxsize=1)(sample))

@@ -31,14 +31,14 @@ _PUBLISHED_K = (
 
 
 def document(prepared: Prepared, recording: Recording) -> dict[str, Any]:
-    """Return the result document; it holds nothing that JSON does not know.
+    """Return the result document, in types of JSON only.
 
     Parameters
     ----------
     prepared : Prepared
         What was run.
     recording : Recording
-        What came of it; segments that it does not hold are left out, the window it must hold.
+        Its recording; it must hold the window, segments outside of it are left out.
 
     Returns
     -------
@@ -139,7 +139,7 @@ def _divergence(diverged: Divergence) -> dict[str, Any]:
 
 
 def _finite(value: float) -> float | str:
-    """Return a number as it is, or the name of one that JSON does not know."""
+    """Return a number as it is, or the name of one that is not finite."""
     return value if abs(value) < float("inf") else str(value)
 
 

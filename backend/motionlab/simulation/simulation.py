@@ -40,9 +40,9 @@ class Snapshot:
     Attributes
     ----------
     tick : int
-        The next tick to come.
+        The next tick.
     state : ndarray, shape (blocks, STATE_ROWS, WIDTH)
-        Everything that plant and controllers remember.
+        State of plants and controllers.
     """
 
     tick: int
@@ -106,7 +106,7 @@ class Simulation:
         ):
             run_ticks(parameters, self._state[block], inputs, samples[block, :count], tabled)
         self.tick = stop
-        self._apply_changes()  # now, so that what is asked at this tick finds them in effect
+        self._apply_changes()  # now, so that they are in effect for commands at this tick
         return count
 
     def snapshot(self) -> Snapshot:

@@ -26,7 +26,7 @@ class Timeline:
         External load force without noise, N.
     endless : bool
         Whether to go on after the end where the motion allows it: a motion with laps repeats its
-        last lap, one that ends where it started begins again. The load goes on as it ends.
+        last lap, one that ends where it started begins again. The load keeps its last value.
     """
 
     def __init__(self, reference: Reference, load: Array, *, endless: bool = False) -> None:

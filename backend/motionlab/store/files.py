@@ -31,7 +31,7 @@ def opened(path: Path) -> BinaryIO:
     Raises
     ------
     OSError
-        If that cannot be done, or it is none: a pipe would wait for who writes it.
+        If that fails, or it is no regular file: a pipe would wait for its writer.
     """
     descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
     if not stat.S_ISREG(os.fstat(descriptor).st_mode):
@@ -64,7 +64,7 @@ def replace(path: Path, content: bytes, *, mode: int = 0o600) -> None:
 
 @contextlib.contextmanager
 def complete_file(path: str) -> Iterator[Path]:
-    """Give a file to write that appears under the name `path` only when it is complete.
+    """Yield a file to write, which appears under the name `path` only when it is complete.
 
     Raises
     ------
@@ -104,7 +104,7 @@ def _mode(target: Path) -> int:
 
 
 def check_target(path: str, *suffixes: str) -> None:
-    """Refuse a file that could not be written, before what takes time begins.
+    """Refuse a file that could not be written, before slow work begins.
 
     Raises
     ------

@@ -27,7 +27,7 @@ class Index(Generic[T]):
     read : callable
         Returns the summary of a file; also of a damaged one, which else would be read each time.
     most : int
-        Files that are remembered.
+        Number of cached summaries.
     """
 
     def __init__(self, read: Callable[[Path], T], *, most: int) -> None:

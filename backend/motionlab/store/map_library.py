@@ -15,7 +15,7 @@ from motionlab.store.index import Index
 from motionlab.store.maps import folders, map_file, read_map
 
 
-class Found(NamedTuple):
+class LibraryMap(NamedTuple):
     """A map, and whether it ships with the project."""
 
     shipped: bool
@@ -36,7 +36,7 @@ def map_entries() -> list[MapEntry]:
     return list(found.values())
 
 
-def find_map(name: str) -> Found | None:
+def find_map(name: str) -> LibraryMap | None:
     """Return a map by name; None without one.
 
     Raises
@@ -45,7 +45,7 @@ def find_map(name: str) -> Found | None:
         If its file is damaged.
     """
     file = map_file(name)
-    return None if file is None else Found(file.shipped, read_map(file.path))
+    return None if file is None else LibraryMap(file.shipped, read_map(file.path))
 
 
 def delete_computed(name: str) -> bool:

@@ -18,16 +18,16 @@ from motionlab.store.files import data_root, failure, replace
 from motionlab.store.index import Stamp, stamp
 
 FOLDER_MOST = 50_000_000
-"""Most that kept maps take, bytes; one of the presets takes 25 kB."""
+"""Largest size of all kept maps, bytes; one of the presets takes 25 kB."""
 
 
 class MapStore:
-    """A folder of force maps; deleting it loses nothing but time.
+    """A folder of force maps; deleted maps are computed again.
 
     Parameters
     ----------
     folder : Path
-        Where they lie; made when the first is kept.
+        Made when the first map is kept.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -92,7 +92,7 @@ def named_map(name: str, loc: str = "force_map") -> ForceMap:
     name : str
         File name without ``.json``; of a computed map the content hash.
     loc : str
-        Field that asked for it, for the error.
+        Field that names it, for the error.
 
     Raises
     ------
@@ -132,7 +132,7 @@ def kept_in(*tables: object) -> dict[str, ForceMap]:
 
 @contextmanager
 def lent(maps: dict[str, ForceMap]) -> Iterator[None]:
-    """Have `named_map` find these maps, wherever the block runs."""
+    """Let `named_map` find these maps within the block, in any process."""
     token = _lent.set(maps)
     try:
         yield
@@ -141,7 +141,7 @@ def lent(maps: dict[str, ForceMap]) -> Iterator[None]:
 
 
 class MapFile(NamedTuple):
-    """Where a map lies."""
+    """File of a map."""
 
     path: Path
     shipped: bool
@@ -193,7 +193,7 @@ def save(force_map: ForceMap, path: str | Path, *, loc: str = "") -> None:
     path : str or Path
         The file; its folder is made when it is missing.
     loc : str
-        What an error calls it; its path when left out.
+        Its name in errors; its path when left out.
 
     Raises
     ------

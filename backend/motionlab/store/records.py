@@ -24,12 +24,12 @@ _LOG = logging.getLogger(__name__)
 
 
 class RecordStore:
-    """A folder of records; the oldest go when there are too many.
+    """A folder of records; the oldest are deleted when there are too many.
 
     Parameters
     ----------
     folder : Path
-        Where they lie; made when the first is kept.
+        Made when the first record is kept.
     files_max : int
         How many are kept.
     """

@@ -47,7 +47,7 @@ class TrajectoryStore:
     Parameters
     ----------
     folder : Path
-        Where they lie; made when the first is saved.
+        Made when the first trajectory is saved.
     files_max : int
         How many there may be.
     """

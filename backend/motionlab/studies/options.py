@@ -1,4 +1,4 @@
-"""Options that commands of several studies have."""
+"""Options common to commands of several studies."""
 
 from __future__ import annotations
 

@@ -1,11 +1,11 @@
 """A study: a computation over many simulations, offered as a route, a job and a command.
 
-A study is checked when it is asked for and again where it runs:
+A study is checked on request and again where it runs:
 
     request -> plan (checked) -> run (progress, partial results, cancellation) -> document -> report
 
-`motionlab.studies.table` lists all studies; the service makes of each a route and the report of its
-jobs, the command line a command.
+`motionlab.studies.table` lists all studies; each has a route and job reports in the service, and a
+command on the command line.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from motionlab.errors import FieldError
 
 Source = str | Path | dict[str, Any]
 Progress = Callable[..., None]
-"""Takes the share done, 0 to 1, and what is there so far; what it raises ends the study."""
+"""Takes the share done, 0 to 1, and the partial document; what it raises ends the study."""
 
 
 class _Lazy:
@@ -42,7 +42,7 @@ def lazy(path: str) -> Any:
     return _Lazy(path)
 
 
-class Bounds(Protocol):
+class RequestLimits(Protocol):
     """Limits of one request on a server; values in `motionlab.service.settings.Settings`."""
 
     @property
@@ -58,23 +58,23 @@ class Bounds(Protocol):
     def map_vertices_max(self) -> int: ...  # noqa: D102
 
 
-class Command(NamedTuple):
+class StudyCommand(NamedTuple):
     """A study's command.
 
     Attributes
     ----------
     name : str
-        What follows ``motionlab``.
+        Name after ``motionlab``.
     help : str
         One line for the list of commands.
     description, examples : str
         Head and end of its own help.
     scenario : str or None
-        What stands before the help of its scenario; None without one.
+        Prefix of the help of its scenario; None without one.
     set : str
         Help of ``--set``.
     title : str
-        What its progress is called.
+        Label of its progress.
     """
 
     name: str
@@ -110,18 +110,18 @@ class Study:
     """
     check_target: ClassVar[Any] = lazy("store.files:check_target")
     suffixes: ClassVar[tuple[str, ...]] = ()
-    """How names of files of ``--out`` may end."""
+    """Suffixes of files of ``--out``."""
     write: ClassVar[Any]
     """Writes the file of ``--out``."""
     bodies: ClassVar[tuple[dict[str, Any], ...]] = ({},)
     """Examples of requests."""
-    command: ClassVar[Command | None] = None
+    command: ClassVar[StudyCommand | None] = None
     direct: ClassVar[bool] = False
     """Whether it is answered at once, without a job."""
     light: ClassVar[bool] = False
     """Of a direct one, whether it takes milliseconds as a rule."""
     keeps: ClassVar[bool] = False
-    """Whether what was found is kept, and answered at once when it is asked for again."""
+    """Whether results are stored, and returned at once for the same request."""
     scatters: ClassVar[bool] = False
     """Whether it may be computed by a scheduler's workers."""
     batches: ClassVar[bool] = False
@@ -134,7 +134,7 @@ class Study:
         return checked(self.request_model, request, self.kind)
 
     def plan(self, request: Mapping[str, Any], source: Source | None = None) -> Any:
-        """Return the study that a request asks for, checked.
+        """Return the checked plan of a request.
 
         Parameters
         ----------
@@ -154,12 +154,12 @@ class Study:
         return wanted if self.planner is None else self.planner(wanted, source)
 
     def run(self, plan: Any, progress: Progress) -> Any:
-        """Carry a plan out; the plan itself where checking is all there is to do.
+        """Carry a plan out; returns the plan itself if checking is all.
 
         Raises
         ------
         MotionLabError
-            What only running it shows.
+            Failures found only by running it.
         """
         return plan
 
@@ -167,7 +167,7 @@ class Study:
         """Return the result as text; the document where there is no report."""
         return self.text(found)
 
-    def excess(self, plan: Any, bounds: Bounds) -> list[FieldError]:
+    def excess(self, plan: Any, bounds: RequestLimits) -> list[FieldError]:
         """Return the limit that a plan exceeds, if any."""
         return []
 
@@ -180,10 +180,10 @@ class Study:
         return found
 
     def add_options(self, parser: argparse.ArgumentParser) -> None:
-        """Add the options of its command beside scenario, ``--set`` and ``--json``."""
+        """Add the options of its command other than scenario, ``--set`` and ``--json``."""
 
     def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
-        """Return the request that options of the command make, with the changes of ``--set``."""
+        """Return the request of the command's options, with the changes of ``--set``."""
         return {"scenario": options.scenario, "set": changes}
 
     def before(self, plan: Any, options: argparse.Namespace) -> str | None:
@@ -210,7 +210,7 @@ class Study:
         )
 
     def has_failed(self, found: Any) -> bool:
-        """Tell whether the command ends with exit code 1."""
+        """Return whether the command ends with exit code 1."""
         return False
 
 

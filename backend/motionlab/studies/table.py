@@ -2,29 +2,29 @@
 
 from __future__ import annotations
 
-from motionlab.studies.identify.study import Identify
-from motionlab.studies.loop.study import FrequencySweep
-from motionlab.studies.maps.study import ComputeMap
-from motionlab.studies.montecarlo.study import MonteCarlo
-from motionlab.studies.paper.study import Reproduce
-from motionlab.studies.platform.study import Platform
-from motionlab.studies.sharing.study import Sharing
-from motionlab.studies.sizing.study import Sizing
+from motionlab.studies.identify.study import IdentifyStudy
+from motionlab.studies.loop.study import FrequencySweepStudy
+from motionlab.studies.maps.study import MapStudy
+from motionlab.studies.montecarlo.study import MonteCarloStudy
+from motionlab.studies.paper.study import ReproduceStudy
+from motionlab.studies.platform.study import PlatformStudy
+from motionlab.studies.sharing.study import SharingStudy
+from motionlab.studies.sizing.study import SizingStudy
 from motionlab.studies.study import Study
 from motionlab.studies.sweep.study import SweepStudy
-from motionlab.studies.tune.study import Landscape, Tune
+from motionlab.studies.tune.study import LandscapeStudy, TuneStudy
 
 STUDIES: tuple[Study, ...] = (
-    Sizing(),
-    Identify(),
-    Tune(),
-    Landscape(),
-    MonteCarlo(),
+    SizingStudy(),
+    IdentifyStudy(),
+    TuneStudy(),
+    LandscapeStudy(),
+    MonteCarloStudy(),
     SweepStudy(),
-    FrequencySweep(),
-    ComputeMap(),
-    Sharing(),
-    Platform(),
-    Reproduce(),
+    FrequencySweepStudy(),
+    MapStudy(),
+    SharingStudy(),
+    PlatformStudy(),
+    ReproduceStudy(),
 )
 BY_KIND: dict[str, Study] = {study.kind: study for study in STUDIES}

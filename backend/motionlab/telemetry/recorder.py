@@ -117,7 +117,7 @@ def _read_csv(path: str) -> pa.Table:
     import pyarrow as pa
     from pyarrow import csv
 
-    # Told, not guessed: a column of whole numbers or of nulls is float32 all the same.
+    # Given, not inferred: a column of whole numbers or of nulls is float32 all the same.
     with csv.open_csv(path) as reader:
         types = {name: pa.float32() for name in reader.schema.names}
     whole = {"tick [1]": pa.int64(), "time [s]": pa.float64()}

@@ -18,12 +18,12 @@ _INDEX = {channel.name: i for i, channel in enumerate(CHANNELS)}
 
 @dataclass(frozen=True)
 class Divergence:
-    """Where and how a variant ended before its time.
+    """Where and how a variant diverged.
 
     Attributes
     ----------
     tick : int
-        First tick whose sample is not to be trusted.
+        First tick whose sample is invalid.
     channel : str
         Axis and channel that failed, such as ``x.following_error``.
     last_states : tuple of dict

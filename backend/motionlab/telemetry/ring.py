@@ -44,7 +44,7 @@ class Ring:
         return self._data.nbytes
 
     def clear(self) -> None:
-        """Forget everything and begin at tick 0."""
+        """Clear the ring and begin at tick 0."""
         self.first = self.end = self._first_before = 0
 
     def room(self, ticks: int) -> NDArray[np.float32]:

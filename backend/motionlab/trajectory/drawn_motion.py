@@ -25,7 +25,7 @@ from motionlab.trajectory.motion_profile import (
     trapezoidal_ticks,
 )
 from motionlab.trajectory.path import Array
-from motionlab.trajectory.spline import Curve, locate, polyline, spline
+from motionlab.trajectory.spline import ArcLengthCurve, locate, polyline, spline
 
 Interval = tuple[int, int]
 
@@ -41,7 +41,7 @@ class _Timing:
     ticks: int
 
 
-def curve_of(config: DrawnPath) -> Curve:
+def curve_of(config: DrawnPath) -> ArcLengthCurve:
     """Return the geometry of a drawn path."""
     build = polyline if config.geometry == "polyline" else spline
     return build(config.points, closed=config.closed)

@@ -25,7 +25,7 @@ _QUADRATURE = 4
 
 
 def check(reference: Reference, limits: MotionLimits, *, span: Span = ALWAYS) -> None:
-    """Refuse a motion that leaves the stroke or asks for more than the motor can do.
+    """Refuse a motion that leaves the stroke or exceeds the motor's limits.
 
     The thrust that the motion requires is M a + f_f(v), eq (16). Velocity that jumps between two
     ticks counts as the acceleration it takes, the start from rest included. A position that jumps
@@ -37,7 +37,7 @@ def check(reference: Reference, limits: MotionLimits, *, span: Span = ALWAYS) ->
     reference : Reference
         The motion.
     limits : MotionLimits
-        What the motor can do.
+        Limits of the motor.
     span : Span
         Ticks at which these limits hold.
 
@@ -74,7 +74,7 @@ def refusal(demand: Demand, quantity: int, tick: int) -> Infeasible:
 def count_rate_warning(
     reference: Reference, axis: str, *, resolution: float, rate: float
 ) -> str | None:
-    """Say where the encoder interface of an axis would lose counts.
+    """Return a note if the encoder interface of an axis would lose counts.
 
     The interface follows up to 4 `rate` `resolution`: 0.25 m/s at 1.25 MHz and 50 nm.
 

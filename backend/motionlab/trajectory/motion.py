@@ -23,7 +23,7 @@ from motionlab.trajectory.motion_profile import (
 from motionlab.trajectory.path import Array, Path, Vector, line, ray
 
 EdgeRule = Callable[[Vector, Vector], "Piece"]
-"""How to get from one point to the next."""
+"""Edge rule: the motion from one point to the next."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ def whole_ticks(seconds: float) -> int:
 
 
 def hold(position: Vector, seconds: float) -> list[Piece]:
-    """Stand at `position`; no piece at all for a time of zero."""
+    """Rest at `position`; no piece for a time of zero."""
     ticks = whole_ticks(seconds)
     if ticks == 0:
         return []

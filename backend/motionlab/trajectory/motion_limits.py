@@ -1,7 +1,7 @@
 """Check of a motion against the limits of one axis, in one compiled pass.
 
-The page asks for this at every move of a hand: arrays as long as the motion are made only where
-something has to be kept for each tick.
+The page requests this for every pointer move: arrays as long as the motion are allocated only for
+values kept for each tick.
 """
 
 from __future__ import annotations
@@ -63,8 +63,8 @@ class MotionLimits:
         (axis index, positions (n,), signs (n,), each -1 or 1) to the largest thrust in that
         direction (n,), N, >= 0.
     sure_thrust : tuple of float
-        Thrust that can be had everywhere and in both directions, N; below it nothing is asked of
-        `available_thrust`.
+        Thrust available everywhere and in both directions, N; below it `available_thrust` is not
+        called.
     """
 
     stroke: tuple[float, float]
@@ -100,7 +100,7 @@ class Intervals:
 
 
 class Samples(NamedTuple):
-    """What a motion asks of one axis at each of n ticks."""
+    """Quantities required of one axis at each of n ticks."""
 
     position: Array  # m
     velocity: Array  # m/s
@@ -110,7 +110,7 @@ class Samples(NamedTuple):
 
 
 class Reach(NamedTuple):
-    """Ticks that ask for more than the sure thrust, and the thrust available there, N."""
+    """Ticks that require more than the sure thrust, and the thrust available there, N."""
 
     hard: Ticks
     available: Array
@@ -127,18 +127,18 @@ class Demand:
     axis : int
         Index of the axis.
     samples : Samples
-        What it asks for.
+        Required quantities.
     limits : tuple of float
         Magnitude allowed of each of `QUANTITIES`; of the thrust the sure one.
     reach : Reach
-        What can be had of the thrust.
+        Available thrust.
     beyond : ndarray of uint8, shape (n + 1,)
         Sum of 2**k of the quantities outside their limits at each tick; the end of the motion has
         a position only.
     found : int
         The same of all ticks together.
     peaks : ndarray of int64, shape (5,)
-        Tick at which each quantity is largest, the thrust as a share of what can be had.
+        Tick at which each quantity is largest, the thrust as a share of the available one.
     """
 
     reference: Reference
@@ -174,7 +174,7 @@ class Demand:
 
 
 def demands(reference: Reference, limits: MotionLimits, *, span: Span = ALWAYS) -> list[Demand]:
-    """Hold a motion against limits, axis by axis.
+    """Check a motion against limits, axis by axis.
 
     Velocity that jumps between two ticks counts as the acceleration it takes, the start from rest
     included. A position that jumps by more than the velocity explains is a true step, which counts
@@ -185,7 +185,7 @@ def demands(reference: Reference, limits: MotionLimits, *, span: Span = ALWAYS) 
     reference : Reference
         The motion.
     limits : MotionLimits
-        What the motor can do.
+        Limits of the motor.
     span : Span
         Ticks at which these limits hold.
     """

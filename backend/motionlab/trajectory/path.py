@@ -1,7 +1,7 @@
 """Path geometry as a function of a parameter q, supplied by a motion profile.
 
 A path maps q of shape (n,) to the position (n, 2) in m and its first two derivatives with respect
-to q. It knows no time; `motionlab.trajectory.motion_profile` knows no place.
+to q. It is independent of time; `motionlab.trajectory.motion_profile` is independent of the path.
 """
 
 from __future__ import annotations

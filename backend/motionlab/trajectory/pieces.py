@@ -1,4 +1,4 @@
-"""From the config of a motion to the pieces it is made of."""
+"""Pieces of a motion from its config."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ from motionlab.trajectory.path import Vector
 
 
 @dataclass(frozen=True)
-class Plan:
+class MotionPlan:
     """Pieces of a motion, the ticks of one lap, and how many laps at its end metrics use.
 
     Attributes
@@ -67,7 +67,7 @@ class Plan:
     window: tuple[int, int] | None = None
 
 
-def plan(config: TrajectoryConfig) -> Plan:  # noqa: PLR0911, PLR0912 - one for each kind
+def plan_motion(config: TrajectoryConfig) -> MotionPlan:  # noqa: PLR0911, PLR0912 - one for each kind
     """Turn any kind of motion into pieces.
 
     Parameters
@@ -77,34 +77,34 @@ def plan(config: TrajectoryConfig) -> Plan:  # noqa: PLR0911, PLR0912 - one for 
     """
     match config:
         case PointTarget():
-            return Plan(hold(_xy(config.position), config.duration))
+            return MotionPlan(hold(_xy(config.position), config.duration))
         case Dwell():
-            return Plan(hold((0.0, 0.0), config.duration))
+            return MotionPlan(hold((0.0, 0.0), config.duration))
         case Step():
             start, height = _xy(config.start), _xy(config.height)
             top = (start[0] + height[0], start[1] + height[1])
-            return Plan([*hold(start, config.delay), *hold(top, config.dwell)])
+            return MotionPlan([*hold(start, config.delay), *hold(top, config.dwell)])
         case RampMove():
             ray = path.ray(_xy(config.start), _xy(config.velocity))
-            return Plan([_timed(ray, config.duration, lead_in=config.lead_in)])
+            return MotionPlan([_timed(ray, config.duration, lead_in=config.lead_in)])
         case Parabola():
             curve = path.parabola(_xy(config.start), _xy(config.coefficient))
-            return Plan([_timed(curve, config.duration, lead_in=0.0)])
+            return MotionPlan([_timed(curve, config.duration, lead_in=0.0)])
         case Sine():
             return _sine(config)
         case Circle():
             return _circle(config)
         case Line():
             points = (_xy(config.start), _xy(config.end))
-            return Plan(visit(points, dwell=config.dwell, edge=_edge_rule(config)))
+            return MotionPlan(visit(points, dwell=config.dwell, edge=_edge_rule(config)))
         case Waypoints():
-            return Plan(visit(config.points, dwell=config.dwell, edge=_edge_rule(config)))
+            return MotionPlan(visit(config.points, dwell=config.dwell, edge=_edge_rule(config)))
         case Trapezoid():
             edge = partial(trapezoidal_edge, v_max=config.v_max, a_max=config.a_max)
             there, back = _xy(config.start), _xy(config.end)
             points = [there, back, *([there] if config.there_and_back else [])]
             points += [back, there] * (config.cycles - 1)
-            return Plan(visit(points, dwell=config.dwell, edge=edge))
+            return MotionPlan(visit(points, dwell=config.dwell, edge=edge))
         case Staircase():
             return _staircase(config)
         case Polygon():
@@ -121,36 +121,36 @@ def plan(config: TrajectoryConfig) -> Plan:  # noqa: PLR0911, PLR0912 - one for 
         case DrawnPath():
             return _drawn(config)
         case Sequence():
-            return Plan(chain(plan(part).pieces for part in config.parts))
+            return MotionPlan(chain(plan_motion(part).pieces for part in config.parts))
         case _:
             assert_never(config)
 
 
-def _sine(config: Sine) -> Plan:
+def _sine(config: Sine) -> MotionPlan:
     lead_in = _lead_in_ticks(config.lead_in, frequency=config.frequency)
     wave = path.sinusoid(_xy(config.center), _xy(config.amplitude), _xy(config.phase))
     cycles = whole_ticks(config.cycles / config.frequency)
     rate = 2 * math.pi * config.frequency * CONTROL_PERIOD
-    return Plan(
+    return MotionPlan(
         [run(wave, rate=rate, lead_in=lead_in, ticks=lead_in + cycles)],
         period=whole_ticks(1 / config.frequency),
         measured_laps=_last_two(config.cycles),
     )
 
 
-def _circle(config: Circle) -> Plan:
+def _circle(config: Circle) -> MotionPlan:
     period = whole_ticks(1 / config.frequency)
     lead_in = _lead_in_ticks(config.lead_in, frequency=config.frequency)
     ring = path.circle(_xy(config.center), config.radius, config.start_angle)
     turn = 2 * math.pi if config.direction == "ccw" else -2 * math.pi
-    return Plan(
+    return MotionPlan(
         [run(ring, rate=turn / period, lead_in=lead_in, ticks=lead_in + config.laps * period)],
         period=period,
         measured_laps=_last_two(config.laps),
     )
 
 
-def _staircase(config: Staircase) -> Plan:
+def _staircase(config: Staircase) -> MotionPlan:
     start, step = _xy(config.start), _xy(config.step)
     levels = [(start[0] + k * step[0], start[1] + k * step[1]) for k in range(config.count + 1)]
     if config.there_and_back:
@@ -158,10 +158,10 @@ def _staircase(config: Staircase) -> Plan:
     edge = None
     if config.v_max is not None and config.a_max is not None:
         edge = partial(trapezoidal_edge, v_max=config.v_max, a_max=config.a_max)
-    return Plan(visit(levels, dwell=config.dwell, edge=edge))
+    return MotionPlan(visit(levels, dwell=config.dwell, edge=edge))
 
 
-def _closed(vertices: tuple[Vector, ...], *, frequency: float, laps: int) -> Plan:
+def _closed(vertices: tuple[Vector, ...], *, frequency: float, laps: int) -> MotionPlan:
     ticks = whole_ticks(1 / (frequency * len(vertices)))
     period = ticks * len(vertices)
     ends = (*vertices[1:], vertices[0])
@@ -169,17 +169,17 @@ def _closed(vertices: tuple[Vector, ...], *, frequency: float, laps: int) -> Pla
         minimum_jerk_edge(start, end, ticks=ticks)
         for start, end in zip(vertices, ends, strict=True)
     ]
-    return Plan(lap * laps, period=period, measured_laps=max(1, laps - 1))
+    return MotionPlan(lap * laps, period=period, measured_laps=max(1, laps - 1))
 
 
-def _drawn(config: DrawnPath) -> Plan:
+def _drawn(config: DrawnPath) -> MotionPlan:
     if config.law == "constant_speed":
         pieces, window = at_constant_speed(config)
-        return Plan(pieces, window=window)
+        return MotionPlan(pieces, window=window)
     pieces, lap = stop_and_go(config)
     if not config.closed:
-        return Plan(pieces)
-    return Plan(pieces, period=lap, measured_laps=max(1, config.laps - 1))
+        return MotionPlan(pieces)
+    return MotionPlan(pieces, period=lap, measured_laps=max(1, config.laps - 1))
 
 
 def _edge_rule(config: Line | Waypoints) -> EdgeRule:

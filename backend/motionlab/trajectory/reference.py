@@ -13,13 +13,13 @@ from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.errors import ConfigError, FieldError
 from motionlab.trajectory.motion import Piece
 from motionlab.trajectory.path import Array, Vector
-from motionlab.trajectory.pieces import plan
+from motionlab.trajectory.pieces import plan_motion
 
 LONGEST = 3600.0
 """Longest reference, s; its arrays take 350 MB."""
 
 _BLOCK = 4096
-"""Ticks that are sampled at once: what is computed on the way stays in the processor's cache."""
+"""Ticks that are sampled at once: intermediate results stay in the processor's cache."""
 
 _SAME_PLACE = 1e-12
 """Below a picometre two positions differ by rounding only, m."""
@@ -50,7 +50,7 @@ class Reference:
         first of polygon, star and closed path, the laps at speed of a path at constant speed,
         otherwise everything.
     holds : tuple of intervals
-        Where the reference stands still after a commanded move.
+        Where the reference is at rest after a commanded move.
     edges : tuple of intervals
         The moves themselves, in order; a true step has none.
     period : int
@@ -86,14 +86,14 @@ def sample(config: TrajectoryConfig) -> Reference:
     Returns
     -------
     Reference
-        Read-only samples and what metrics need to know about them.
+        Read-only samples, with the intervals that metrics use.
 
     Raises
     ------
     ConfigError
         If the motion lasts longer than an hour.
     """
-    motion = plan(config)
+    motion = plan_motion(config)
     total = sum(piece.ticks for piece in motion.pieces)
     _refuse_too_long(total)
     position, velocity, acceleration = _samples(motion.pieces, total)

@@ -24,7 +24,7 @@ _SLOWEST = 1e-9  # of the mean slope; below, the spline turns on the spot
 
 
 @dataclass(frozen=True)
-class Curve:
+class ArcLengthCurve:
     """A path by arc length.
 
     Attributes
@@ -45,7 +45,7 @@ class Curve:
         return float(self.marks[-1])
 
 
-def polyline(points: Sequence[Vector], *, closed: bool) -> Curve:
+def polyline(points: Sequence[Vector], *, closed: bool) -> ArcLengthCurve:
     """Return the straight edges between neighbouring points.
 
     At a corner the tangent is that of the edge that begins.
@@ -67,10 +67,10 @@ def polyline(points: Sequence[Vector], *, closed: bool) -> Curve:
         q = _once_round(q, marks[-1]) if closed else q
         return _along(corners, tangents, marks, q)
 
-    return Curve(at, marks)
+    return ArcLengthCurve(at, marks)
 
 
-def spline(points: Sequence[Vector], *, closed: bool) -> Curve:
+def spline(points: Sequence[Vector], *, closed: bool) -> ArcLengthCurve:
     r"""Return the cubic spline through points, of continuous tangent and curvature.
 
     Its knots are spaced by the square root of the distance between points (centripetal), which
@@ -103,7 +103,7 @@ def spline(points: Sequence[Vector], *, closed: bool) -> Curve:
         q = _once_round(q, marks[-1]) if closed else q
         return _follow(cubic, knots, nodes_per_edge, arc_lengths, parameters, pace, q)
 
-    return Curve(at, marks)
+    return ArcLengthCurve(at, marks)
 
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
@@ -216,7 +216,8 @@ def _follow(  # noqa: PLR0913, PLR0917 - the tables of a spline
         edge = i // nodes
         width = arc_lengths[i + 1] - arc_lengths[i]
         rise = parameters[i + 1] - parameters[i]
-        # Where the spline all but stands the slopes would throw the cubic about: 3 is monotone.
+        # Where the spline is almost at rest, the slopes would make the cubic overshoot: 3 is
+        # monotone.
         start = min(pace[i] * width, 3.0 * rise)
         end = min(pace[i + 1] * width, 3.0 * rise)
         r = min(max((q[k] - arc_lengths[i]) / width, 0.0), 1.0)

@@ -40,13 +40,13 @@ LimitSets = Sequence[tuple[Span, MotionLimits]]
 
 
 @dataclass(frozen=True)
-class Violation:
+class LimitViolation:
     """An interval in which one quantity of one axis is outside its limit.
 
     Attributes
     ----------
     quantity, axis : str
-        What is too large, and on which axis.
+        Quantity outside its limit, and its axis.
     start, end : float
         First and last instant outside the limit, s.
     time : float
@@ -77,7 +77,7 @@ class Violation:
 
 @dataclass(frozen=True)
 class Peak:
-    """The largest magnitude of one quantity of one axis, and how much of its limit that is."""
+    """The largest magnitude of one quantity of one axis, and its share of the limit."""
 
     quantity: str
     axis: str
@@ -106,9 +106,9 @@ class Examination:
     duration : float
         Time of the whole motion, s.
     examined : float
-        Time that profiles and violations are of: one lap of what repeats, s.
+        Time covered by profiles and violations: one lap of a motion that repeats, s.
     length : float
-        Way along the path in that time, m.
+        Arc length in that time, m.
     step : float
         Time that a bin of the profiles stands for, s.
     profiles : list of Profile
@@ -116,7 +116,7 @@ class Examination:
         2**k of every violated quantity, numbered as in `QUANTITIES`.
     peaks : list of Peak
         Largest magnitude of each quantity of each axis.
-    violations : list of Violation
+    violations : list of LimitViolation
         Worst first, `VIOLATIONS_MAX` at most.
     violation_count : int
         How many there are.
@@ -128,7 +128,7 @@ class Examination:
     step: float
     profiles: list[Profile]
     peaks: list[Peak]
-    violations: list[Violation]
+    violations: list[LimitViolation]
     violation_count: int
 
     @property
@@ -189,7 +189,7 @@ def _laps(trajectory: TrajectoryConfig) -> int:
     return getattr(trajectory, "laps", 1)
 
 
-def _worst(reference: Reference, found: list[Demand]) -> tuple[list[Violation], int]:
+def _worst(reference: Reference, found: list[Demand]) -> tuple[list[LimitViolation], int]:
     """Return the worst intervals outside a limit, and how many there are."""
     outside = [
         each
@@ -206,9 +206,9 @@ def _worst(reference: Reference, found: list[Demand]) -> tuple[list[Violation], 
     return [_violation(reference, *owners[index]) for index in order], len(owners)
 
 
-def _violation(reference: Reference, outside: Intervals, index: int) -> Violation:
+def _violation(reference: Reference, outside: Intervals, index: int) -> LimitViolation:
     worst = int(outside.worst[index])
-    return Violation(
+    return LimitViolation(
         quantity=QUANTITIES[outside.quantity],
         axis=AXES[outside.axis],
         start=int(outside.start[index]) * CONTROL_PERIOD,

@@ -106,8 +106,8 @@ def test_what_is_there_so_far_grows_axis_by_axis() -> None:
             seen.append((share, partial))
 
     found = identify(plan(read_request(SHORT | {"axis": "both", "compare": True})), look)
-    stages = [(p.standing.axis, p.standing.stage) for _, p in seen]
-    assert list(dict.fromkeys(stages)) == [
+    steps = [(p.standing.axis, p.standing.step) for _, p in seen]
+    assert list(dict.fromkeys(steps)) == [
         ("x", "sliding"),
         ("x", "presliding"),
         ("y", "sliding"),

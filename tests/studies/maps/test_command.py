@@ -21,7 +21,7 @@ from motionlab.design.fem.compute import compute
 from motionlab.design.fem.force_map import ForceMap, ForceMapDocument, content_hash
 from motionlab.design.fem.geometry import Geometry, geometry
 from motionlab.design.fem.mesh import Resolution
-from motionlab.design.fem.workers import Work, fields
+from motionlab.design.fem.workers import FieldTask, fields
 from motionlab.errors import ConfigError, StoreError
 from motionlab.store.maps import MapStore
 from motionlab.studies.maps.compute import computed_or_kept
@@ -254,7 +254,7 @@ def test_cancelling_ends_the_fields_that_are_sought(tmp_path):
     sought = tmp_path / "sought"
     sought.touch()
     currents: Any = [0.0, *(_Noted(0.5, sought) for _ in range(50))]
-    work = Work(Geometry(), VERY_COARSE, currents, list(range(7)))
+    work = FieldTask(Geometry(), VERY_COARSE, currents, list(range(7)))
     done = 0
 
     def cancel(_share):

@@ -10,7 +10,7 @@ import pytest
 from motionlab.studies.paper.document import Comparison, Number
 from motionlab.studies.paper.experiments import Experiments
 from motionlab.studies.paper.loose_bands import lax
-from motionlab.studies.paper.printed_number import Found
+from motionlab.studies.paper.printed_number import RowResult
 from motionlab.studies.paper.registry import quantities
 from motionlab.studies.paper.report import report
 from motionlab.studies.paper.reproduce import judged
@@ -85,10 +85,10 @@ def test_a_band_that_holds_a_rival_is_lax() -> None:
 
 
 def test_lax_rows_say_so_and_are_counted_and_what_fails_is_not_lax() -> None:
-    wide = judged(row(band=0.5), Found(1.0), {})
+    wide = judged(row(band=0.5), RowResult(1.0), {})
     assert wide.lax == "the band is 50 % of the printed bound"
-    assert judged(row(band=0.5), Found(2.0), {}).lax == ""
-    tight = judged(row(), Found(1.0), {})
+    assert judged(row(band=0.5), RowResult(2.0), {}).lax == ""
+    tight = judged(row(), RowResult(1.0), {})
     assert tight.lax == ""
     found = document(wide, tight)
     assert (found.summary.lax, found.summary.kinds["printed"].lax) == (1, 1)
@@ -108,7 +108,7 @@ def test_one_figure_confirms_one_value() -> None:
         assert other.source is not None, "but shown"
         assert own.conflict.startswith(f"{other.id} prints {other.printed}")
         assert other.conflict.startswith(f"{own.id} prints {own.printed}")
-    told = report(document(judged(rows["normal-fem"], Found(413.0), {})))
+    told = report(document(judged(rows["normal-fem"], RowResult(413.0), {})))
     assert "normal-fem: normal-measured prints 427.4 N, 12.4 % more" in told
 
 

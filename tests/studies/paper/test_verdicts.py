@@ -18,7 +18,7 @@ from motionlab.studies.paper.evidence import KINDS
 from motionlab.studies.paper.experiments import Experiments
 from motionlab.studies.paper.figures import FIGURES
 from motionlab.studies.paper.known_failures import known_failures
-from motionlab.studies.paper.printed_number import Found, Quantity, arithmetic, look_up
+from motionlab.studies.paper.printed_number import PrintedNumber, RowResult, arithmetic, look_up
 from motionlab.studies.paper.registry import GROUPS, SOURCE, quantities
 from motionlab.studies.paper.report import report
 from motionlab.studies.paper.reproduce import is_reproduced, judged, reproduce, summary
@@ -88,8 +88,8 @@ def test_known_or_not_a_failure_is_red() -> None:
     assert status(True, known=True) == "holds"
 
 
-def row(paper: float = 1.0, **fields: Any) -> Quantity:
-    return Quantity(
+def row(paper: float = 1.0, **fields: Any) -> PrintedNumber:
+    return PrintedNumber(
         **{
             "id": "one",
             "group": "sizing",
@@ -122,21 +122,21 @@ def document(*rows: JudgedRow) -> ReproduceDocument:
 
 
 def test_a_number_that_could_not_be_computed_fails() -> None:
-    found = judged(row(), Found(None, error="it diverged"), {})
+    found = judged(row(), RowResult(None, error="it diverged"), {})
     assert (found.status, found.holds, found.ours, found.error) == (
         "fails",
         False,
         None,
         "it diverged",
     )
-    assert judged(row(), Found(None), {}).error is not None
+    assert judged(row(), RowResult(None), {}).error is not None
 
 
 def test_all_is_well_without_failures_and_with_known_ones_that_fail() -> None:
-    good = judged(row(), Found(1.0), {})
-    bad = judged(row(), Found(2.0), {})
-    known = judged(row(), Found(2.0), {"one": "as expected"})
-    mended = judged(row(), Found(1.0), {"one": "as expected"})
+    good = judged(row(), RowResult(1.0), {})
+    bad = judged(row(), RowResult(2.0), {})
+    known = judged(row(), RowResult(2.0), {"one": "as expected"})
+    mended = judged(row(), RowResult(1.0), {"one": "as expected"})
     assert known.known == "as expected"
     assert is_reproduced(document(good, known))
     assert not is_reproduced(document(good, bad))
@@ -153,9 +153,9 @@ def test_all_is_well_without_failures_and_with_known_ones_that_fail() -> None:
 def test_rows_are_counted_by_kind_so_that_fits_and_inputs_prove_nothing() -> None:
     given = row(kind="input", comparison="none", band=None, source=None)
     rows = [
-        judged(row(), Found(2.0), {}),
-        judged(row(kind="fit"), Found(1.0), {}),
-        judged(given, Found(None), {}),
+        judged(row(), RowResult(2.0), {}),
+        judged(row(kind="fit"), RowResult(1.0), {}),
+        judged(given, RowResult(None), {}),
     ]
     counts = document(*rows).summary.kinds
     assert list(counts) == ["printed", "fit", "input"], "in the order of KINDS"

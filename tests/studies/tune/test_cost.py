@@ -6,10 +6,10 @@ import math
 
 import pytest
 
-from motionlab.loop.family import Figures, Worst
+from motionlab.loop.family import Figures, VelocityMargin
 from motionlab.studies.tune.evaluation import (
+    ConstraintViolation,
     Verdict,
-    Violation,
     margin_violations,
     outcome_violations,
 )
@@ -21,10 +21,10 @@ STILL = Outcome(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, diverged=False)
 
 
 def figures(gain_margin: float, phase_margin: float, Ms: float) -> Figures:
-    return Figures(*(Worst(value, 0.02) for value in (gain_margin, phase_margin, Ms)))
+    return Figures(*(VelocityMargin(value, 0.02) for value in (gain_margin, phase_margin, Ms)))
 
 
-def shares(violations: list[Violation]) -> dict[str, float]:
+def shares(violations: list[ConstraintViolation]) -> dict[str, float]:
     return {one.words.split()[0]: one.share for one in violations}
 
 
@@ -63,8 +63,10 @@ def test_limits_that_are_exceeded() -> None:
 
 
 def verdict(cost: float, *, linear: float = 0.0, tried: float = 0.0) -> Verdict:
-    def at(share: float) -> dict[tuple[str, str], list[Violation]]:
-        return {("nominal", "x"): [Violation(share, f"short by {share}")] if share else []}
+    def at(share: float) -> dict[tuple[str, str], list[ConstraintViolation]]:
+        return {
+            ("nominal", "x"): [ConstraintViolation(share, f"short by {share}")] if share else []
+        }
 
     return Verdict(cost, at(linear), at(tried))
 

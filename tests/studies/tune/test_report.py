@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from motionlab.studies.tune.document import GainMargins, GainMetrics, TunedAxis, WorstMargin
-from motionlab.studies.tune.report import Worst, worst_of
+from motionlab.studies.tune.report import WorstMotor, worst_of
 
 
 def metrics(peak: float | None, effort: float | None) -> GainMetrics:
@@ -37,18 +37,18 @@ def axis(**changes: object) -> TunedAxis:
 def test_the_worst_of_each_quantity_is_that_of_the_motor_it_names() -> None:
     found = worst_of(axis())
     assert found == {
-        "peak": Worst(2e-6, "matched", None),
-        "rms": Worst(2e-6, "matched", None),
-        "effort": Worst(3.0, "nominal", None),
-        "gain_margin": Worst(2.22, "matched", 0.03),
-        "phase_margin": Worst(0.58, "nominal", 0.1),
-        "Ms": Worst(1.0 / 0.58, "nominal", 0.1),
+        "peak": WorstMotor(2e-6, "matched", None),
+        "rms": WorstMotor(2e-6, "matched", None),
+        "effort": WorstMotor(3.0, "nominal", None),
+        "gain_margin": WorstMotor(2.22, "matched", 0.03),
+        "phase_margin": WorstMotor(0.58, "nominal", 0.1),
+        "Ms": WorstMotor(1.0 / 0.58, "nominal", 0.1),
     }
 
 
 def test_a_motor_that_ran_away_is_the_worst() -> None:
     away = {"nominal": metrics(None, None), "matched": metrics(2e-6, 2.0)}
-    assert worst_of(axis(metrics=away))["peak"] == Worst(math.inf, "nominal", None)
+    assert worst_of(axis(metrics=away))["peak"] == WorstMotor(math.inf, "nominal", None)
 
 
 def test_an_unstable_motor_leaves_no_margins() -> None:
@@ -59,6 +59,6 @@ def test_an_unstable_motor_leaves_no_margins() -> None:
 
 def test_a_margin_that_one_motor_lacks_is_that_of_the_others() -> None:
     some = {"nominal": margins(None, 0.58, 0.1), "matched": margins(9.0, 0.6, 0.03)}
-    assert worst_of(axis(margins=some))["gain_margin"] == Worst(9.0, "matched", 0.03)
+    assert worst_of(axis(margins=some))["gain_margin"] == WorstMotor(9.0, "matched", 0.03)
     none = {"nominal": margins(None, 0.58, 0.1)}
     assert "gain_margin" not in worst_of(axis(margins=none))

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 _WRAP = 8
-"""Nodes repeated beyond each end, where a spline no longer feels that it ends."""
+"""Nodes repeated beyond each end, so that a spline's end conditions have no effect."""
 
 Array = NDArray[np.float64]
 

@@ -1,4 +1,4 @@
-"""A magnetic circuit of one phase: a force map at once, a rough one.
+"""A magnetic circuit of one phase: a fast, rough force map.
 
 Across a gap two paths lie side by side: between the faces of teeth that overlap, whose tips
 saturate, and beside them. Their permeances between ideal teeth come from finite elements over one
@@ -101,8 +101,8 @@ def _coenergy(  # noqa: PLR0913 - the gap, and what lies around it
 def _between_tips(g: Geometry, gap: float, overlap: float, across: Array) -> Array:
     """Return the flux, Wb, between faces that overlap by `overlap`, m, for each MMF across, A.
 
-    In the iron it spreads at 45 degrees: over half of what does not overlap, m, it is as crowded
-    as in the gap.
+    In the iron it spreads at 45 degrees: over half of the length that does not overlap, m, its
+    density is that of the gap.
     """
     if overlap <= 0:
         return np.zeros_like(across)

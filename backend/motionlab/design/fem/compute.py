@@ -11,7 +11,7 @@ from motionlab.design.fem.circuit import circuit
 from motionlab.design.fem.force_map import ForceMap, ForceMapDocument, PresetName, content_hash
 from motionlab.design.fem.geometry import Geometry
 from motionlab.design.fem.mesh import Resolution
-from motionlab.design.fem.workers import Progress, Work, fields
+from motionlab.design.fem.workers import FieldTask, Progress, fields
 
 CURRENTS = 10
 """Steps of current from 0 to the largest."""
@@ -22,17 +22,17 @@ POSITIONS = 24
 Array = NDArray[np.float64]
 
 
-class Preset(NamedTuple):
-    """How well to compute."""
+class MapPreset(NamedTuple):
+    """Resolution and method of a force map."""
 
     resolution: Resolution | None  # None: magnetic circuit
     method: str
 
 
-PRESETS: dict[PresetName, Preset] = {
-    "preview": Preset(None, "magnetic circuit with the gap's permeances by finite elements"),
-    "default": Preset(Resolution(24, 2), "finite elements, quadratic, 24 cells a pitch"),
-    "reference": Preset(Resolution(48, 2), "finite elements, quadratic, 48 cells a pitch"),
+PRESETS: dict[PresetName, MapPreset] = {
+    "preview": MapPreset(None, "magnetic circuit with the gap's permeances by finite elements"),
+    "default": MapPreset(Resolution(24, 2), "finite elements, quadratic, 24 cells a pitch"),
+    "reference": MapPreset(Resolution(48, 2), "finite elements, quadratic, 48 cells a pitch"),
 }
 
 
@@ -53,9 +53,9 @@ def compute(
     geometry : Geometry
         Of one phase.
     preset : {"preview", "default", "reference"}
-        How well, and how long.
+        Accuracy and computation time.
     resolution : Resolution, optional
-        In place of the preset's; the map then says so in ``method``.
+        In place of the preset's; noted in the map's ``method``.
     workers : int, optional
         Processes; as many as there are cores, four at most, when left out. One computes here.
     progress : callable, optional
@@ -79,7 +79,7 @@ def compute(
         if resolution != chosen.resolution:
             kind = "linear" if resolution.order == 1 else "quadratic"
             method = f"finite elements, {kind}, {resolution.cells} cells a pitch"
-        work = Work(geometry, resolution, currents, _shifts(resolution))
+        work = FieldTask(geometry, resolution, currents, _shifts(resolution))
         found = np.array(fields(work, workers=workers, progress=progress))
     return ForceMap(_document(geometry, preset, method, currents, found))
 

@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 
 
 class NoConvergence(MotionLabError):
-    """The field of a geometry that Newton's method does not find."""
+    """Newton's method has not converged to the field of a geometry."""
 
 
 class Solution(NamedTuple):
@@ -89,7 +89,7 @@ class FieldModel:
         scale = self.weights / (MU_0 * self.depth[:, None])
         self.air_stiffness = _products(self.gradients, scale)
 
-    def at(self, shift: int) -> Position:
+    def at(self, shift: int) -> FieldSystem:
         """Return the field at ``x = shift tau/cells_per_pitch``; 0 is the aligned position."""
         owner = glued(self._lower, self._upper, shift * self._order)
         free = np.ones(len(owner), dtype=bool)
@@ -98,7 +98,7 @@ class FieldModel:
         standing = np.flatnonzero((owner == np.arange(len(owner))) & free)
         number = np.full(len(owner), -1)
         number[standing] = np.arange(len(standing))
-        return Position(self, number[owner][self.dofs], owner[self.dofs])
+        return FieldSystem(self, number[owner][self.dofs], owner[self.dofs])
 
     def _turns(self, region: Indices) -> Array:
         """Return the integral of turns per area times each triangle's functions."""
@@ -117,8 +117,8 @@ class FieldModel:
         return np.einsum("aeq,eq,e->ae", values, self.weights, density)
 
 
-class Position:
-    """The system of equations at one position; fields follow each other from current to current."""
+class FieldSystem:
+    """System of equations at one position; each current starts from the fields of the last ones."""
 
     def __init__(self, model: FieldModel, dofs: Indices, nodes: Indices) -> None:
         self._model = model

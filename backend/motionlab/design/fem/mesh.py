@@ -31,7 +31,7 @@ _NEAREST = 1e-8  # m, that an edge may lie to the middle
 
 @dataclass(frozen=True)
 class Resolution:
-    """How finely to mesh.
+    """Mesh density and element order.
 
     Attributes
     ----------
@@ -45,14 +45,14 @@ class Resolution:
     order: int
 
 
-class Half(NamedTuple):
+class HalfMesh(NamedTuple):
     """One side of the mid-gap line."""
 
     mesh: MeshTri
     region: NDArray[np.int64]  # one of the constants above for each triangle
 
 
-class Line(NamedTuple):
+class NodeRow(NamedTuple):
     """Nodes at one height: their columns, of which the mid-gap line has all, and where they are."""
 
     y: float
@@ -147,7 +147,7 @@ def vertices(geometry: Geometry, resolution: Resolution) -> int:
     return count
 
 
-def stator(geometry: Geometry, columns: Columns) -> Half:
+def stator(geometry: Geometry, columns: Columns) -> HalfMesh:
     """Return the stator and the lower half of the gap; the line in mid-gap is y = 0."""
     g = geometry
     tip, root = g.g / 2, g.g / 2 + g.stator_tooth_depth
@@ -156,16 +156,16 @@ def stator(geometry: Geometry, columns: Columns) -> Half:
     half = np.union1d(columns.all[::2], quarters)
     for k, y in enumerate(_back(g)):
         chosen = half if k == 0 else quarters
-        lines.append(Line(y, chosen, columns.along_teeth(chosen)))
+        lines.append(NodeRow(y, chosen, columns.along_teeth(chosen)))
     mesh = stack([line._replace(y=-line.y) for line in lines])
     x, y = centroids(mesh)
     region = np.select(
         [y > -tip, y < -root, in_tooth(g, x)], [GAP, IRON, STATOR_TEETH], default=AIR
     )
-    return Half(mesh, region)
+    return HalfMesh(mesh, region)
 
 
-def mover(geometry: Geometry, columns: Columns) -> Half:
+def mover(geometry: Geometry, columns: Columns) -> HalfMesh:
     """Return the mover and the upper half of the gap, its middle at x = 0."""
     g = geometry
     tip, root = g.g / 2, g.g / 2 + g.tooth_depth
@@ -178,7 +178,7 @@ def mover(geometry: Geometry, columns: Columns) -> Half:
     lines = toothed(g, columns, g.tooth_depth)
     for k, y in enumerate(_above(g)):
         chosen = half if k == 0 else coarse
-        lines.append(Line(y, chosen, np.interp(chosen, anchors, where)))
+        lines.append(NodeRow(y, chosen, np.interp(chosen, anchors, where)))
     mesh = stack(lines)
     x, y = centroids(mesh)
     distance = np.abs(x)
@@ -196,7 +196,7 @@ def mover(geometry: Geometry, columns: Columns) -> Half:
         [GAP, IRON, IRON, IRON, IRON, COIL_IN, COIL_OUT],
         default=AIR,
     )
-    return Half(mesh, region)
+    return HalfMesh(mesh, region)
 
 
 def _back(g: Geometry) -> list[float]:
@@ -224,15 +224,15 @@ def _edges(g: Geometry) -> list[float]:
     return [g.s / 2, opening - g.coil, opening, g.width / 2, g.width / 2 + g.coil]
 
 
-def toothed(geometry: Geometry, columns: Columns, depth: float) -> list[Line]:
+def toothed(geometry: Geometry, columns: Columns, depth: float) -> list[NodeRow]:
     """Return lines from mid-gap to the root of teeth of some depth."""
     tip, every = geometry.g / 2, columns.all
     heights = [
         *_even(0, tip, columns.length / columns.count),
         *_graded(tip, tip + depth, tip, geometry.tau / 6),
     ]
-    lines = [Line(0.0, every, columns.even(every))]
-    return lines + [Line(y, every, columns.along_teeth(every)) for y in heights]
+    lines = [NodeRow(0.0, every, columns.even(every))]
+    return lines + [NodeRow(y, every, columns.along_teeth(every)) for y in heights]
 
 
 def in_tooth(geometry: Geometry, x: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -245,7 +245,7 @@ def centroids(mesh: MeshTri) -> NDArray[np.float64]:
     return mesh.p[:, mesh.t].mean(axis=1)
 
 
-def stack(lines: list[Line]) -> MeshTri:
+def stack(lines: list[NodeRow]) -> MeshTri:
     """Return triangles between lines of nodes, from first to last."""
     from skfem import MeshTri
 

@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 
 from motionlab.config.quantity import Config, quantity
 from motionlab.design.fem.contour import Triangles, contour
-from motionlab.design.fem.field import FieldModel, Position
+from motionlab.design.fem.field import FieldModel, FieldSystem
 from motionlab.design.fem.geometry import OURS, Geometry
 from motionlab.design.fem.mesh import Resolution
 from motionlab.design.fem.outline import Outline, Polyline, outlines, rounded
@@ -67,7 +67,7 @@ class Steps(Config):
 
 
 class FluxLine(Config):
-    """A line along which flux runs; between neighbouring values runs one step of flux."""
+    """A flux line; neighbouring lines enclose one step of flux."""
 
     flux: float = Field(description="Flux between this line and the outer edge, Wb")
     points: Polyline = Field(description="x and y, m")
@@ -167,7 +167,9 @@ def picture(request: FieldRequest) -> FieldPicture:
     )
 
 
-def _in_the_movers_frame(model: FieldModel, position: Position, flux: Array, x: float) -> Triangles:
+def _in_the_movers_frame(
+    model: FieldModel, position: FieldSystem, flux: Array, x: float
+) -> Triangles:
     """Return the triangles with the stator's moved back by `x`, and round the end they leave."""
     corners = model.corners.copy()
     stator = corners[0, :, : model.stator_triangles]

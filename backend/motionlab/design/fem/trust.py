@@ -22,7 +22,7 @@ class Published(Config):
 
 
 class Uncertainty(Config):
-    """How far the model is to be trusted, as a share; the mesh's part is far smaller."""
+    """Uncertainty of the model, as a share; the mesh's part is far smaller."""
 
     thrust: float = Field(description="1")
     normal_force: float = Field(description="1")
@@ -66,7 +66,7 @@ def published(geometry: Geometry) -> list[Published]:
 
 
 def uncertainty(preset: PresetName, geometry: Geometry) -> Uncertainty:
-    """Return how far a preset's map of a geometry is to be trusted."""
+    """Return the uncertainty of a preset's map of a geometry."""
     if preset != "preview":
         return UNCERTAINTY
     g = geometry

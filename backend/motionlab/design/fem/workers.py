@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 Progress = Callable[[float], None]
 
 
-class Work(NamedTuple):
+class FieldTask(NamedTuple):
     """Fields to find: every current at every position."""
 
     geometry: Geometry
@@ -27,12 +27,12 @@ class Work(NamedTuple):
     shifts: list[int]  # of the mesh, in cells
 
 
-def fields(work: Work, *, workers: int | None, progress: Progress | None) -> list[Array]:
+def fields(work: FieldTask, *, workers: int | None, progress: Progress | None) -> list[Array]:
     """Return co-energy, flux linkage, thrust and normal force of every field.
 
     Parameters
     ----------
-    work : Work
+    work : FieldTask
         What to find.
     workers : int or None
         Processes; None for the executor of the study. One computes here.
@@ -56,7 +56,7 @@ def fields(work: Work, *, workers: int | None, progress: Progress | None) -> lis
         return list(executor.map(_position, tasks, progress))
 
 
-def _position(work: Work, progress: Progress) -> Array:
+def _position(work: FieldTask, progress: Progress) -> Array:
     """Return co-energy, linkage, thrust and normal force at one position for every current."""
     (shift,) = work.shifts
     key = work.geometry.model_dump_json(), work.resolution

@@ -66,7 +66,7 @@ class Plate:
     shape : Shape
         Plate, ribs, material, supports.
     load : Load
-        Where forces act; how large they are is asked for later.
+        Where forces act; their magnitudes are given later.
     cells : int
         Elements along the longer edge, at least.
     """

@@ -92,7 +92,7 @@ def platform(request: PlatformRequest, force_map: ForceMap | None = None) -> Pla
     request : PlatformRequest
         Shapes, supports and forces.
     force_map : ForceMap, optional
-        That which the request names.
+        The map named in the request.
 
     Raises
     ------

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from motionlab.design.plate.bending import Plate
 
 _GAPS = (1.0, 0.75, 0.5)
-"""Shares of the gap at which the circuit is evaluated; a parabola lies through its answers."""
+"""Shares of the gap at which the circuit is evaluated; a parabola is drawn through the results."""
 
 _TOLERANCE = 1e-12  # m
 _STEPS_MOST = 200
@@ -93,7 +93,7 @@ def closing(  # noqa: PLR0913 - the platform, and what pulls at it
     position, current : float
         Where on the map, m and A.
     name : str
-        Field of the platform, for the complaint.
+        Field of the platform, for errors.
 
     Raises
     ------

@@ -54,7 +54,7 @@ class CompressedJson:
         async def compressed(message: Message) -> None:
             nonlocal start
             if message["type"] == "http.response.start" and _is_json(message):
-                start = message  # until its body tells whether it is large enough
+                start = message  # until the size of its body is known
                 return
             if start is not None:
                 body = message.get("body", b"")

@@ -222,11 +222,11 @@ def _end_of_frame(data: bytes, at: int) -> int:
 class Socket(WebSocketsSansIOProtocol):
     """A websocket as uvicorn speaks it, with a bound on the work that its client may cause.
 
-    What comes is taken in small pieces, and no further while its client has had its share of the
+    Incoming data is parsed in small pieces, and not while its client has used up its share of the
     event loop's time: the rest waits in the client's own kernel.
 
-    The application may take the messages itself, as they come, by `take`, and write its own by
-    `write`: for a stream of frames that is a fraction of the work of an ASGI message each.
+    The application may receive messages directly by `take` and send its own by `write`: for a
+    stream of frames a fraction of the work of one ASGI message each.
     """
 
     _taker: Callable[[bytes | None], None] | None = None
@@ -252,7 +252,7 @@ class Socket(WebSocketsSansIOProtocol):
             self._drained()
 
     async def run_asgi(self) -> None:
-        """Serve, with this connection at the application's hand."""
+        """Serve, with this connection in the ASGI scope."""
         cast(dict[str, Any], self.scope).setdefault("extensions", {})["motionlab.socket"] = self
         await super().run_asgi()
 
@@ -346,8 +346,9 @@ class Socket(WebSocketsSansIOProtocol):
     def _take_frames(self, data: bytes) -> None:
         """Take short whole texts straight from their frames; the library takes all others.
 
-        It is given whole frames only, so that it is always at the beginning of one. A message in
-        several frames, which no client of ours sends, leaves it everything that follows.
+        The library receives whole frames only, so that it is always at the beginning of one. After
+        a message in several frames, which no client of ours sends, it handles everything that
+        follows.
         """
         data, at = self._rest + data, 0
         self._rest = b""

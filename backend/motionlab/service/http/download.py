@@ -53,7 +53,7 @@ class Download(Response):
     headers : dict
         Further headers.
     held : AsyncExitStack
-        What is held until the answer has been sent: a place, memory.
+        Resources held until the answer has been sent: a place, memory.
     """
 
     def __init__(

@@ -31,9 +31,9 @@ _SCHEMES = {
 
 
 def install(app: FastAPI, settings: Settings) -> None:
-    """Let the document of `app` tell who may ask, problems and stream messages, as this server is.
+    """Add this server's authentication, problems and stream messages to the document of `app`.
 
-    Nothing of FastAPI's own stays in it.
+    FastAPI's own entries for them are removed.
     """
     of_the_routes = app.openapi
 

@@ -14,7 +14,7 @@ from motionlab.config.shipped import names
 from motionlab.config.trajectory import TrajectoryConfig
 
 ID = "^[A-Za-z0-9_-]{12}$"
-"""Form of the identifiers of sessions and jobs; another one is as unknown as any."""
+"""Form of the identifiers of sessions and jobs; any other is unknown."""
 
 PATHS_MAX = 4096
 """Changes in one request."""
@@ -146,7 +146,7 @@ def links(parameter: str, *operations: str) -> dict[str, Any]:
     Parameters
     ----------
     parameter : str
-        What the operations call the ``id`` of the answer.
+        The operations' name for the ``id`` of the answer.
     *operations : str
         Their operation ids.
     """

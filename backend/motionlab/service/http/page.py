@@ -37,7 +37,7 @@ class PageFiles(StaticFiles):
     """The files of the built page.
 
     FILE.gz in place of FILE goes to clients that accept it. Hashed files are kept by browsers for
-    good; the others are asked for again by their ETag.
+    good; the others are revalidated by their ETag.
     """
 
     def file_response(

@@ -49,7 +49,7 @@ class ProblemField(BaseModel):
 class Problem(BaseModel):
     """RFC 9457 problem document."""
 
-    type: str = Field(description="about:blank: the status says it all")
+    type: str = Field(description="about:blank: the status defines the problem")
     title: str = Field(description="Phrase of the status")
     status: int = Field(description="HTTP status")
     detail: str = Field(description="What happened, for people")
@@ -139,7 +139,7 @@ def install(app: FastAPI) -> None:
         ]
         if any(e["type"] == "json_invalid" for e in found):
             return problem(HTTPStatus.BAD_REQUEST, "the body is not JSON")
-        if isinstance(error.body, bytes):  # FastAPI has parsed it if it was said to be JSON
+        if isinstance(error.body, bytes):  # FastAPI has parsed it if it was declared as JSON
             return problem(
                 HTTPStatus.UNSUPPORTED_MEDIA_TYPE,
                 f"a body of {request.headers.get('content-type', '')!r} cannot be read; "

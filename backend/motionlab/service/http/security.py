@@ -17,16 +17,16 @@ from motionlab.service.http.problems import problem
 from motionlab.service.settings import Settings
 
 OPEN_PATHS = frozenset({"/api/v1/health", "/api/v1/login"})
-"""What of the API may be asked without a token; the page, which asks for it, may be loaded too."""
+"""Paths of the API without a token; the page, which asks for it, needs none either."""
 
 _NEEDS_TOKEN = ("/api/", "/docs", "/openapi.json", "/asyncapi.json", "/metrics", "/scene")
 
 _WORKS = ("/api/", "/scene")
-"""What pages of other sites may not even ask for: some of it starts work."""
+"""Paths closed even to reads from pages of other sites: some of them start work."""
 
 _LOG = logging.getLogger(__name__)
 _SAFE = frozenset({"GET", "HEAD", "OPTIONS"})
-_OWN_SITES = {"same-origin", "none"}  # of Sec-Fetch-Site; none is a person who types the address
+_OWN_SITES = {"same-origin", "none"}  # of Sec-Fetch-Site; none: the address was typed
 _POLICY_VIOLATION = 1008
 CONTENT_POLICY = (
     "default-src 'self'; script-src 'self'; style-src 'self' 'unsafe-inline'; "
@@ -181,7 +181,7 @@ def _protected(send: Send) -> Send:
 
 
 def _foreign(scope: Scope, headers: Headers, host: str) -> str | None:
-    """Return why a request is a foreign page's that it may not make, or None."""
+    """Return why a request of a foreign page is refused, or None."""
     origin, site = headers.get("origin"), headers.get("sec-fetch-site", "none")
     works = scope["path"].startswith(_WORKS)
     writes = scope["type"] == "websocket" or scope["method"] not in _SAFE

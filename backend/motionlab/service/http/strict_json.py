@@ -1,4 +1,4 @@
-"""JSON bodies, read as strictly as they are answered for."""
+"""Strict parsing of JSON bodies."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ import time
 from typing import Protocol
 
 TURN_SECONDS = 0.002
-"""Time for which streams send before the event loop looks at what else there is, s."""
+"""Time for which streams send before the event loop handles other events, s."""
 
 SHARE = 0.5
 """Share of the event loop's time that streams may take. Where sixty rounds a second would take
@@ -19,7 +19,7 @@ _LOG = logging.getLogger(__name__)
 
 
 class Sender(Protocol):
-    """A source of data with something to send now and then."""
+    """A source of data to send."""
 
     def send(self) -> None:
         """Send pending data as far as buffers have room."""
@@ -27,7 +27,7 @@ class Sender(Protocol):
 
 
 class Broadcast:
-    """Has senders send in rounds, each at most once a round."""
+    """Rounds in which each sender sends at most once."""
 
     def __init__(self) -> None:
         self._loop = asyncio.get_running_loop()
@@ -37,7 +37,7 @@ class Broadcast:
         self._begun = self._spent = 0.0
 
     def wake(self, sender: Sender) -> None:
-        """Have a sender send in the next round."""
+        """Add a sender to the next round."""
         self._due[sender] = None
         if not self._runs:
             self._runs = True
@@ -45,7 +45,7 @@ class Broadcast:
             self._loop.call_later(max(next_round - time.perf_counter(), 0.0), self._begin)
 
     def forget(self, sender: Sender) -> None:
-        """Have a sender send no more."""
+        """Remove a sender."""
         self._due.pop(sender, None)
 
     def _begin(self) -> None:

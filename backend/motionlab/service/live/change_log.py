@@ -25,13 +25,13 @@ class Change(BaseModel):
     previous: dict[str, Any] = Field(description="Dotted path to the value before")
 
 
-class Changes:
+class ChangeLog:
     """The changes of a session.
 
     Parameters
     ----------
     start : Scenario
-        What they change.
+        The scenario before the changes.
 
     Attributes
     ----------

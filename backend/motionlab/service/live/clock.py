@@ -55,7 +55,7 @@ class Clock:
             self._changed.notify()
 
     def stop(self, session: Clocked) -> None:
-        """Advance a session no more; a slice that has begun is finished."""
+        """Stop advancing a session; a slice that has begun is finished."""
         with self._changed:
             self._playing.pop(session, None)
 

@@ -1,4 +1,4 @@
-"""What the service answers besides the documents of lower layers."""
+"""Document of a session's metrics."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ class StreamColumn(BaseModel):
 
 
 class Greeting(BaseModel):
-    """What a client learns of the protocol and of the session's variants."""
+    """Protocol, and variants of the session."""
 
     type: Literal["hello"] = "hello"
     protocol: int
@@ -73,7 +73,7 @@ class ErrorMessage(BaseModel):
 
 
 class Subscribe(BaseModel):
-    """Ask for columns, from a tick on or from now on."""
+    """Subscribe to columns, from a tick or from now on."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
@@ -83,7 +83,7 @@ class Subscribe(BaseModel):
 
 
 class Acknowledge(BaseModel):
-    """Say that a frame and all before it have been taken in."""
+    """Acknowledge a frame and all before it."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
@@ -95,7 +95,7 @@ SERVER_MESSAGES = (Hello, Subscribed, Gap, SessionMessage, Reset, ErrorMessage)
 CLIENT_MESSAGES = (Subscribe, Acknowledge)
 
 ServerMessage = Subscribed | Gap | Reset | ErrorMessage
-"""What a stream builds as an object; greetings and sessions are put together as text."""
+"""Messages that a stream builds as objects; greetings and sessions are assembled as text."""
 
 ClientMessage = Annotated[Subscribe | Acknowledge, Field(discriminator="type")]
 client_message: TypeAdapter[Subscribe | Acknowledge] = TypeAdapter(ClientMessage)

@@ -6,7 +6,7 @@ import asyncio
 
 
 class Listener:
-    """Is woken when a session has something new, and takes its flags back itself."""
+    """Notified of news of a session; clears its flags itself."""
 
     def __init__(self) -> None:
         self.wake = asyncio.Event()
@@ -14,15 +14,15 @@ class Listener:
         self.has_changed = False
 
     def notify(self) -> None:
-        """Say that there is something new."""
+        """Notify of new samples."""
         self.wake.set()
 
     def reset(self) -> None:
-        """Say that the session is back at tick 0."""
+        """Notify that the session is back at tick 0."""
         self.was_reset = True
         self.notify()
 
     def state_changed(self) -> None:
-        """Say that state, speed or parameters have changed."""
+        """Notify that state, speed or parameters have changed."""
         self.has_changed = True
         self.notify()

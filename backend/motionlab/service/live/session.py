@@ -1,4 +1,4 @@
-"""A live scenario: what can be done with it, and in which state it is."""
+"""A live session: its commands and its state."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.results.latest import latest_metrics
 from motionlab.runs.run import Event
-from motionlab.service.live.change_log import Change, Changes, changed
+from motionlab.service.live.change_log import Change, ChangeLog, changed
 from motionlab.service.live.clock import Clock
 from motionlab.service.live.history import History
 from motionlab.service.live.notification import Listener
@@ -50,7 +50,7 @@ T = TypeVar("T")
 
 
 class SessionStatus(BaseModel):
-    """Where a session stands."""
+    """Status of a session."""
 
     id: str
     revision: int = Field(description="Grows with every change; of two reports the larger is newer")
@@ -68,7 +68,7 @@ class SessionStatus(BaseModel):
 
 
 class SessionInfo(SessionStatus):
-    """What is known of a session."""
+    """State and contents of a session."""
 
     changes: list[Change] = Field(description="The latest, oldest first; undo takes back the last")
     base: Scenario = Field(description="What it was created from")
@@ -80,7 +80,7 @@ _SCENARIO: TypeAdapter[Scenario] = TypeAdapter(Scenario)
 
 
 class WrongState(Exception):
-    """What was asked does not fit the state of the session."""
+    """A command that the state of the session does not allow."""
 
 
 class Session:
@@ -126,7 +126,7 @@ class Session:
         self._threads = threads
         self._recorder = recorder
         self._record: SessionRecorder | None = None
-        self._changes = Changes(prepared.scenario)
+        self._changes = ChangeLog(prepared.scenario)
         self._lock = threading.Lock()
         self._waiting = 0  # commands that want the lock
         self._order = asyncio.Lock()
@@ -135,22 +135,22 @@ class Session:
         self._rest_tick = 0
         self._announced = (-1, "")
         self._texts: dict[str, tuple[Any, str]] = {}
-        self._untold = False  # whether the state has changed since listeners were told
+        self._untold = False  # whether the state has changed since listeners were notified
         self._adopt(Simulation(prepared, endless=True))
 
     @property
     def size(self) -> int:
-        """What it holds in memory, bytes: the ring, and the motion."""
+        """Memory of ring and motion, bytes."""
         return self.history.ring.size + self.prepared.motion_size
 
     @property
     def tick(self) -> int:
-        """The next tick to come."""
+        """The next tick."""
         return self.simulation.tick
 
     @property
     def status(self) -> SessionStatus:
-        """Where the session stands."""
+        """Status of the session."""
         return SessionStatus(
             id=self.id,
             revision=self.revision,
@@ -171,7 +171,7 @@ class Session:
         )
 
     def info(self) -> str:
-        """Return what is known of the session, `SessionInfo` as JSON.
+        """Return the session's `SessionInfo` as JSON.
 
         Scenarios are long and seldom change, so their text is kept.
         """
@@ -186,7 +186,7 @@ class Session:
         return f"{self.status.model_dump_json()[:-1]},{','.join(texts)}}}"
 
     def announcement(self) -> str:
-        """Return the message by which streams tell of the present revision, the same for all."""
+        """Return the message of the present revision, the same for all streams."""
         if self._announced[0] != self.revision:
             self._announced = (self.revision, f'{{"type":"session","session":{self.info()}}}')
         return self._announced[1]
@@ -304,7 +304,7 @@ class Session:
     def recording(self, length: int | None = None) -> Recording:
         """Return the latest `length` ticks that the history holds, or all of them.
 
-        Takes its time; other threads may call it while the session advances.
+        Slow; other threads may call it while the session advances.
         """
         braked = self.state in {"stopping", "stopped"}
         return self.history.recording(self.simulation, length, braked=braked)
@@ -352,7 +352,7 @@ class Session:
             self._advance(ticks, state)
 
     def publish(self) -> None:
-        """Wake everybody who listens; runs on the event loop."""
+        """Notify all listeners; runs on the event loop."""
         if self._untold:
             self._untold = False
             self._tell_state()
@@ -439,7 +439,7 @@ class Session:
                     return
                 self._advance_slice(min(left, most))
             self._recorded()
-            if self._waiting:  # a lock is not fair: who releases it and asks again has it again
+            if self._waiting:  # a lock is not fair: who releases it may get it again at once
                 time.sleep(_YIELD_SECONDS)
 
     def _recorded(self, *, flush: bool = False) -> None:

@@ -12,7 +12,7 @@ from fastapi import HTTPException
 from motionlab.service.live.clock import Clock
 from motionlab.service.live.run_recorder import RunRecorder
 from motionlab.service.live.session import Session
-from motionlab.service.memory_budget import Memory
+from motionlab.service.memory_budget import MemoryBudget
 from motionlab.simulation.prepare import Prepared
 
 IDLE_SECONDS = 1800.0
@@ -31,8 +31,8 @@ class Sessions:
     ----------
     most : int
         Sessions that may live at once.
-    memory : Memory
-        Where they take what they hold.
+    memory : MemoryBudget
+        Memory for the sessions.
     recorder : RunRecorder, optional
         Records them.
 
@@ -42,7 +42,9 @@ class Sessions:
         Where the slow work of sessions is done.
     """
 
-    def __init__(self, *, most: int, memory: Memory, recorder: RunRecorder | None = None) -> None:
+    def __init__(
+        self, *, most: int, memory: MemoryBudget, recorder: RunRecorder | None = None
+    ) -> None:
         self._most = most
         self._memory = memory
         self._recorder = recorder

@@ -38,7 +38,7 @@ FRAME_TICKS_MAX = 4000
 """Ticks in one frame at most; a resuming client gets several."""
 
 ANSWERS_MAX = 64
-"""Answers that wait for a client which asks without reading; older ones are dropped."""
+"""Queued answers to a client that does not read; older ones are dropped."""
 
 DETAIL_MAX = 200
 """Characters of an error's detail, which may quote the client."""
@@ -49,9 +49,9 @@ _GOING_AWAY, _POLICY_VIOLATION = 1001, 1008
 class Stream(Listener):
     """One client of a session's stream.
 
-    Messages are taken in as they come. What is new is sent in the broadcast's rounds, one frame
-    at a time and none while the client lags or does not read. Nothing is queued beyond the ring,
-    which is shared.
+    Messages are handled on arrival. New data is sent in the broadcast's rounds, one frame at a time
+    and none while the client lags or does not read. Nothing is queued beyond the ring, which is
+    shared.
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ class Stream(Listener):
         self._rows = tuple(rows[name] for name in message.columns)
         wanted = ring.end if message.from_tick is None else message.from_tick
         self._next = min(max(wanted, ring.first), ring.end)
-        self._skips = False  # where to go on has just been said
+        self._skips = False  # the first tick has just been announced
         self._answer(Subscribed(columns=message.columns, from_tick=self._next))
 
     def _refuse(self, detail: str) -> None:
@@ -175,7 +175,7 @@ class Stream(Listener):
         self._answer(ErrorMessage(problem=problem))
 
     def _take_reset(self) -> None:
-        """Turn to the new timeline and say so before anything of it is sent."""
+        """Switch to the new timeline, announced before any of its data."""
         if self.was_reset:
             self.was_reset = False
             self._next = 0

@@ -1,4 +1,4 @@
-"""How a screen shows what the models hold: names, units, bounds, choices, metrics."""
+"""Display data of the models: names, units, bounds, choices, metrics."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from pydantic import BaseModel, ValidationError
 from motionlab.service.http.openapi_input import ID, links
 from motionlab.service.http.problems import responses
 from motionlab.service.job_reports import REPORT, JobReport, JobSummary, Kind
-from motionlab.service.jobs import Jobs, TooManyJobs, Work
+from motionlab.service.jobs import Jobs, JobTask, TooManyJobs
 from motionlab.service.worker_answers import ComputedResponse, called, computed
 from motionlab.service.workers.worker import Call
 from motionlab.store.records import RecordStore
@@ -90,13 +90,13 @@ async def cancel_job(request: Request, job_id: JobId) -> Response:
     return await get_job(request, job_id)
 
 
-class Asked(NamedTuple):
+class CheckedRequest(NamedTuple):
     """A request that passed every check.
 
     Attributes
     ----------
     request : bytes
-        As its job's report tells it, JSON.
+        As in its job's report, JSON.
     size : int
         Memory that its job holds while it runs, bytes.
     """
@@ -105,7 +105,7 @@ class Asked(NamedTuple):
     size: int = 0
 
     @classmethod
-    def of(cls, body: dict[str, Any], size: int = 0) -> Asked:
+    def of(cls, body: dict[str, Any], size: int = 0) -> CheckedRequest:
         """Return a request by its body."""
         return cls(json.dumps(body, allow_nan=False).encode(), size)
 
@@ -114,7 +114,7 @@ async def as_job(
     request: Request,
     kind: Kind,
     function: Callable[..., Any],
-    check: Callable[..., bytes | Asked],
+    check: Callable[..., bytes | CheckedRequest],
     *asked: Any,
     batches: bool = False,
 ) -> Response:
@@ -125,15 +125,15 @@ async def as_job(
     request : Request
         Whose application has the queue.
     kind : str
-        What kind of work it is.
+        Kind of the job.
     function : callable
         Of a module, called in the job's process with a `Call`, the request as JSON has it, and
         `Settings`; returns the result document.
     check : callable
         Of a module, called in a worker with a `Call`, `Settings` and `asked`; returns the request
-        as the job's report tells it, or bytes to answer with at once.
+        for the job's report, or bytes to answer with at once.
     *asked
-        What was asked for.
+        Arguments of `check`.
     batches : bool
         Whether it needs the kernels of batches.
     """
@@ -145,7 +145,7 @@ async def as_job(
     answer.close()
     state.memory.check(size)
     try:
-        job_id, report = await state.jobs.submit(Work(kind, function, body, size, batches))
+        job_id, report = await state.jobs.submit(JobTask(kind, function, body, size, batches))
     except TooManyJobs as error:
         raise HTTPException(429, str(error)) from None
     return Response(report, 202, {"Location": f"/api/v1/jobs/{job_id}"}, _JSON)

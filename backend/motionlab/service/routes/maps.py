@@ -19,19 +19,19 @@ from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute
 from motionlab.service.settings import Settings
 from motionlab.service.worker_answers import computed
-from motionlab.store.map_library import Found, delete_computed, find_map, map_entries
+from motionlab.store.map_library import LibraryMap, delete_computed, find_map, map_entries
 from motionlab.store.maps import map_file, map_names
 from motionlab.studies.maps.compute import too_many_nodes
 from motionlab.studies.sharing.sharing import FitDocument, fit
 
 
-class _NameConvertor(StringConvertor):
-    """Leaves the names of calls to the calls."""
+class _MapName(StringConvertor):
+    """Names of maps; excludes those of operations."""
 
     regex = "(?!(?:preview|field)$)[^/]+"
 
 
-register_url_convertor("map", _NameConvertor())
+register_url_convertor("map", _MapName())
 
 router = APIRouter(prefix="/maps", tags=["maps"], route_class=JsonRoute)
 
@@ -175,7 +175,7 @@ def _fitted(name: str) -> FitDocument:
     return fit(name)
 
 
-def _found(name: str) -> Found:
+def _found(name: str) -> LibraryMap:
     found = find_map(name)
     if found is None:
         raise HTTPException(404, f"no map {name!r}")

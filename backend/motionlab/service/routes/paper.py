@@ -19,7 +19,7 @@ router = APIRouter(tags=["paper"], route_class=JsonRoute)
     responses=responses(429, 503),
 )
 async def get_paper(request: Request) -> Response:
-    """Return every number that the paper prints, how it is judged and why so; nothing computed."""
+    """Return every number that the paper prints, how it is judged and why; nothing is computed."""
     return await computed(request, _paper, light=True)
 
 

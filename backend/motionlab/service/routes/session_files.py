@@ -15,8 +15,8 @@ from motionlab.service.http.download import Download, temporary_folder
 from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute
 from motionlab.service.live.document import SessionMetrics
-from motionlab.service.memory_budget import Memory
-from motionlab.service.routes.sessions import Found
+from motionlab.service.memory_budget import MemoryBudget
+from motionlab.service.routes.sessions import FoundSession
 from motionlab.service.worker_answers import called
 from motionlab.service.workers.worker import Call
 from motionlab.simulation.result import metadata
@@ -29,7 +29,7 @@ _WAIT_SECONDS = 60.0
 _WRITE_SECONDS = 120.0
 _SAMPLES = "samples.npy"
 _FILE_SHARE = {"csv": 4, "parquet": 3}
-"""What writing a file takes, in sizes of the ring: a copy of it, a row group, and the file. The
+"""Memory for writing a file, in sizes of the ring: a copy of it, a row group, and the file. The
 temporary folder may lie in memory.
 """
 
@@ -42,7 +42,7 @@ _TELEMETRY = {"csv": "text/csv", "parquet": "application/vnd.apache.parquet"}
     response_model=SessionMetrics,
     responses=responses(404),
 )
-async def get_metrics(session: Found) -> Response:
+async def get_metrics(session: FoundSession) -> Response:
     """Return metrics over the last two periods, or ten seconds."""
     return Response(await session.metrics(), media_type="application/json")
 
@@ -66,12 +66,12 @@ async def get_metrics(session: Found) -> Response:
 )
 async def get_telemetry(
     request: Request,
-    session: Found,
+    session: FoundSession,
     format: Annotated[Literal["csv", "parquet"], Query()] = "parquet",
 ) -> Response:
     """Return the contents of the ring, 30 s at most, as a file."""
     state = request.app.state
-    memory: Memory = state.memory
+    memory: MemoryBudget = state.memory
     slots: asyncio.Semaphore = state.downloads
     if slots.locked() and state.downloads_waiting >= state.settings.downloads_waiting_max:
         raise _too_many(f"{state.downloads_waiting} files are waited for already")
@@ -111,7 +111,7 @@ def _too_many(detail: str) -> HTTPException:
 def _write(
     _: Call, path: str, start: int, failed: dict[str, int | None], about: dict[str, str]
 ) -> None:
-    """Write a file of the samples that lie beside it; runs in a worker."""
+    """Write a file of the samples in its folder; runs in a worker."""
     data = np.load(Path(path).parent / _SAMPLES, mmap_mode="r")
     recorder.write(as_recording(start, data, failed), path, metadata=about)
 
@@ -128,7 +128,7 @@ def _write(
         **responses(404),
     },
 )
-async def get_scenario_file(session: Found) -> Response:
+async def get_scenario_file(session: FoundSession) -> Response:
     """Return the scenario in effect as a TOML file that ``motionlab run`` takes."""
     scenario = session.simulation.scenario
     text = tomli_w.dumps(scenario.model_dump(mode="json", exclude_none=True))

@@ -108,7 +108,7 @@ def find_session(request: Request, session_id: SessionId) -> Session:
     return request.app.state.sessions.find(session_id)
 
 
-Found = Annotated[Session, Depends(find_session)]
+FoundSession = Annotated[Session, Depends(find_session)]
 
 
 def _info(session: Session, status: int = 200, headers: dict[str, str] | None = None) -> Response:
@@ -146,7 +146,7 @@ async def list_sessions(request: Request) -> Response:
 @router.get(
     "/{session_id}", operation_id="getSession", response_model=SessionInfo, responses=responses(404)
 )
-async def get_session(session: Found) -> Response:
+async def get_session(session: FoundSession) -> Response:
     """Return the state of a session."""
     return _info(session)
 
@@ -154,7 +154,7 @@ async def get_session(session: Found) -> Response:
 @router.delete(
     "/{session_id}", operation_id="deleteSession", status_code=204, responses=responses(404)
 )
-async def delete_session(request: Request, session: Found) -> Response:
+async def delete_session(request: Request, session: FoundSession) -> Response:
     """End a session."""
     request.app.state.sessions.remove(session)
     return Response(status_code=204)
@@ -166,7 +166,7 @@ async def delete_session(request: Request, session: Found) -> Response:
     response_model=SessionInfo,
     responses=responses(400, 404, 409, 413, 415, 422),
 )
-async def play(session: Found, body: PlayRequest | None = None) -> Response:
+async def play(session: FoundSession, body: PlayRequest | None = None) -> Response:
     """Run against the clock."""
     session.play(None if body is None else body.speed)
     return _info(session)
@@ -178,7 +178,7 @@ async def play(session: Found, body: PlayRequest | None = None) -> Response:
     response_model=SessionInfo,
     responses=responses(404, 409),
 )
-async def pause(session: Found) -> Response:
+async def pause(session: FoundSession) -> Response:
     """Halt the clock."""
     session.pause()
     return _info(session)
@@ -190,7 +190,7 @@ async def pause(session: Found) -> Response:
     response_model=SessionInfo,
     responses=responses(400, 404, 409, 413, 415, 422),
 )
-async def step(session: Found, body: StepRequest | None = None) -> Response:
+async def step(session: FoundSession, body: StepRequest | None = None) -> Response:
     """Advance a paused session by some ticks."""
     await session.step(1 if body is None else body.ticks)
     return _info(session)
@@ -202,7 +202,7 @@ async def step(session: Found, body: StepRequest | None = None) -> Response:
     response_model=SessionInfo,
     responses=responses(404, 409, 422),
 )
-async def reset(session: Found) -> Response:
+async def reset(session: FoundSession) -> Response:
     """Go back to tick 0; changes stay."""
     await session.reset()
     return _info(session)
@@ -211,7 +211,7 @@ async def reset(session: Found) -> Response:
 @router.post(
     "/{session_id}/stop", operation_id="stop", response_model=SessionInfo, responses=responses(404)
 )
-async def stop(session: Found) -> Response:
+async def stop(session: FoundSession) -> Response:
     """Brake to rest, then switch the currents off; only a reset leaves that."""
     session.stop()
     return _info(session)
@@ -223,7 +223,7 @@ async def stop(session: Found) -> Response:
     response_model=SessionInfo,
     responses=responses(404, 409, 422),
 )
-async def undo(session: Found) -> Response:
+async def undo(session: FoundSession) -> Response:
     """Take back the latest change of parameters."""
     await session.undo()
     return _info(session)
@@ -232,7 +232,7 @@ async def undo(session: Found) -> Response:
 @router.post(
     "/{session_id}/push", operation_id="push", responses=responses(400, 404, 409, 413, 415, 422)
 )
-async def push(session: Found, body: PushRequest) -> TickAnswer:
+async def push(session: FoundSession, body: PushRequest) -> TickAnswer:
     """Push the mover of every variant."""
     tick = session.push(AXES.index(body.axis), body.force, body.duration)
     return TickAnswer(tick=tick)
@@ -243,7 +243,7 @@ async def push(session: Found, body: PushRequest) -> TickAnswer:
     operation_id="changeParameters",
     responses=responses(400, 404, 409, 413, 415, 422),
 )
-async def change_parameters(session: Found, body: ChangeRequest) -> TickAnswer:
+async def change_parameters(session: FoundSession, body: ChangeRequest) -> TickAnswer:
     """Change parameters at the next tick, all or none."""
     return TickAnswer(tick=await session.change(body.set))
 

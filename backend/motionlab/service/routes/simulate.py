@@ -19,7 +19,7 @@ from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute
 from motionlab.service.job_reports import REPORTS
 from motionlab.service.prometheus import Monitor
-from motionlab.service.routes.jobs import Asked, accepted, as_job
+from motionlab.service.routes.jobs import CheckedRequest, accepted, as_job
 from motionlab.service.settings import Settings
 from motionlab.service.worker_answers import ComputedResponse, json_of
 from motionlab.service.workers.worker import Call
@@ -99,13 +99,13 @@ def prepare_request(body: ChangedScenario, settings: Settings) -> Prepared:
 
 def _answer(
     call: Call, bounds: Settings, body: SimulateRequest, asynchronous: bool
-) -> bytes | Asked:
+) -> bytes | CheckedRequest:
     """Return the result document, or the request where it takes a job."""
     prepared = prepare_request(body, bounds)
     size = prepared.recording_size()
     too_long = prepared.duration > bounds.direct_max or prepared.work > bounds.direct_work_max
     if too_long or asynchronous:
-        return Asked.of(body.model_dump(), size)
+        return CheckedRequest.of(body.model_dump(), size)
     call.hold(size)
     return json_of(call, _run, (body, prepared, call.progress))
 

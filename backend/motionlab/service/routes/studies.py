@@ -13,7 +13,7 @@ from motionlab.service.http.openapi_input import Described, DescribedTable
 from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute
 from motionlab.service.job_reports import REPORTS
-from motionlab.service.routes.jobs import Asked, accepted, as_job
+from motionlab.service.routes.jobs import CheckedRequest, accepted, as_job
 from motionlab.service.settings import Settings
 from motionlab.service.worker_answers import computed, json_of
 from motionlab.service.workers.worker import Call
@@ -65,11 +65,11 @@ def answer(kind: str, body: dict[str, Any]) -> Any:
     return study.document(study.run(study.plan(body), lambda *_: None))
 
 
-def check(call: Call, bounds: Settings, kind: str, body: dict[str, Any]) -> bytes | Asked:
+def check(call: Call, bounds: Settings, kind: str, body: dict[str, Any]) -> bytes | CheckedRequest:
     """Return the request of a job, or the document that is kept already; runs in a worker."""
     study = BY_KIND[kind]
     kept = study.kept(planned(kind, body, bounds))
-    return Asked.of(body) if kept is None else json_of(call, study.document, (kept,))
+    return CheckedRequest.of(body) if kept is None else json_of(call, study.document, (kept,))
 
 
 def run(call: Call, body: dict[str, Any], bounds: Settings, *, kind: str) -> Any:

@@ -1,4 +1,4 @@
-"""Trajectories: whether the motor can follow one, how slow it has to be, and those kept by name."""
+"""Trajectories: feasibility check, retiming, storage by name."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ from motionlab.trajectory.retiming import slow_down
 from motionlab.trajectory.trajectory_check import Examination, LimitSets, examine
 
 
-class _NameConvertor(StringConvertor):
-    """Leaves the names of calls to the calls."""
+class _TrajectoryName(StringConvertor):
+    """Names of trajectories; excludes those of operations."""
 
     regex = "(?!(?:check|slow)$)[^/]+"
 
 
-register_url_convertor("trajectory", _NameConvertor())
+register_url_convertor("trajectory", _TrajectoryName())
 
 router = APIRouter(prefix="/trajectories", tags=["trajectories"], route_class=JsonRoute)
 
@@ -51,7 +51,7 @@ class CheckRequest(ChangedScenario):
     points: int = Field(default=600, ge=10, le=20_000, description="Bins of each profile at most")
 
 
-class Entry(BaseModel):
+class TrajectoryEntry(BaseModel):
     """One trajectory that is kept."""
 
     name: str = Field(description="Name")
@@ -59,13 +59,13 @@ class Entry(BaseModel):
     kind: str = Field(description="Kind of motion; empty where the file does not say")
 
 
-class Kept(Entry):
+class KeptTrajectory(TrajectoryEntry):
     """A trajectory with its numbers."""
 
     trajectory: Table = Field(description="As a scenario takes it, every field given")
 
 
-class Slowed(BaseModel):
+class SlowedTrajectory(BaseModel):
     """A trajectory that the motor can follow."""
 
     trajectory: Table = Field(description="The same path with slower numbers")
@@ -86,7 +86,7 @@ class Slowed(BaseModel):
     },
 )
 async def check_trajectory(request: Request, body: Annotated[CheckRequest, Body()]) -> Response:
-    """Hold a trajectory against a scenario's limits, for drawing; infeasible ones get 200 too."""
+    """Check a trajectory against a scenario's limits, for drawing; 200 also if it is infeasible."""
     answer = await called(request, _examined, body, light=True)
     return ComputedResponse(answer, media_type=MEDIA_TYPE)
 
@@ -94,7 +94,7 @@ async def check_trajectory(request: Request, body: Annotated[CheckRequest, Body(
 @router.post(
     "/slow",
     operation_id="slowTrajectory",
-    response_model=Slowed,
+    response_model=SlowedTrajectory,
     responses=responses(400, 413, 415, 422, 429, 503),
 )
 async def slow_trajectory(request: Request, body: Annotated[CheckRequest, Body()]) -> Response:
@@ -103,7 +103,7 @@ async def slow_trajectory(request: Request, body: Annotated[CheckRequest, Body()
 
 
 @router.get("", operation_id="listTrajectories", responses=responses(422))
-def list_trajectories() -> list[Entry]:
+def list_trajectories() -> list[TrajectoryEntry]:
     """List the trajectories that ship and those that were saved."""
     shipped = [_entry(name) for name in names("trajectories")]
     known = {entry.name for entry in shipped}
@@ -113,7 +113,7 @@ def list_trajectories() -> list[Entry]:
 
 
 @router.get("/{name:trajectory}", operation_id="getTrajectory", responses=responses(404, 422))
-def get_trajectory(name: Name) -> Kept:
+def get_trajectory(name: Name) -> KeptTrajectory:
     """Return a trajectory by name."""
     shipped = name in names("trajectories")
     try:
@@ -128,7 +128,9 @@ def get_trajectory(name: Name) -> Kept:
     operation_id="putTrajectory",
     responses=responses(400, 409, 413, 415, 422, 503, 507),
 )
-def put_trajectory(name: Name, body: Annotated[Table, Body(examples=[EXAMPLE_PATH])]) -> Kept:
+def put_trajectory(
+    name: Name, body: Annotated[Table, Body(examples=[EXAMPLE_PATH])]
+) -> KeptTrajectory:
     """Save or replace a trajectory under a name."""
     _refuse_shipped(name)
     trajectory = validate_trajectory(body)
@@ -191,11 +193,13 @@ def _head(found: Examination) -> dict[str, Any]:
     }
 
 
-def _slowed(body: CheckRequest) -> Slowed:
+def _slowed(body: CheckRequest) -> SlowedTrajectory:
     limits = _limits(body)
     slower, stretch = slow_down(validate_trajectory(body.trajectory), limits)
     duration = examine(slower, limits, bins=10).duration
-    return Slowed(trajectory=slower.model_dump(mode="json"), stretch=stretch, duration=duration)
+    return SlowedTrajectory(
+        trajectory=slower.model_dump(mode="json"), stretch=stretch, duration=duration
+    )
 
 
 def _limits(body: CheckRequest) -> LimitSets:
@@ -203,7 +207,7 @@ def _limits(body: CheckRequest) -> LimitSets:
     return _limits_of(text, map_digests(_epochs_of(text)))
 
 
-# A path that is dragged asks for the same again and again.
+# Dragging a path repeats the same request.
 
 
 @functools.lru_cache(maxsize=16)
@@ -226,19 +230,19 @@ def _refuse_shipped(name: str) -> None:
         raise HTTPException(409, f"{name!r} ships with the project and cannot be changed")
 
 
-def _entry(name: str) -> Entry:
+def _entry(name: str) -> TrajectoryEntry:
     kind = KINDS.of(config_root() / "trajectories" / f"{name}.toml")
-    return Entry(name=name, shipped=True, kind=kind)
+    return TrajectoryEntry(name=name, shipped=True, kind=kind)
 
 
-def _saved_entry(store: TrajectoryStore, name: str) -> Entry | None:
+def _saved_entry(store: TrajectoryStore, name: str) -> TrajectoryEntry | None:
     """Return a saved trajectory's entry, with its error if it cannot be opened."""
     try:
-        return Entry(name=name, shipped=False, kind=store.kind(name))
+        return TrajectoryEntry(name=name, shipped=False, kind=store.kind(name))
     except OSError:  # deleted since it was listed, or unreadable
         return None
 
 
-def _kept(name: str, trajectory: TrajectoryConfig, *, shipped: bool) -> Kept:
+def _kept(name: str, trajectory: TrajectoryConfig, *, shipped: bool) -> KeptTrajectory:
     tables = trajectory.model_dump(mode="json")
-    return Kept(name=name, shipped=shipped, kind=trajectory.kind, trajectory=tables)
+    return KeptTrajectory(name=name, shipped=shipped, kind=trajectory.kind, trajectory=tables)

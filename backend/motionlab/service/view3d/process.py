@@ -86,7 +86,7 @@ class Scene:
         """
         if self._starting is None:
             self._starting = asyncio.create_task(self._start())
-            # Whoever asked may have left.
+            # The client may have disconnected.
             self._starting.add_done_callback(lambda task: task.cancelled() or task.exception())
         await asyncio.shield(self._starting)
 
@@ -156,7 +156,8 @@ class Scene:
                     self._write(protocol.message(protocol.CLEAR) + self._past())
                 elif listener.has_changed:
                     listener.has_changed = False
-                    # It may rest now: told twice, even what is not shown each time is shown.
+                    # The motor may rest now: sent twice, also the parts that skip every other pose
+                    # are drawn.
                     self._write(2 * self._newest(session))
                 elif self._idle():
                     self._write(self._newest(session))
@@ -205,7 +206,7 @@ class Scene:
             path = [(float(x), float(y)) for x, y in position[chosen.astype(int)]]
         variants = list(scenario.variants.items())[:VARIANTS_MAX]
         labels = {name: variant.label for name, variant in variants}
-        return protocol.Start(self.origin, _axes(scenario.plant), labels, path).encode()
+        return protocol.SceneDescription(self.origin, _axes(scenario.plant), labels, path).encode()
 
     def _idle(self) -> bool:
         """Return whether the process has consumed all that was sent."""
@@ -217,9 +218,9 @@ class Scene:
             self._process.stdin.write(data)
 
 
-def _axes(plant: PlantConfig) -> tuple[protocol.Axis, protocol.Axis]:
+def _axes(plant: PlantConfig) -> tuple[protocol.DrawnAxis, protocol.DrawnAxis]:
     x, y = (
-        protocol.Axis(axis.stroke, pole_pitch(axis.force_map), axis.force_map.offset)
+        protocol.DrawnAxis(axis.stroke, pole_pitch(axis.force_map), axis.force_map.offset)
         for axis in (plant.x, plant.y)
     )
     return x, y

@@ -1,8 +1,8 @@
-"""The scenes of a server: a child process for each session that somebody watches in 3-D.
+"""The scenes of a server: a child process for each session watched in 3-D.
 
 A child ends after a while without viewers, when its session ends, or with this process,
-whose end closes its stdin. One that died comes back with the next request: viewers ask by
-themselves.
+whose end closes its stdin. One that crashed is started again by the next request: viewers reconnect
+by themselves.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class Scenes:
         return list(self._scenes.values())
 
     async def of(self, session: Session | None) -> Scene:
-        """Return the scene of a session, started if need be; only those who ask for it wait.
+        """Return the scene of a session, started if need be; only callers for this session wait.
 
         Raises
         ------
@@ -77,7 +77,7 @@ class Scenes:
         ending.add_done_callback(self._ending.discard)
 
     async def keep_evicting(self) -> None:
-        """Go on to end scenes that are over or hang; runs for ever."""
+        """End scenes that are over or hang, periodically; runs for ever."""
         while True:
             await asyncio.sleep(_EVICTION_PERIOD)
             await self.evict_idle()

@@ -39,8 +39,8 @@ _PASSED_ON = ("content-type", "content-encoding", "content-length")
 _GOING_AWAY, _TOO_BIG, _TRY_AGAIN = 1001, 1009, 1013
 _NEVER_SENT = (1005, 1006, 1015)  # codes that only stand for how a connection was lost
 
-# The page runs inline scripts and workers of its own; it may reach this server only,
-# whatever its address is made to say.
+# The page runs inline scripts and workers of its own; it may connect to this server only, whatever
+# its address contains.
 CONTENT_POLICY = (
     "default-src 'self'; script-src 'self' 'unsafe-inline' 'unsafe-eval' blob: data:; "
     "style-src 'self' 'unsafe-inline'; img-src 'self' blob: data:; font-src 'self' data:; "
@@ -69,7 +69,7 @@ async def fetch_page(scene: Scene, accept_encoding: str) -> Response:
 
 
 async def answers(scene: Scene) -> bool:
-    """Return whether the process answers at all, be it with a refusal."""
+    """Return whether the process answers at all, even with an error."""
     try:
         async with asyncio.timeout(HANG_SECONDS):
             await _get(scene, "")
@@ -119,11 +119,11 @@ async def carry(websocket: WebSocket, scene: Scene) -> None:
             await asyncio.gather(*ways, return_exceptions=True)
         closing = next((way.result() for way in done if not way.exception()), None)
         if closing is not None:
-            # It may have gone first, or still not read.
+            # It may have disconnected, or still not read.
             with contextlib.suppress(RuntimeError, TimeoutError):
                 async with asyncio.timeout(FAREWELL_SECONDS):
                     await websocket.close(*closing)
-        upstream.transport.abort()  # its own farewell would wait for what the viewer never read
+        upstream.transport.abort()  # its close handshake would wait for data never read
 
 
 async def _connect(scene: Scene, offered: list[Subprotocol]) -> ClientConnection:

@@ -15,9 +15,9 @@ from typing import Any, NamedTuple
 from motionlab.errors import ConfigError, FieldError
 
 REQUEST = struct.Struct("<cI")
-"""What the fork server is asked: to fork or to kill, and the number of the worker."""
+"""Requests to the fork server: to fork or to kill, and the number of the worker."""
 NOTICE = struct.Struct("<cIi")
-"""What the fork server says: that it is warm, complete, or which worker ended with what status."""
+"""Messages of the fork server: it is warm, complete, or which worker ended with what status."""
 FORK, KILL, WARM, COMPLETE, ENDED = b"f", b"k", b"w", b"c", b"e"
 
 _HEAD = struct.Struct("<I?")  # length; whether a file comes with it

@@ -1,4 +1,4 @@
-"""The fork server and its workers as the server sees them: started, listened to, ended."""
+"""The server's side of the fork server and its workers."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from typing import Any
 from fastapi import HTTPException
 
 from motionlab.errors import MotionLabError
-from motionlab.service.memory_budget import Memory
+from motionlab.service.memory_budget import MemoryBudget
 from motionlab.service.workers.channel import (
     COMPLETE,
     ENDED,
@@ -40,17 +40,17 @@ _SECRETS = ("MOTIONLAB_TOKEN", "MOTIONLAB_HOSTS")
 _ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 _FOLDERS = ("MOTIONLAB_DATA", "MOTIONLAB_CONFIGS")
 _AGAIN_AFTER = 1.0  # s until a fork server that has ended is started again
-_ENDING = 0.02  # s from its last word to its status
+_ENDING = 0.02  # s from its last message to its status
 _NEVER_WARM = "the processes that compute cannot be started: {}; the server's log has more"
 
 OnProgress = Callable[[float, bytes | None], None]
 
 
-class WorkerLost(MotionLabError):
-    """A worker that ended before its call."""
+class ForkLost(MotionLabError):
+    """A worker process that ended before its call."""
 
 
-class Answer:
+class CallResult:
     """The result of a call, with the memory reserved until it is forwarded.
 
     Attributes
@@ -61,7 +61,9 @@ class Answer:
         The bytes that it returned.
     """
 
-    def __init__(self, value: Any, contents: Contents | None, held: int, memory: Memory) -> None:
+    def __init__(
+        self, value: Any, contents: Contents | None, held: int, memory: MemoryBudget
+    ) -> None:
         self.value = value
         self.contents = contents
         self._held = held
@@ -91,14 +93,14 @@ class Worker:
         Leads to it.
     kill : callable
         Has the fork server end it.
-    memory : Memory
-        Where its calls take what they hold.
+    memory : MemoryBudget
+        Memory for its calls.
     held : int
-        What has been taken for its first call already, bytes.
+        Memory already reserved for its first call, bytes.
     """
 
     def __init__(
-        self, sock: socket.socket, kill: Callable[[], None], memory: Memory, held: int
+        self, sock: socket.socket, kill: Callable[[], None], memory: MemoryBudget, held: int
     ) -> None:
         loop = asyncio.get_running_loop()
         sock.setblocking(False)
@@ -112,7 +114,7 @@ class Worker:
         self._inbox = Inbox(sock)
         self._memory = memory
         self._held = held
-        self._call: asyncio.Future[Answer] | None = None
+        self._call: asyncio.Future[CallResult] | None = None
         self._on_progress: OnProgress | None = None
         loop.add_reader(sock, self._read)
 
@@ -131,7 +133,7 @@ class Worker:
         function: Callable[..., Any],
         *arguments: Any,
         on_progress: OnProgress | None = None,
-    ) -> Answer:
+    ) -> CallResult:
         """Call a function in the worker; return its result or raise its exception.
 
         Parameters
@@ -141,7 +143,7 @@ class Worker:
         arguments
             Anything that can be pickled.
         on_progress : callable, optional
-            Takes the share done and the JSON of what is there so far, where that is new.
+            Takes the share done and the JSON of a new partial result.
 
         Raises
         ------
@@ -151,7 +153,7 @@ class Worker:
             If the arguments are nested too deeply to be sent.
         """
         if not self.alive:
-            raise WorkerLost(self.ended.result())
+            raise ForkLost(self.ended.result())
         environment = {name: os.environ.get(name) for name in _FOLDERS}
         try:
             data = framed(("call", function, arguments, environment, self._held))
@@ -203,9 +205,9 @@ class Worker:
         self._held = 0
         self.ended.set_result(reason)
         if not self.started.done():
-            self.started.set_exception(WorkerLost(reason))
+            self.started.set_exception(ForkLost(reason))
             self.started.exception()
-        self._finish(WorkerLost(reason))
+        self._finish(ForkLost(reason))
 
     def _read(self) -> None:
         try:
@@ -240,10 +242,10 @@ class Worker:
                 self.resident = resident
                 held, self._held = self._held, 0
                 if kind == "done":
-                    self._finish(Answer(rest[0], received.contents, held, self._memory))
+                    self._finish(CallResult(rest[0], received.contents, held, self._memory))
                     return
                 self._memory.give_back(held)
-                error = rest[0].error() if kind == "failed" else WorkerLost("it was cancelled")
+                error = rest[0].error() if kind == "failed" else ForkLost("it was cancelled")
                 self._finish(error)
             case _:
                 raise ValueError("a message of an unknown form")
@@ -259,12 +261,12 @@ class Worker:
         with contextlib.suppress(OSError):
             self._socket.send(framed(("hold", refusal)))
 
-    def _finish(self, result: Answer | BaseException) -> None:
+    def _finish(self, result: CallResult | BaseException) -> None:
         call, self._call, self._on_progress = self._call, None, None
         if call is None or call.done():  # given up meanwhile
-            if isinstance(result, Answer):
+            if isinstance(result, CallResult):
                 result.close()
-        elif isinstance(result, Answer):
+        elif isinstance(result, CallResult):
             call.set_result(result)
         else:
             call.set_exception(result)
@@ -275,11 +277,11 @@ class Forks:
 
     Parameters
     ----------
-    memory : Memory
-        Where workers' calls take what they hold.
+    memory : MemoryBudget
+        Memory for the workers' calls.
     """
 
-    def __init__(self, memory: Memory) -> None:
+    def __init__(self, memory: MemoryBudget) -> None:
         self.settled = asyncio.Event()
         """Set once all that simulations need is loaded, or is known not to be."""
         self.failure: str | None = None
@@ -330,7 +332,7 @@ class Forks:
         Parameters
         ----------
         held : int
-            Memory that has been taken for its first call, bytes; it gives that back.
+            Memory already reserved for its first call, bytes; the worker releases it.
 
         Raises
         ------
@@ -347,7 +349,7 @@ class Forks:
             except (OSError, AssertionError):
                 ours.close()
                 self._memory.give_back(held)
-                raise WorkerLost("the fork server cannot be reached") from None
+                raise ForkLost("the fork server cannot be reached") from None
         worker = Worker(ours, lambda: self._kill(number), self._memory, held)
         self._workers[number] = worker
         return worker

@@ -33,7 +33,7 @@ class ForkServer:
     Parameters
     ----------
     control : socket.socket
-        Leads to the server; the end of the one is that of the other.
+        Leads to the server, and ends with it.
     """
 
     def __init__(self, control: socket.socket) -> None:

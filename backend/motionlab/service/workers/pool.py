@@ -9,8 +9,8 @@ from typing import Any
 
 from fastapi import HTTPException
 
-from motionlab.service.memory_budget import Memory
-from motionlab.service.workers.fork_client import Answer, Forks, Worker, WorkerLost
+from motionlab.service.memory_budget import MemoryBudget
+from motionlab.service.workers.fork_client import CallResult, ForkLost, Forks, Worker
 
 CALL_SECONDS = 120.0
 """Time after which a call is given up, s."""
@@ -36,11 +36,11 @@ class Workers:
         Calls carried out at once; one more process is there for light ones.
     waiting_max : int
         Calls that may wait, and as many light ones; one more is answered 429.
-    memory : Memory
-        Where calls take what they hold.
+    memory : MemoryBudget
+        Memory for the calls.
     """
 
-    def __init__(self, *, count: int, waiting_max: int, memory: Memory) -> None:
+    def __init__(self, *, count: int, waiting_max: int, memory: MemoryBudget) -> None:
         self.forks = Forks(memory)
         self._count = count
         self._waiting_max = waiting_max
@@ -73,8 +73,8 @@ class Workers:
         *arguments: Any,
         light: bool = False,
         seconds: float = CALL_SECONDS,
-    ) -> Answer:
-        """Have a function called by a worker.
+    ) -> CallResult:
+        """Call a function in a worker.
 
         Parameters
         ----------
@@ -99,7 +99,7 @@ class Workers:
         except TimeoutError:
             worker.kill()
             detail = f"this took longer than {seconds:g} s and was given up"
-        except WorkerLost as error:
+        except ForkLost as error:
             detail = f"this was not computed: {error}"
         except MemoryError:
             detail = "this takes more memory than one call may have"
@@ -166,7 +166,7 @@ class Workers:
                 worker = self.forks.fork()
                 await asyncio.wait([worker.started])
                 worker.started.result()
-            except WorkerLost:
+            except ForkLost:
                 await asyncio.sleep(_AGAIN_AFTER)
                 continue
             self._alive.add(worker)
@@ -179,7 +179,7 @@ class Workers:
                 self._idle.remove(worker)
 
     async def _renew(self) -> None:
-        """Replace the first workers by such as have everything loaded."""
+        """Replace the first workers by fully loaded ones."""
         await self.forks.complete.wait()
         self._stale = set(self._alive)
         for worker in self._idle:

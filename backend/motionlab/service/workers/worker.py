@@ -25,7 +25,7 @@ from motionlab.lanes.bank import TABLES
 from motionlab.service.workers.channel import Failure, Inbox, Received, send
 
 SPARE = 1_000_000_000
-"""What a call may allocate beyond the memory that it has asked for, bytes."""
+"""Allocations of a call beyond its reserved memory, bytes."""
 
 _PR_SET_PDEATHSIG = 1
 _PAUSE = 0.05  # s between reports of progress, at least
@@ -46,9 +46,9 @@ class Call:
     sock : socket.socket
         Leads to the server.
     inbox : Inbox
-        What the server says.
+        Messages of the server.
     held : int
-        Memory that the server holds for it already, bytes.
+        Memory already reserved by the server, bytes.
     """
 
     def __init__(self, sock: socket.socket, inbox: Inbox, held: int) -> None:
@@ -61,14 +61,14 @@ class Call:
         _allow(held)
 
     def hold(self, size: int) -> None:
-        """Hold memory until the call's answer has been sent.
+        """Reserve memory until the call's answer has been sent.
 
         Raises
         ------
         ConfigError
-            If there never is as much.
+            If it is larger than the whole budget.
         HTTPException
-            429 if others hold it now.
+            429 if it is in use.
         """
         send(self._socket, ("hold", size))
         _, refusal = self._answer()

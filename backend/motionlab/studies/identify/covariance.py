@@ -1,10 +1,9 @@
-"""How far estimates of least squares scatter, when neither variances nor shares of it are known.
+"""Covariance of least-squares estimates when the variances of the residuals are unknown.
 
-Residuals of one motion, there and back, have causes in common, and those of a slow motion are
-other than those of a fast one. So nothing is taken of them but that motions are independent: the
-covariance is that of the jackknife, how far the estimates move when one motion is left out, CR3,
-and every parameter has its own degrees of freedom, by Satterthwaite. See Bell and McCaffrey (2002)
-and Imbens and Kolesar (2016), doi 10.1162/REST_a_00552.
+Residuals of one motion, there and back, are correlated, and those of slow and fast motions have
+different variances. Only independence between motions is assumed: the covariance is that of the
+jackknife over motions, CR3, and every parameter has its own degrees of freedom, by Satterthwaite.
+See Bell and McCaffrey (2002) and Imbens and Kolesar (2016), doi 10.1162/REST_a_00552.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ Array = NDArray[np.float64]
 
 
 class Scatter(NamedTuple):
-    """How far estimates scatter.
+    """Covariance of estimates.
 
     Attributes
     ----------
@@ -36,7 +35,7 @@ class Scatter(NamedTuple):
 
 
 def scatter(jacobian: Array, residuals: Array, motion: NDArray[np.intp]) -> Scatter:
-    """Return the scatter of least-squares estimates.
+    """Return the covariance of least-squares estimates.
 
     ``C = sum u_g u_g^T, u_g = (J^T J)^-1 J_g^T (I - H_gg)^-1 e_g`` over the motions g, with the
     projection ``H = J (J^T J)^-1 J^T``.
@@ -48,7 +47,7 @@ def scatter(jacobian: Array, residuals: Array, motion: NDArray[np.intp]) -> Scat
     residuals : ndarray, shape (n,)
         At the minimum.
     motion : ndarray of int, shape (n,)
-        Which motion each residual is of.
+        Motion of each residual.
     """
     length = np.linalg.norm(jacobian, axis=0)
     seen = length > 0.0
@@ -63,7 +62,7 @@ def scatter(jacobian: Array, residuals: Array, motion: NDArray[np.intp]) -> Scat
         rows = U[motion == g]
         # (I - U_g U_g^T)^-1 U_g = U_g (I - U_g^T U_g)^-1, which is small
         part, basis = np.linalg.eigh(np.eye(rows.shape[1]) - rows.T @ rows)
-        free = part > 1e-9  # what a motion alone determines leaves no residual to judge it by
+        free = part > 1e-9  # a parameter that one motion alone determines leaves no residual
         left = (basis[:, free] / part[free]) @ basis[:, free].T
         weights = rows @ left @ inverse.T
         moves.append(residuals[motion == g] @ weights)

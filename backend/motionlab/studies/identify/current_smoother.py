@@ -1,15 +1,16 @@
 """Phase currents, estimated from commands and readings by a smoother of the current loops.
 
-A drive reports a current in steps and at the samples only. What flowed is known better, because the
-command is known too: over a control period a current approaches the command that acts, ``c_k``, but
-for what the amplifier adds, ``w_k``::
+A drive reports a current in steps and at the samples only. The true current is known better,
+because the command is known too: over a control period a current approaches the acting command
+``c_k``, apart from amplifier noise ``w_k``::
 
     i_{k+1} = c_k + r (i_k - c_k) + w_k        var w = q
     y_k     = i_k + n_k                        var n = step^2/12
 
-With r, what a period leaves of a deviation, and q read off the records, a Rauch-Tung-Striebel
-smoother gives mean and variance of every current from all the readings of its motion. Without noise
-in the amplifiers the command tells the current; with much of it, the reading does.
+With r, the share of a deviation left after a period, and q estimated from the records, a
+Rauch-Tung-Striebel smoother gives mean and variance of every current from all the readings of its
+motion. Without amplifier noise the command determines the current; with much noise, the reading
+does.
 """
 
 from __future__ import annotations
@@ -35,20 +36,20 @@ _SLOWEST = 0.95
 """Largest share of a deviation that a period may leave: 16 Hz of bandwidth."""
 
 _TELLING = 5.0 * STEP
-"""Deviation from which a pair of readings tells r."""
+"""Least deviation of a pair of readings used to estimate r."""
 
 _PAIRS = 5000
-"""Pairs of readings that are kept to tell r."""
+"""Pairs of readings kept to estimate r."""
 
 _BRACKET = 0.02
-"""Distance from the least squares within which the likeliest r is sought."""
+"""Distance from the least-squares estimate within which the most likely r is searched."""
 
 _STRAY = 1e-6
-"""Likelihood of a reading that no r explains."""
+"""Likelihood of an outlier, which no r explains."""
 
 
 class Smoothed(NamedTuple):
-    """Currents as all readings of a motion tell them.
+    """Currents estimated from all readings of a motion.
 
     Attributes
     ----------
@@ -69,17 +70,17 @@ class Smoothed(NamedTuple):
 class CurrentLoops:
     """Estimated parameters of an axis's current loops.
 
-    Pooled, because a slow motion alone tells little: its currents hardly leave their commands.
-    A reading is an interval, half a step either way, and r the value under which the readings that
-    were furthest from their commands are likeliest. Least squares would take steps for noise, which
-    without noise they are not: the same commands are rounded the same way time and again.
+    Pooled, because a slow motion alone holds little information: its currents hardly leave their
+    commands. A reading is an interval, half a step either way, and r is the maximum-likelihood
+    value for the readings furthest from their commands. Least squares would treat quantisation as
+    noise, which it is not without amplifier noise: the same commands are always rounded alike.
 
     Attributes
     ----------
     delay : int
         Control periods from a command to its effect.
     left_over : float
-        What a control period leaves of a current's distance from its command, r, 1.
+        Share r of a current's distance from its command left after a control period, 1.
     """
 
     delay: int
@@ -126,8 +127,8 @@ class CurrentLoops:
 def reported(current: Array, amplifiers: AmplifierConfig) -> Array:
     """Return the drives' readings of true currents, A, shape (3, n).
 
-    An amplifier's gain and offset are its current sensor's: its loop brings what the sensor says,
-    not the current, to the command. No experiment sees them.
+    An amplifier's gain and offset are its current sensor's: its loop controls the sensor's reading,
+    not the current. No experiment can observe them.
     """
     gain, offset = (np.array([*each])[:, None] for each in (amplifiers.gain, amplifiers.offset))
     said = (current - offset) / np.where(gain > 0.0, gain, 1.0)
@@ -135,10 +136,10 @@ def reported(current: Array, amplifiers: AmplifierConfig) -> Array:
 
 
 def _likeliest(before: Array, after: Array, slope: float, variance: float) -> float:
-    """Return the r under which readings `after` deviations `before` are likeliest: golden section.
+    """Return the r of largest likelihood for readings `after` deviations `before`: golden section.
 
-    The reading is ``round(r before + w)``, with w normal of a variance that holds what the reading
-    before leaves open too.
+    The reading is ``round(r before + w)``, with w normal; its variance includes the uncertainty of
+    the reading before.
     """
     from scipy.special import ndtr
 

@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from motionlab.results.document import ResultDocument
 
-Stage = Literal["sliding", "presliding", "comparison"]
+Step = Literal["sliding", "presliding", "comparison"]
 
 
 def _si(description: str, unit: str) -> Any:
@@ -109,13 +109,13 @@ class IdentificationDocument(_Document):
     )
 
 
-class Standing(_Document):
+class ExperimentProgress(_Document):
     """Progress of the experiment."""
 
     axis: str | None = Field(description="null while the circle is run for comparison")
-    stage: Stage = Field(description="sliding, presliding or comparison")
-    done: int = Field(description="Motions of this stage that are done")
-    count: int = Field(description="Motions of this stage")
+    step: Step = Field(description="sliding, presliding or comparison")
+    done: int = Field(description="Motions of this step that are done")
+    count: int = Field(description="Motions of this step")
 
 
 class Known(_Document):
@@ -130,7 +130,7 @@ class Known(_Document):
 class PartialIdentification(_Document):
     """Intermediate results of an identification."""
 
-    standing: Standing
+    standing: ExperimentProgress
     known: dict[str, Known]
     axes: dict[str, list[Point]] = Field(description="Points measured so far")
     found: dict[str, AxisIdentification] = Field(description="Axes that are finished")

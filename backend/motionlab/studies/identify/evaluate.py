@@ -47,7 +47,7 @@ _NEAR_ZERO = 0.5
 
 
 @dataclass(frozen=True)
-class Found:
+class AxisEstimate:
     """Results of the experiment on one axis.
 
     Attributes
@@ -55,13 +55,13 @@ class Found:
     points : list of Point
         Means of the uniform motions.
     sliding : Fitted
-        What was fitted to them.
+        Fit to them.
     presliding : Fitted or None
-        What was fitted to the force ramps.
+        Fit to the force ramps.
     ramps : list of ForceRamp
         Mean responses to them.
     warnings : list of str
-        What is wrong with the measurements.
+        Problems of the measurements.
     """
 
     points: list[Point]
@@ -71,8 +71,8 @@ class Found:
     warnings: list[str]
 
 
-def axis_document(rig: Rig, axis: str, found: Found) -> AxisIdentification:
-    """Return the results of one axis beside the old model and the true values."""
+def axis_document(rig: Rig, axis: str, found: AxisEstimate) -> AxisIdentification:
+    """Return the results of one axis, the old model and the true values."""
     velocity = np.array([point.velocity for point in found.points])
     force = np.array([point.force for point in found.points])
     presliding = found.presliding

@@ -21,15 +21,15 @@ from motionlab.simulation.run import run
 from motionlab.studies.identify.current_smoother import CurrentLoops
 from motionlab.studies.identify.document import (
     AxisIdentification,
+    ExperimentProgress,
     ForceRamp,
     IdentificationDocument,
     PartialIdentification,
     Point,
-    Stage,
-    Standing,
+    Step,
 )
 from motionlab.studies.identify.evaluate import (
-    Found,
+    AxisEstimate,
     axis_document,
     is_a_model,
     known_document,
@@ -50,7 +50,7 @@ from motionlab.studies.identify.stribeck import Fitted
 from motionlab.studies.identify.test_bench import record
 
 Progress = Callable[[float, PartialIdentification | None], None]
-"""Takes the share done, 0 to 1, and what is there so far when that has changed."""
+"""Takes the share done, 0 to 1, and the results so far when they have changed."""
 
 _SLIDING_SHARE = 0.95
 """Share of the work that is done when the uniform motions are."""
@@ -69,7 +69,7 @@ def identify(experiment: Experiment, progress: Progress | None = None) -> Identi
     """Carry out an experiment and evaluate it.
 
     Only commands, the currents that the drives report, the encoder's reading and the controller's
-    map enter an estimate; the motor's true values are put beside it afterwards.
+    map enter an estimate; the motor's true values are added afterwards for comparison.
 
     Parameters
     ----------
@@ -88,11 +88,11 @@ def identify(experiment: Experiment, progress: Progress | None = None) -> Identi
     ExperimentFailed
         If the motor diverged.
     """
-    return _Run(experiment, progress).document()
+    return _Execution(experiment, progress).document()
 
 
-class _Run:
-    """One carrying out of an experiment."""
+class _Execution:
+    """One execution of an experiment."""
 
     def __init__(self, experiment: Experiment, progress: Progress | None) -> None:
         self.request, self.rig = experiment.request, experiment.rig
@@ -168,7 +168,7 @@ class _Run:
         else:
             changes = {}
             warnings.append("the controller's model cannot take these numbers: none is in `set`")
-        everything = Found(points, sliding, presliding, ramps, warnings)
+        everything = AxisEstimate(points, sliding, presliding, ramps, warnings)
         return axis_document(self.rig, axis, everything), changes
 
     def _slide(self, axis: str) -> list[str]:
@@ -251,7 +251,7 @@ class _Run:
         return fitted, drawn, warnings
 
     def _mass_doubted(self, axis: str, presliding: Fitted) -> list[str]:
-        """Say where the mass comes out, in newtons of the map, other than it is known."""
+        """Warn if the mass, in newtons of the map, differs from the known one."""
         known, found = self.rig.model(axis).mass, presliding["M"]
         half = float(presliding.half_width[presliding.names.index("M")])
         if abs(found - known) - half < _MASS_OFF * known:
@@ -264,7 +264,7 @@ class _Run:
         ]
 
     def _hardly_seen(self, axis: str, force_max: float, way: float) -> list[str]:
-        """Say where the encoder counts too few steps for a displacement to be read."""
+        """Warn if the encoder's resolution is too coarse for a displacement."""
         resolution = getattr(self.rig.scenario.plant, axis).encoder.resolution
         if way >= _FEWEST_COUNTS * resolution:
             return []
@@ -302,11 +302,11 @@ class _Run:
         self.done += ticks
         self._report(None)
 
-    def _stand(self, axis: str | None, stage: Stage, done: int, count: int) -> None:
+    def _stand(self, axis: str | None, step: Step, done: int, count: int) -> None:
         """Report the next step and the results so far."""
         self._report(
             PartialIdentification(
-                standing=Standing(axis=axis, stage=stage, done=done, count=count),
+                standing=ExperimentProgress(axis=axis, step=step, done=done, count=count),
                 known=self.known,
                 axes={name: [*points] for name, points in self.points.items()},
                 found=dict(self.found),

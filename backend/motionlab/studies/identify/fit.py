@@ -39,16 +39,16 @@ def fit_sliding(
 ) -> Fitted:
     """Fit F_c, F_s, v_s, sigma_2 and a constant offset f_0 to forces of uniform motion.
 
-    The offset is what pulls one way at any velocity, such as a cable or an inclined axis.
+    The offset is a force of constant sign at any velocity, as of a cable or an inclined axis.
 
     Parameters
     ----------
     velocity, force : ndarray, shape (n,)
         Means over whole pole pitches, m/s and N.
     motion : ndarray of int, shape (n,)
-        Which motion, there and back, each is of: errors of one motion may have a cause in common.
+        Motion, there and back, of each: errors of one motion may be correlated.
     time : ndarray, shape (n,), optional
-        How long each mean was taken over, in any unit: the longer, the surer. Left out: all alike.
+        Averaging time of each mean, in any unit, as its weight. Left out: equal weights.
 
     Returns
     -------
@@ -90,7 +90,7 @@ def fit_sliding(
 def _likeliest_power(residuals: Array, time: Array) -> float:
     """Return the power of time with which errors of means fall, by the likelihood of residuals.
 
-    White noise gives a half; what is cut off at the ends of a window, one.
+    White noise gives a half, effects of a window's ends one.
     """
 
     def unlikely(power: float) -> float:
@@ -110,7 +110,7 @@ def fit_presliding(
 
     Each place is fitted by itself; the estimates are their means and the errors come from their
     spread, because a LuGre model's residuals along a ramp are no independent draws. The mass is
-    free because it, too, comes out in the newtons of the controller's map.
+    free because it, too, is in the newtons of the controller's map.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def fit_presliding(
     sliding : Fitted
         F_c, F_s, v_s and sigma_2, from `fit_sliding`.
     mass : float
-        Moving mass that the controller believes in, kg: where the search starts.
+        Moving mass of the controller's model, kg: start of the search.
 
     Returns
     -------

@@ -52,12 +52,12 @@ class Experiment:
 
 
 def plan(request: IdentifyRequest, source: Source | None = None) -> Experiment:
-    """Return the experiment that a request asks for, checked.
+    """Return the checked experiment of a request.
 
     Parameters
     ----------
     request : IdentifyRequest
-        What is asked for.
+        Validated request.
     source : str, Path or dict, optional
         The scenario in place of the request's, which is never a path.
 
@@ -88,15 +88,15 @@ def plan(request: IdentifyRequest, source: Source | None = None) -> Experiment:
 def plan_document(experiment: Experiment, simulated_time_max: float) -> PlanDocument:
     """Return the motions of an experiment and their duration.
 
-    The force ramps depend on the stiction that is yet to be found; until then that of the model
-    which is identified anew stands for it.
+    The force ramps depend on the stiction that is yet to be found; until then the old model's value
+    is used.
 
     Parameters
     ----------
     experiment : Experiment
         From `plan`.
     simulated_time_max : float
-        Longest that one request may ask for, s.
+        Longest of one request, s.
 
     Returns
     -------

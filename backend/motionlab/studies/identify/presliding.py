@@ -38,7 +38,7 @@ _CREPT = 0.7
 
 
 @dataclass(frozen=True)
-class Ramp:
+class MeasuredRamp:
     """One force ramp: up, a rest at the top, down again.
 
     Attributes
@@ -46,7 +46,7 @@ class Ramp:
     rate : float
         Rate of the force, N/s.
     place : int
-        Which of the places in the pole pitch.
+        Index of the place in the pole pitch.
     sign : float
         1 towards positive positions, -1 towards negative ones.
     prepared : Prepared
@@ -78,12 +78,12 @@ def _rise(force_max: float, rate: float) -> int:
 
 def plan_ramps(
     rig: Rig, axis: str, *, force_max: float, rates: Sequence[float], places: int
-) -> list[Ramp]:
+) -> list[MeasuredRamp]:
     """Return every ramp of the experiment: each rate, at each place, in both directions."""
     scenario = rig.open_loop(axis)
     model = rig.model(axis)
     column = AXES.index(axis)
-    ramps: list[Ramp] = []
+    ramps: list[MeasuredRamp] = []
     for rate in rates:
         force = force_ramp(force_max, rate)
         for place in range(places):
@@ -108,12 +108,12 @@ def plan_ramps(
                 )
                 load = load_force(seeded.load, len(force))
                 prepared = Prepared(seeded, reference, load, ((0, seeded),))
-                ramps.append(Ramp(rate, place, sign, prepared))
+                ramps.append(MeasuredRamp(rate, place, sign, prepared))
     return ramps
 
 
 def ramp_thrust(
-    rig: Rig, ramp: Ramp, record: VariantRecord, axis: str, loops: CurrentLoops
+    rig: Rig, ramp: MeasuredRamp, record: VariantRecord, axis: str, loops: CurrentLoops
 ) -> Array:
     """Return the thrust along a ramp, N, by the measured currents, shape (ticks, SUBSTEPS)."""
     draws = np.random.default_rng(ramp.prepared.scenario.seed)
@@ -121,7 +121,7 @@ def ramp_thrust(
     return np.vstack([thrust, thrust[-1:]])  # beyond the last reading, where nothing is read
 
 
-def displacement(ramp: Ramp, record: VariantRecord, axis: str) -> tuple[Array, str | None]:
+def displacement(ramp: MeasuredRamp, record: VariantRecord, axis: str) -> tuple[Array, str | None]:
     """Return the displacement from the rest before the ramp, m, along it, and warnings.
 
     Only the encoder is read.

@@ -68,7 +68,7 @@ class ForceRamps(Config):
 
 
 class IdentifyRequest(Config):
-    """Which friction is identified, and how."""
+    """Request of an identification."""
 
     scenario: str | dict[str, Any] = Field(
         default="circle", description="Name of a shipped scenario, or its tables: motor and loop"

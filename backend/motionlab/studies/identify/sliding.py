@@ -33,7 +33,7 @@ _SETTLED = 10.0
 """Slowest time constants of the loop after which its transient is taken to be over."""
 
 _LOSS_OF_MEMORY = 0.5e-3
-"""Way after which friction has forgotten its start, m: over ten times the usual presliding."""
+"""Distance after which friction is independent of its start, m: over ten times usual presliding."""
 
 _DWELL = 0.1
 _OFF_SPEED = 0.01
@@ -156,7 +156,7 @@ def plan_motions(
 
 
 class Doubt(NamedTuple):
-    """Something wrong with a motion."""
+    """A problem of a motion."""
 
     kind: Literal["does not follow", "is left out", "force limit"]
     text: str
@@ -217,7 +217,7 @@ def measure(  # noqa: PLR0913, PLR0917 - a motion, its record, and what earlier 
 
 
 def in_words(doubts: list[Doubt]) -> list[str]:
-    """Return a warning for each kind of doubt: the first of them, and how many more there are."""
+    """Return a warning for each kind of problem: the first of them, and the number of others."""
     warnings = []
     for kind in dict.fromkeys(doubt.kind for doubt in doubts):
         first, *others = (doubt.text for doubt in doubts if doubt.kind == kind)
@@ -227,14 +227,14 @@ def in_words(doubts: list[Doubt]) -> list[str]:
 
 
 def oscillates(points: list[Point], doubts: list[Doubt], force_limit: float) -> bool:
-    """Tell whether the loop swings between its limits instead of holding a speed.
+    """Return whether the loop swings between its limits instead of holding a speed.
 
     Parameters
     ----------
     points : list of Point
         Measured so far.
     doubts : list of Doubt
-        What is wrong with these motions.
+        Problems of these motions.
     force_limit : float
         Of the controller, N.
     """
@@ -254,7 +254,7 @@ def _mean_friction(mass: float, thrust: Array, position: Array, start: int, stop
 
     The mean of a force over each of these windows is that of friction but for the momentum gained;
     averaged over all of them, that is the mass times a difference of mean velocities, which the
-    encoder tells far better than a velocity at an instant.
+    encoder measures far better than a velocity at an instant.
     """
     count, wide = stop - start, 2 * _AROUND
     rising = np.arange(1, count + wide)

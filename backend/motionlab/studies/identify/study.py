@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from motionlab.errors import FieldError
 from motionlab.studies.options import given
-from motionlab.studies.study import Bounds, Command, Study, above, lazy
+from motionlab.studies.study import RequestLimits, Study, StudyCommand, above, lazy
 
 if TYPE_CHECKING:
     from motionlab.studies.identify.plan import Experiment
@@ -24,7 +24,7 @@ Speeds are in m/s, each run both ways; forces come out in the newtons of the con
 """
 
 
-class Identify(Study):
+class IdentifyStudy(Study):
     """Identify friction by uniform motions and force ramps on the simulated motor.
 
     The job's report carries the points measured so far, and at the end what is fitted to them.
@@ -44,7 +44,7 @@ class Identify(Study):
     suffixes = (".csv", ".json")
     write = lazy("studies.identify.report:write")
     bodies = ({"scenario": "circle", "set": {"plant": "as-measured"}, "axis": "x"},)
-    command = Command(
+    command = StudyCommand(
         name="identify",
         help="identify a motor's friction",
         description="Identify friction as the paper does: uniform motions at many speeds for "
@@ -54,7 +54,7 @@ class Identify(Study):
         title="identification",
     )
 
-    def excess(self, plan: Experiment, bounds: Bounds) -> list[FieldError]:
+    def excess(self, plan: Experiment, bounds: RequestLimits) -> list[FieldError]:
         """Bound the simulated time of all motions."""
         message = "simulated time of all of them is too large for one request"
         return above(plan.seconds, bounds.work_max, loc="speeds", message=message)
@@ -124,7 +124,7 @@ class Identify(Study):
         )
 
     def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
-        """Return the request that options make."""
+        """Return the request of the options."""
         presliding = {"enabled": options.presliding} | given(options, "rates", "share", "places")
         return (
             super().request_of(options, changes)

@@ -23,7 +23,7 @@ from motionlab.simulation.run import run
 from motionlab.studies.identify.request import IdentifyRequest
 from motionlab.telemetry.recording import VariantRecord
 
-Stage = Literal["sliding", "presliding"]
+Step = Literal["sliding", "presliding"]
 _ONLY = "A"
 
 
@@ -34,11 +34,11 @@ class Rig:
     Attributes
     ----------
     scenario : Scenario
-        Whose motor, constant load and noise act; steps and schedule do not.
+        Motor, constant load and noise; steps and schedule are not used.
     variant : str
-        Whose gains, limits and force map drive the motor.
+        Variant whose gains, limits and force map drive the motor.
     apply_to : str
-        Whose friction model is identified anew.
+        Variant whose friction model is identified.
     """
 
     scenario: Scenario
@@ -47,7 +47,7 @@ class Rig:
 
     @classmethod
     def of(cls, request: IdentifyRequest, scenario: Scenario) -> Rig:
-        """Return the rig that a request names.
+        """Return the rig of a request.
 
         Raises
         ------
@@ -115,9 +115,9 @@ class Rig:
             controller.model_copy(update={axis: GainsConfig(k_p=0.0, k_d=0.0), "feedforward": True})
         )
 
-    def seed(self, axis: str, stage: Stage, index: int) -> int:
+    def seed(self, axis: str, step: Step, index: int) -> int:
         """Return a seed of its own for one run of the experiment."""
-        key = (AXES.index(axis), ("sliding", "presliding").index(stage), index)
+        key = (AXES.index(axis), ("sliding", "presliding").index(step), index)
         sequence = np.random.SeedSequence(self.scenario.seed, spawn_key=key)
         return int(sequence.generate_state(1)[0])
 

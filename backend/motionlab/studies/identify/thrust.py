@@ -7,8 +7,8 @@ filled in. Currents approach where they settle at, and the position goes on even
     i(s) = a i_k + b i_{k+1},   a = (r^s - r)/(1 - r),   b = (1 - r^s)/(1 - r)
     p(s) = p_k + s (p_{k+1} - p_k)
 
-for s from 0 to 1, with r what a period leaves of a deviation and i_k from the smoother. Thrust goes
-with the square of a current, so that the mean over what is left unknown of it, variance P, counts::
+for s from 0 to 1, with r the share of a deviation left after a period and i_k from the smoother.
+Thrust grows with the square of a current, so its remaining variance P enters the mean::
 
     f(s) = (f(i + sqrt P, p) + f(i - sqrt P, p))/2
 """
@@ -52,8 +52,8 @@ def thrust_within(
     loops : CurrentLoops
         Of the axis.
     draws : Generator, optional
-        Draws what is left unknown of each current instead of taking the mean over it: a force that
-        is as noisy as the true one, which has a bristle creep as far.
+        Draws the unknown part of each current instead of averaging over it: the force is as noisy
+        as the true one, so that a bristle creeps as far.
 
     Returns
     -------

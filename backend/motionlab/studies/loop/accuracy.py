@@ -1,4 +1,4 @@
-"""Eqs (39) to (42) for a loop, beside its simulation."""
+"""Eqs (39) to (42) for a loop, and its simulation."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class AccuracyDocument(_Document):
 
 
 def accuracy(request: AxisRequest, scenario: Scenario) -> AccuracyDocument:
-    """Return eqs (39) to (42) for one axis beside simulated errors.
+    """Return eqs (39) to (42) for one axis, and simulated errors.
 
     Parameters
     ----------

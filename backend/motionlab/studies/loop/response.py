@@ -1,4 +1,4 @@
-"""The loop over frequency: from the linearisation, and as a sweep of the simulation finds it."""
+"""The loop over frequency: linearised, and by a frequency sweep of the simulation."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def _si(description: str, unit: str) -> Any:
 
 
 class FrequencySweepRequest(AxisRequest):
-    """Which loop is swept, and where."""
+    """Request of a frequency sweep."""
 
     frequencies: Annotated[
         tuple[_Frequency, ...], Field(strict=False, min_length=1, max_length=100)
@@ -53,7 +53,7 @@ class FrequencySweepRequest(AxisRequest):
 
 
 def loaded(request: Mapping[str, Any]) -> tuple[AxisRequest, Scenario]:
-    """Return a request, checked, and its scenario, which has the variant that is meant."""
+    """Return a checked request and its scenario, which has the requested variant."""
     wanted = read_request(AxisRequest, request)
     scenario = load_scenario(wanted.scenario, wanted.set)
     wanted.chosen(scenario)
@@ -119,7 +119,7 @@ def plan(
 def swept(
     planned: tuple[FrequencySweepRequest, Scenario], progress: Progress | None = None
 ) -> FrequencySweepDocument:
-    """Return the loop of one axis as a sweep of the simulation finds it.
+    """Return the loop of one axis by a frequency sweep of the simulation.
 
     Parameters
     ----------

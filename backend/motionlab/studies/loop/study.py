@@ -5,7 +5,7 @@ from __future__ import annotations
 from motionlab.studies.study import Study, lazy
 
 
-class FrequencySweep(Study):
+class FrequencySweepStudy(Study):
     """Measure the loop of one axis by a frequency sweep of the simulation, as a job.
 
     A slow motion goes on meanwhile. The job's report carries the points as they arrive.

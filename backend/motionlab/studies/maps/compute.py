@@ -1,4 +1,4 @@
-"""Force maps on request: the one that was kept, or else computed and kept."""
+"""Force maps on request: a stored one, or else computed and stored."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def kept_maps() -> MapStore:
 
 
 def run(plan: MapRequest, progress: Progress | None = None) -> ForceMap:
-    """Return the map that a request asks for, which is then kept."""
+    """Return the map of a request, which is then kept."""
     return computed_or_kept(kept_maps(), plan.geometry, plan.preset, progress=progress)[0]
 
 

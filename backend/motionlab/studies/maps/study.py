@@ -8,7 +8,7 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from motionlab.errors import ConfigError, FieldError
-from motionlab.studies.study import Bounds, Command, Study, lazy
+from motionlab.studies.study import RequestLimits, Study, StudyCommand, lazy
 
 if TYPE_CHECKING:
     from motionlab.design.fem.document import MapRequest
@@ -26,7 +26,7 @@ Maps are kept under MOTIONLAB_DATA/maps (./data/maps) and found again.
 """
 
 
-class ComputeMap(Study):
+class MapStudy(Study):
     """Compute a force map as a job; one that was computed before is answered at once."""
 
     kind = "map"
@@ -44,7 +44,7 @@ class ComputeMap(Study):
     bodies = ({"preset": "default", "geometry": {"g": 0.4e-3}},)
     keeps = True
     scatters = True
-    command = Command(
+    command = StudyCommand(
         name="map",
         help="compute a force map by finite elements",
         description="Compute co-energy, thrust and normal force of one phase over position and "
@@ -56,7 +56,7 @@ class ComputeMap(Study):
         title="force map",
     )
 
-    def excess(self, plan: MapRequest, bounds: Bounds) -> list[FieldError]:
+    def excess(self, plan: MapRequest, bounds: RequestLimits) -> list[FieldError]:
         """Bound the nodes of the mesh."""
         from motionlab.studies.maps.compute import too_many_nodes
 
@@ -93,7 +93,7 @@ class ComputeMap(Study):
         parser.add_argument("--out", metavar="FILE", help="write the map to FILE, .json")
 
     def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
-        """Return the request that options make."""
+        """Return the request of the options."""
         from motionlab.design.fem.geometry import geometry
 
         geometry(changes)  # so that errors name fields as --set does

@@ -1,1 +1,1 @@
-"""How sure a result is: many plausible plants under the same controllers."""
+"""Monte Carlo studies: many plausible plants under the same controllers."""

@@ -20,19 +20,18 @@ from motionlab.executors.executor import current
 from motionlab.lanes import model_hash
 from motionlab.results.comparison import RATIOS
 from motionlab.results.metrics import DEFINITIONS
-from motionlab.simulation.batch import Batch, run_batch, tasks
-from motionlab.simulation.batch import Cases as CaseTask
+from motionlab.simulation.batch import Batch, CaseTask, run_batch, tasks
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.result import plant_name
 from motionlab.studies.montecarlo.bands import Bands
 from motionlab.studies.montecarlo.document import (
-    AxisStudy,
     Band,
+    MonteCarloAxis,
     MonteCarloDocument,
+    MonteCarloVariant,
     Probability,
     Quantiles,
-    VariantStudy,
-    Worst,
+    WorstCase,
 )
 from motionlab.studies.montecarlo.draw import draw, missing
 from motionlab.studies.montecarlo.request import DEFAULT, MonteCarloRequest
@@ -47,7 +46,7 @@ _Z = 1.959964  # of a 95 % interval
 
 
 @dataclass(frozen=True)
-class Cases:
+class MonteCarloPlan:
     """Plants drawn for a Monte Carlo study that has passed every check.
 
     Attributes
@@ -57,9 +56,9 @@ class Cases:
     base : Prepared
         The scenario itself, which its motor can follow.
     draws : list of dict
-        Of each case, what makes its plant: dotted path to value.
+        Changes that make the plant of each case: dotted path to value.
     notes : list of str
-        What was left out of the default variations, and why.
+        Default variations left out, and why.
     seed : int
         Of the draws.
     """
@@ -76,13 +75,13 @@ class Cases:
         return self.base.work * len(self.draws)
 
 
-def plan(request: MonteCarloRequest, source: Source | None = None) -> Cases:
-    """Return the study that a request asks for, checked.
+def plan(request: MonteCarloRequest, source: Source | None = None) -> MonteCarloPlan:
+    """Return the checked plan of a request.
 
     Parameters
     ----------
     request : MonteCarloRequest
-        What is asked for.
+        Validated request.
     source : str, Path or dict, optional
         The scenario in place of the request's, which is never a path.
 
@@ -103,18 +102,18 @@ def plan(request: MonteCarloRequest, source: Source | None = None) -> Cases:
         vary = tuple(variation for variation in vary if variation.path not in absent)
     seed = scenario.seed if request.seed is None else request.seed
     draws = draw(plant, vary, cases=request.cases, seed=seed)
-    return Cases(request.model_copy(update={"vary": vary}), base, draws, notes, seed)
+    return MonteCarloPlan(request.model_copy(update={"vary": vary}), base, draws, notes, seed)
 
 
 def run_cases(
-    planned: Cases,
+    planned: MonteCarloPlan,
     progress: Callable[[float], None] | None = None,
 ) -> MonteCarloDocument:
     """Run every controller of a scenario on every plant.
 
     Parameters
     ----------
-    planned : Cases
+    planned : MonteCarloPlan
         From `plan`.
     progress : callable, optional
         Takes the share done; what it raises ends the study.
@@ -162,7 +161,7 @@ def run_cases(
     )
 
 
-def case_changes(planned: Cases, case: int) -> dict[str, Any]:
+def case_changes(planned: MonteCarloPlan, case: int) -> dict[str, Any]:
     """Return the changes that make the plant of one case.
 
     Raises
@@ -190,8 +189,8 @@ def _run(
 
 
 def _variants(
-    planned: Cases, failed: NDArray[np.int64], metrics: dict[str, Array], bands: Bands
-) -> dict[str, VariantStudy]:
+    planned: MonteCarloPlan, failed: NDArray[np.int64], metrics: dict[str, Array], bands: Bands
+) -> dict[str, MonteCarloVariant]:
     found = {}
     spec = planned.request.spec
     limits = {axis: limit for axis in AXES if (limit := getattr(spec, axis)) is not None}
@@ -200,7 +199,7 @@ def _variants(
         for axis in planned.base.reference.moving:
             a = AXES.index(axis)
             band = bands.of(v, a)
-            axes[axis] = AxisStudy(
+            axes[axis] = MonteCarloAxis(
                 metrics={metric: _quantiles(metrics[metric][:, v, a]) for metric in DEFINITIONS},
                 band=None if band is None else Band(**{k: _short(row) for k, row in band.items()}),
                 peaks=[_number(value) for value in metrics[PEAK][:, v, a].tolist()],
@@ -209,7 +208,7 @@ def _variants(
         for axis, limit in limits.items():
             if axis in axes:
                 within &= metrics[PEAK][:, v, AXES.index(axis)] <= limit  # never so for NaN
-        found[name] = VariantStudy(
+        found[name] = MonteCarloVariant(
             label=variant.label,
             law=variant.controller.compensation.law,
             enabled=variant.controller.compensation.enabled,
@@ -243,14 +242,14 @@ def _improvement(metrics: dict[str, Array], axis: int) -> dict[str, Quantiles | 
     return found
 
 
-def _worst(planned: Cases, peaks: Array, feasible: NDArray[np.int64]) -> list[Worst]:
+def _worst(planned: MonteCarloPlan, peaks: Array, feasible: NDArray[np.int64]) -> list[WorstCase]:
     found = []
     for v, name in enumerate(planned.base.scenario.variants):
         for axis in planned.base.reference.moving:
             values = peaks[feasible, v, AXES.index(axis)]
             order = np.argsort(-np.where(np.isnan(values), np.inf, values), kind="stable")
             found += [
-                Worst(
+                WorstCase(
                     variant=name,
                     axis=axis,
                     case=case,

@@ -18,7 +18,7 @@ class _Document(BaseModel):
 
 
 class Quantiles(_Document):
-    """How a number is spread over the cases that have it."""
+    """Quantiles of a number over the cases that have it."""
 
     min: float
     q05: float = Field(description="5 % of the cases are below")
@@ -40,7 +40,7 @@ class Band(_Document):
     max: list[float] = _si("Greatest of all cases until the next time", "m")
 
 
-class AxisStudy(_Document):
+class MonteCarloAxis(_Document):
     """One axis of one variant over all cases."""
 
     metrics: dict[str, Quantiles | None] = Field(
@@ -61,18 +61,18 @@ class Probability(_Document):
     high: float = Field(description="Upper end")
 
 
-class VariantStudy(_Document):
+class MonteCarloVariant(_Document):
     """One controller over all cases."""
 
     label: str
     law: str
     enabled: bool
     diverged: int = Field(description="Cases in which it diverged")
-    axes: dict[str, AxisStudy]
+    axes: dict[str, MonteCarloAxis]
     meets: Probability | None = Field(description="Of the spec; null without one")
 
 
-class Worst(_Document):
+class WorstCase(_Document):
     """A case among the worst, ready to be run again."""
 
     variant: str
@@ -80,7 +80,7 @@ class Worst(_Document):
     case: int
     value: float | None = Field(description="Largest following error, m; null where it diverged")
     set: dict[str, Any] = Field(
-        description="Dotted path to value: what makes the plant of this case"
+        description="Dotted path to value: changes that make the plant of this case"
     )
 
 
@@ -99,8 +99,10 @@ class MonteCarloDocument(_Document):
     window: dict[str, float] = _si("Of metrics and bands: start and end", "s")
     time: list[float] = _si("Times of the bands", "s")
     spec: Spec
-    variants: dict[str, VariantStudy]
+    variants: dict[str, MonteCarloVariant]
     improvement: dict[str, dict[str, Quantiles | None]] = Field(
         description="By axis and metric: 1 - B/A of each case, of the first two variants"
     )
-    worst: list[Worst] = Field(description="The worst of each variant and axis, the worst first")
+    worst: list[WorstCase] = Field(
+        description="The worst of each variant and axis, the worst first"
+    )

@@ -76,7 +76,7 @@ DEFAULT = (
     Variation(path="amplifiers.bandwidth", kind="log-uniform", low=300.0, high=2000.0),
     Variation(path="encoder.sde_amplitude", kind="value", value=40e-9),
 )
-"""Plausible plants: what is not known of the paper's machine, by this project's judgement; the
+"""Plausible plants: unknown properties of the paper's machine, by this project's judgement; the
 thrust is the one that the paper measured."""
 
 
@@ -102,7 +102,7 @@ class Spec(Config):
 
 
 class MonteCarloRequest(Config):
-    """Which scenario, how many plants, and how they differ."""
+    """Scenario, number of plants, and their variations."""
 
     scenario: str | dict[str, Any] = Field(
         default="circle", description="Name of a shipped scenario, or its tables"

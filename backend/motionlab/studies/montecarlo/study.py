@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from motionlab.errors import FieldError
 from motionlab.studies.options import given
-from motionlab.studies.study import Bounds, Command, Study, above, lazy
+from motionlab.studies.study import RequestLimits, Study, StudyCommand, above, lazy
 
 if TYPE_CHECKING:
-    from motionlab.studies.montecarlo.cases import Cases
+    from motionlab.studies.montecarlo.cases import MonteCarloPlan
 
 WORK_MAX = 100_000.0
 """Simulated time summed over cases and variants, s: a few minutes of four cores."""
@@ -27,11 +27,11 @@ docs/montecarlo.md lists how the plants differ; POST /api/v1/montecarlo takes ot
 """
 
 
-class MonteCarlo(Study):
+class MonteCarloStudy(Study):
     """Run every controller of a scenario on many plausible plants.
 
-    The job ends with quantiles of every metric, bands of the following error over time, how likely
-    the spec is met, and the worst cases with what makes them.
+    The job ends with quantiles of every metric, bands of the following error over time, the
+    probability of meeting the spec, and the worst cases with their changes.
     """
 
     kind = "monte-carlo"
@@ -48,7 +48,7 @@ class MonteCarlo(Study):
     bodies = ({"scenario": "circle", "cases": 300, "spec": {"x": 12e-6, "y": 15e-6}},)
     batches = True
     scatters = True
-    command = Command(
+    command = StudyCommand(
         name="montecarlo",
         help="run a scenario on many plausible plants",
         description="Run every controller of a scenario on many plausible plants: how far its "
@@ -57,7 +57,7 @@ class MonteCarlo(Study):
         title="plants",
     )
 
-    def excess(self, plan: Cases, bounds: Bounds) -> list[FieldError]:
+    def excess(self, plan: MonteCarloPlan, bounds: RequestLimits) -> list[FieldError]:
         """Bound the simulated time of all cases."""
         message = "simulated time of all cases and variants is too large for one request"
         return above(plan.seconds, WORK_MAX, loc="cases", message=message)
@@ -81,13 +81,13 @@ class MonteCarlo(Study):
         )
 
     def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
-        """Return the request that options make."""
+        """Return the request of the options."""
         from motionlab.config.changes import parse_assignments
 
         spec = {"spec": parse_assignments(options.spec, "--spec")}
         return super().request_of(options, changes) | spec | given(options, "cases", "seed")
 
-    def before(self, plan: Cases, options: argparse.Namespace) -> str | None:
+    def before(self, plan: MonteCarloPlan, options: argparse.Namespace) -> str | None:
         """Return one plant as options of ``motionlab run``, if requested."""
         from motionlab.studies.montecarlo.cases import case_changes
 

@@ -1,1 +1,1 @@
-"""The paper's printed numbers beside computed ones, each with a band and its reason."""
+"""The paper's printed numbers against computed ones, each with a band and its reason."""

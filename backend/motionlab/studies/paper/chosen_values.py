@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from motionlab.studies.paper.printed_number import Quantity
+from motionlab.studies.paper.printed_number import PrintedNumber
 
 GROUP = "given"
 
@@ -73,7 +73,7 @@ _TUNED = (
 )
 
 
-_given = partial(Quantity, group=GROUP, kind="input")
+_given = partial(PrintedNumber, group=GROUP, kind="input")
 
 QUANTITIES = (
     *(

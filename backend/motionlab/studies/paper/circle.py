@@ -9,9 +9,9 @@ from motionlab.studies.paper.bands import COUNT
 from motionlab.studies.paper.experiments import Experiments
 from motionlab.studies.paper.printed_number import (
     Compute,
-    Found,
-    Quantity,
-    Source,
+    PrintedNumber,
+    RowResult,
+    RowSource,
     Spread,
     from_run,
     look_up,
@@ -25,14 +25,14 @@ _ROUND = 0.05e-6
 PRINTED = {"x": (20.5e-6, 10.4e-6), "y": (17.4e-6, 11.6e-6)}
 """Following error without and with compensation, m."""
 _METRIC = "max_abs_following_error"
-_fit = partial(Quantity, group=GROUP, kind="fit", doing="fig5, 180 s")
+_fit = partial(PrintedNumber, group=GROUP, kind="fit", doing="fig5, 180 s")
 
 
 def _path(segment: int, axis: str, variant: str = "A") -> str:
     return f"segments.{segment}.variants.{variant}.axes.{axis}.{_METRIC}"
 
 
-def _error(axis: str, segment: int) -> Quantity:
+def _error(axis: str, segment: int) -> PrintedNumber:
     paper = PRINTED[axis][segment]
     off_on = ("without", "with")[segment]
     others = {"nominal motor": ("fig5", NOMINAL, _path(segment, axis))}
@@ -58,18 +58,18 @@ def _error(axis: str, segment: int) -> Quantity:
 
 
 def _gain(axis: str) -> Compute:
-    def compute(experiments: Experiments) -> Found:
+    def compute(experiments: Experiments) -> RowResult:
         def gained(plant: dict[str, Any]) -> float | None:
             document = experiments.run("fig5", plant).document
             off, on = (look_up(document, _path(segment, axis)) for segment in (0, 1))
             return None if off is None or on is None else 1.0 - on / off
 
-        return Found(gained({}), {"nominal motor": gained(NOMINAL)})
+        return RowResult(gained({}), {"nominal motor": gained(NOMINAL)})
 
     return compute
 
 
-def _improvement(axis: str, paper: float) -> Quantity:
+def _improvement(axis: str, paper: float) -> PrintedNumber:
     off, on = PRINTED[axis]
     band = (_ROUND + COUNT) * (1.0 / off + on / off**2)
     return _fit(
@@ -80,7 +80,7 @@ def _improvement(axis: str, paper: float) -> Quantity:
         reason=f"the bands of both errors together, {band:.1%}",
         basis="matched motor, LuGre observer (K = 0)",
         note="Follows from the two errors, to which the matched motor was fitted",
-        source=Source(_gain(axis)),
+        source=RowSource(_gain(axis)),
         spread=Spread("circle", axis, _METRIC, None),
         figure=f"fig5-{axis}",
     )

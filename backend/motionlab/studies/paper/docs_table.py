@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from motionlab.studies.paper.evidence import KINDS
-from motionlab.studies.paper.printed_number import Quantity
+from motionlab.studies.paper.printed_number import PrintedNumber
 from motionlab.studies.paper.registry import GROUPS, quantities
 from motionlab.studies.paper.report import number
 
@@ -32,7 +32,7 @@ def table() -> str:
     return "\n".join(lines).rstrip() + "\n"
 
 
-def _line(row: Quantity) -> str:
+def _line(row: PrintedNumber) -> str:
     band = "" if row.band is None else number(row.band, row.unit)
     cells = (f"`{row.id}`", row.place, row.quantity, row.printed, _KINDS[row.kind])
     return f"| {' | '.join((*cells, _JUDGED[row.comparison], band))} |"

@@ -7,12 +7,12 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 Comparison = Literal["value", "at_most", "at_least", "within", "none"]
-"""How a printed number is meant: exactly so, a bound from above or below, a range, not at all."""
+"""Meaning of a printed number: a value, an upper or lower bound, a range, or not comparable."""
 
 Status = Literal["holds", "fails", "known_failure", "not_comparable"]
 
 Kind = Literal["printed", "claim", "formula", "recovered", "arithmetic", "fit", "input", "no_data"]
-"""What a row sets beside what: `motionlab.studies.paper.evidence.KINDS` has the words."""
+"""Kind of a row's evidence: `motionlab.studies.paper.evidence.KINDS` explains each."""
 
 Number = float | tuple[float, float]
 """One number, or the two ends of a range."""
@@ -23,7 +23,7 @@ class _Document(BaseModel):
 
 
 class Recipe(_Document):
-    """How to get the number without this page."""
+    """How to obtain the number without this page."""
 
     scenario: str | None = Field(description="Shipped scenario to open in the Lab; null for none")
     set: dict[str, Any] = Field(description="Changes to that scenario, dotted path to value")
@@ -64,7 +64,7 @@ class PaperRow(_Document):
 
 
 class RowValue(_Document):
-    """A further value beside the one that is judged."""
+    """A further value in addition to the judged one."""
 
     label: str
     value: Number | None
@@ -86,7 +86,7 @@ class RowSpread(_Document):
 
 
 class JudgedRow(PaperRow):
-    """A printed number beside ours."""
+    """A printed number and ours."""
 
     ours: Number | None = Field(description="Ours, SI; null where nothing can be computed")
     holds: bool | None = Field(description="Whether it holds; null where nothing is judged")
@@ -174,7 +174,7 @@ class ErratumStep(_Document):
 
 
 class Erratum(_Document):
-    """Something the paper prints that does not hold, and the computation that shows it."""
+    """An erratum of the paper, and the computation that shows it."""
 
     id: str
     place: str
@@ -186,7 +186,7 @@ class Erratum(_Document):
 
 
 class RowCount(_Document):
-    """How many rows came out how."""
+    """Number of rows by status."""
 
     holds: int
     fails: int
@@ -197,7 +197,7 @@ class RowCount(_Document):
 
 
 class RowSummary(RowCount):
-    """How many rows came out how, in all and of each kind."""
+    """Number of rows by status, in all and of each kind."""
 
     kinds: dict[Kind, RowCount] = Field(description="Of each kind that there is a row of")
     come_to_hold: list[str] = Field(description="Known failures that hold now: exit code 1")
@@ -213,7 +213,7 @@ class PaperDocument(_Document):
 
 
 class ReproduceDocument(_Document):
-    """Every printed number beside ours; the same as ``motionlab reproduce --json`` prints."""
+    """Every printed number and ours; the same as ``motionlab reproduce --json`` prints."""
 
     version: str
     model: str = Field(description="Hash of the model's sources")

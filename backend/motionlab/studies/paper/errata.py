@@ -13,7 +13,7 @@ def errata(experiments: Experiments) -> list[Erratum]:
     Parameters
     ----------
     experiments : Experiments
-        What the computations take their runs, map and sizing from.
+        Source of runs, map and sizing for the computations.
     """
     modules = (errata_design, errata_control, errata_results)
     return [build(experiments) for module in modules for build in module.ERRATA]

@@ -85,7 +85,7 @@ def sign_of_k(experiments: Experiments) -> Erratum:
 
 
 def bristle_error(_: Experiments) -> Erratum:
-    """Return that (28) needs sigma_1: put into (26), it gives e_z back."""
+    """Return that (28) needs sigma_1: put into (26), it returns e_z."""
     x = load_scenario("circle").plant.x.friction
     sigma_0, sigma_1, F_c = x.sigma_0, x.sigma_1, x.F_c
     e_z, K, u, decay = 3e-6, 1e-4, 2.0, 40.0

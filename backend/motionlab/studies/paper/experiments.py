@@ -64,7 +64,7 @@ class Experiments:
     Parameters
     ----------
     progress : callable, optional
-        Told the share of the experiment under way.
+        Takes the share done of the present experiment.
     """
 
     def __init__(self, progress: Progress | None = None) -> None:
@@ -113,7 +113,7 @@ class Experiments:
     def force_map(self) -> ForceMap:
         """Return the force map of the paper's geometry by finite elements.
 
-        The shipped one, unless finite elements would give another by now.
+        The shipped one, unless the finite-element code has changed since.
         """
         if self._force_map is None:
             shipped = named_map(_NEW_DESIGN, _NEW_DESIGN)

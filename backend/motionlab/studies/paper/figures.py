@@ -14,14 +14,14 @@ from motionlab.studies.paper.curves import Build, curve, trace
 from motionlab.studies.paper.document import FigureAxis, FigureBound, FigureSeries, PaperFigure
 from motionlab.studies.paper.experiments import Experiments
 from motionlab.studies.paper.motion_figures import LABELS, TIME, channel
-from motionlab.studies.paper.printed_number import Quantity
+from motionlab.studies.paper.printed_number import PrintedNumber
 from motionlab.studies.paper.tracking import MATCHED, TABLE, TEXT
 
 _SWITCH = 90.0
 
 
 def of_group(
-    group: str, rows: Sequence[Quantity], experiments: Experiments, *, whole: bool
+    group: str, rows: Sequence[PrintedNumber], experiments: Experiments, *, whole: bool
 ) -> list[PaperFigure]:
     """Return the figures of a group: all of them, or those that some rows are shown in.
 
@@ -29,17 +29,17 @@ def of_group(
     ----------
     group : str
         Identifier.
-    rows : sequence of Quantity
+    rows : sequence of PrintedNumber
         Its rows that are computed.
     experiments : Experiments
-        What the rows were computed from.
+        Experiments of the rows.
     whole : bool
         Whether every figure of the group is wanted.
 
     Returns
     -------
     list of PaperFigure
-        One that cannot be drawn is left out: its rows tell why.
+        One that cannot be drawn is left out: its rows state why.
     """
     if whole:
         builds = FIGURES.get(group, {})
@@ -146,4 +146,4 @@ FIGURES: dict[str, dict[str, Build]] = {
     TABLE: {f"stair-{axis}-500nm": partial(_stair, axis=axis) for axis in "xy"},
     TEXT: motion_figures.FIGURES,
 }
-"""Group to figure to what draws it."""
+"""Group to figure to its drawing function."""

@@ -11,14 +11,20 @@ from motionlab.design.fem.force_map import ForceMap
 from motionlab.studies.paper.curves import Build, curve
 from motionlab.studies.paper.document import FigureAxis, Number, PaperFigure
 from motionlab.studies.paper.experiments import Experiments
-from motionlab.studies.paper.printed_number import Compute, Found, Quantity, Source, percent
+from motionlab.studies.paper.printed_number import (
+    Compute,
+    PrintedNumber,
+    RowResult,
+    RowSource,
+    percent,
+)
 
 GROUP = "forces"
 I_PEAK = 10.0
 """Peak current, A."""
 
 THRUST, NORMAL = 0.15, 0.10
-"""What the finite elements are worth: the paper leaves the cross-section partly open."""
+"""Uncertainty of the finite elements: the paper leaves the cross-section partly open."""
 
 _FINE = 721
 _BASIS = "our finite elements in two dimensions with depths, preset default"
@@ -54,31 +60,31 @@ def two_phase_thrust(force_map: ForceMap) -> Array:
     return np.maximum(0.0, np.array(thrusts)).sum(axis=0)
 
 
-def _thrust(experiments: Experiments) -> Found:
-    return Found(peak_thrust(experiments.force_map()))
+def _thrust(experiments: Experiments) -> RowResult:
+    return RowResult(peak_thrust(experiments.force_map()))
 
 
-def _normal(experiments: Experiments) -> Found:
-    return Found(peak_normal(experiments.force_map()))
+def _normal(experiments: Experiments) -> RowResult:
+    return RowResult(peak_normal(experiments.force_map()))
 
 
-def _two_phase(experiments: Experiments) -> Found:
+def _two_phase(experiments: Experiments) -> RowResult:
     thrust = two_phase_thrust(experiments.force_map())
-    return Found(float(thrust.max()), {"least over a pole pitch": float(thrust.min())})
+    return RowResult(float(thrust.max()), {"least over a pole pitch": float(thrust.min())})
 
 
-def _at_rest(experiments: Experiments) -> Found:
+def _at_rest(experiments: Experiments) -> RowResult:
     force_map = experiments.force_map()
     places = np.array([0.0, force_map.tau / 2])
-    return Found(float(np.abs(force_map.thrust(places, np.full(2, I_PEAK))).max()))
+    return RowResult(float(np.abs(force_map.thrust(places, np.full(2, I_PEAK))).max()))
 
 
-def _phases_at_once(experiments: Experiments) -> Found:
+def _phases_at_once(experiments: Experiments) -> RowResult:
     record = experiments.run("pentagram", {"plant": "matched"}).recording.variants["B"]
     commands = [
         [record.channel(f"current_command_{phase}", axis) for phase in "abc"] for axis in "xy"
     ]
-    return Found(float((np.array(commands) > 0.0).sum(axis=1).max()))
+    return RowResult(float((np.array(commands) > 0.0).sum(axis=1).max()))
 
 
 def _reason(share: float, what: str) -> str:
@@ -88,25 +94,26 @@ def _reason(share: float, what: str) -> str:
     )
 
 
-_fem = partial(Quantity, group=GROUP, basis=_BASIS, doing=_DOING)
+_fem = partial(PrintedNumber, group=GROUP, basis=_BASIS, doing=_DOING)
 _claim = partial(_fem, kind="claim")
-_none = partial(Quantity, group=GROUP, kind="no_data")
+_none = partial(PrintedNumber, group=GROUP, kind="no_data")
 
 
 def _largest(
     what: str, fem: float, measured: float, share: float, compute: Compute
-) -> tuple[Quantity, Quantity]:
+) -> tuple[PrintedNumber, PrintedNumber]:
     """Return the rows of a peak: the paper's finite elements, and its measurement.
 
-    Ours is of finite elements as well, so it is held against the former and shown at the latter.
+    Ours is of finite elements as well, so it is judged against the former and shown with the
+    latter.
     """
     name = what.split(maxsplit=1)[0]
     quantity = f"Largest {what} of one phase"
     one = "one figure confirms one of the two at most"
     ours = "ours, of finite elements, is held against finite elements"
 
-    def shown(experiments: Experiments) -> Found:
-        return Found(None, {"our finite elements": compute(experiments).ours})
+    def shown(experiments: Experiments) -> RowResult:
+        return RowResult(None, {"our finite elements": compute(experiments).ours})
 
     more, less = percent(measured / fem - 1.0), percent(1.0 - fem / measured)
     judged = _fem(
@@ -116,20 +123,20 @@ def _largest(
         reason=_reason(share, what),
         rival=measured,
         conflict=f"{name}-measured prints {measured:g} N, {more} more: {one}; {ours}",
-        source=Source(compute),
+        source=RowSource(compute),
         figure=f"fig2-{name}",
     )
     return judged, _none(
         *(f"{name}-measured", "IV-A", f"{quantity}, measured", "N", measured, f"{measured:g} N"),
         reason="not all of the measured cross-section is printed, nor how it was measured",
         conflict=f"{name}-fem prints {fem:g} N, {less} less: {one}; {ours}",
-        source=Source(shown),
+        source=RowSource(shown),
         doing=_DOING,
         figure=f"fig2-{name}",
     )
 
 
-def _error(name: str, of: str, paper: Number, printed: str, more: str = "") -> Quantity:
+def _error(name: str, of: str, paper: Number, printed: str, more: str = "") -> PrintedNumber:
     peaks = "12.4 %" if name == "normal" else "12.6 %"
     return _none(
         *(f"force-error-{name}", "IV-A", f"Mean relative error of {of}", "1", paper, printed),
@@ -146,7 +153,7 @@ QUANTITIES = (
         comparison="value",
         band=THRUST * 43.1,
         reason=_reason(THRUST, "thrust"),
-        source=Source(_two_phase),
+        source=RowSource(_two_phase),
         figure="fig2-thrust",
     ),
     _claim(
@@ -156,10 +163,10 @@ QUANTITIES = (
         band=0.5,
         reason="half of the last printed digit, 0.5 N",
         note="By symmetry: any model of teeth with two like flanks has it",
-        source=Source(_at_rest),
+        source=RowSource(_at_rest),
         figure="fig2-thrust",
     ),
-    Quantity(
+    PrintedNumber(
         *("thrust-required", "II-A-2", "The thrust meets the requirement f_max"),
         *("N", 32.0, "32 N"),
         group=GROUP,
@@ -168,11 +175,11 @@ QUANTITIES = (
         band=0.0,
         reason="a requirement: met or not",
         basis=f"largest thrust of one phase; {_BASIS}",
-        source=Source(_thrust),
+        source=RowSource(_thrust),
         doing=_DOING,
         figure="fig2-thrust",
     ),
-    Quantity(
+    PrintedNumber(
         *("phases-at-once", "II-B", "Largest number of phases excited at once on an axis"),
         *("1", 2.0, "two on each axis"),
         group=GROUP,
@@ -181,7 +188,7 @@ QUANTITIES = (
         band=0.0,
         reason="a whole number",
         basis="current commands along the pentagram, matched motor, LuGre observer",
-        source=Source(_phases_at_once),
+        source=RowSource(_phases_at_once),
         doing="pentagram",
     ),
     _error(
@@ -197,7 +204,7 @@ QUANTITIES = (
         "0.65 % to 2.82 %",
     ),
     *(
-        Quantity(
+        PrintedNumber(
             *(f"fem-{name}", "II-A-2", f"{quantity} of the finite elements", unit, paper, printed),
             group=GROUP,
             kind="input",

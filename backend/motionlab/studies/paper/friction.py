@@ -10,7 +10,7 @@ from motionlab.plant.friction import steady_friction
 from motionlab.studies.paper.curves import Build, curve
 from motionlab.studies.paper.document import FigureAxis, PaperFigure
 from motionlab.studies.paper.experiments import Experiments
-from motionlab.studies.paper.printed_number import Quantity, from_identify
+from motionlab.studies.paper.printed_number import PrintedNumber, from_identify
 
 GROUP = "friction"
 
@@ -30,11 +30,11 @@ _WHAT = {
 }
 
 
-def _row(axis: str, name: str) -> Quantity:
+def _row(axis: str, name: str) -> PrintedNumber:
     digits = _PRINTED[axis][list(_WHAT).index(name)]
     what, unit, part = _WHAT[name]
     equation = (43 if name.startswith("sigma") else 45) + 3 * (axis == "y")
-    return Quantity(
+    return PrintedNumber(
         *(f"friction-{axis}-{name.lower().replace('_', '')}", f"({equation})"),
         *(f"{name}, {what}, {axis}", unit, float(digits), f"{digits} {unit}"),
         group=GROUP,

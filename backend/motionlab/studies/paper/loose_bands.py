@@ -1,4 +1,4 @@
-"""Which rows hold so easily that nearly any model would hold them: by a rule, not by a list."""
+"""Rows that hold with nearly any model: by a rule, not by a list."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def lax(
     band: float,
     rival: float | None = None,
 ) -> str:
-    """Return why a row that holds would hold with nearly any model; empty where it would not.
+    """Return why a row would hold with nearly any model; empty if it would not.
 
     Of a printed 0 no share can be taken: such a row is never lax.
 
@@ -28,7 +28,7 @@ def lax(
     comparison, paper, ours, band
         See `motionlab.studies.paper.verdict.holds`.
     rival : float, optional
-        Another value that is printed of the same thing.
+        Another printed value of the same quantity.
     """
     if isinstance(paper, tuple):
         return _range(paper, ours if isinstance(ours, tuple) else (ours, ours), band)

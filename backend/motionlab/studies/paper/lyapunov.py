@@ -1,9 +1,9 @@
-"""The paper's stability argument, eqs (25) to (38), put to numbers along a run.
+"""The paper's stability argument, eqs (25) to (38), evaluated along a run.
 
 With ``beta = e e_z``, ``e_z = z - z*`` the paper takes ``V = beta^2/2`` of eq. (37) and argues that
 (25) makes ``dV/dt = -(k_p/k_d + abs(v)/g) beta^2 <= 0``, eq. (38). Along a simulated run every term
-is known, the true bristle state z among them, so that V, what the argument says of its derivative
-and what the derivative is can be put side by side.
+is known, the true bristle state z among them, so that V, its derivative by the argument and its
+true derivative can be compared.
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ def lyapunov(
     Returns
     -------
     Lyapunov
-        e and v as measured, which is what the controller has; z as it truly is.
+        With measured e and v, as in the controller, and true z.
 
     Raises
     ------

@@ -5,20 +5,20 @@ from __future__ import annotations
 from motionlab.studies.montecarlo.document import Quantiles
 from motionlab.studies.paper.document import RowSpread
 from motionlab.studies.paper.experiments import Experiments
-from motionlab.studies.paper.printed_number import Quantity
+from motionlab.studies.paper.printed_number import PrintedNumber
 
 _PEAK = "max_abs_following_error"
 
 
-def spread_of(row: Quantity, experiments: Experiments) -> RowSpread | None:
-    """Return the Monte Carlo study's quantiles beside a row.
+def spread_of(row: PrintedNumber, experiments: Experiments) -> RowSpread | None:
+    """Return the Monte Carlo study's quantiles for a row.
 
     Parameters
     ----------
-    row : Quantity
+    row : PrintedNumber
         With or without a study.
     experiments : Experiments
-        What runs it, once for each scenario.
+        Runs it, once for each scenario.
 
     Returns
     -------

@@ -13,7 +13,7 @@ from motionlab.config.moves import Staircase, Trapezoid
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.studies.paper.bands import COUNT, STAIRCASE, TRAPEZOID
 from motionlab.studies.paper.experiments import Experiments, Run
-from motionlab.studies.paper.printed_number import Compute, Found, Quantity, Source
+from motionlab.studies.paper.printed_number import Compute, PrintedNumber, RowResult, RowSource
 from motionlab.studies.paper.tracking import A_LAW, BASIS, MATCHED, TEXT, accuracy, edges
 
 GROUP = TEXT
@@ -47,28 +47,28 @@ def _acceleration(run: Run, axis: str, channel: str) -> NDArray[np.float64]:
 
 
 def _largest_velocity(scenario: str, axis: str) -> Compute:
-    """Return the largest that the encoder shows over the main window, as the paper would see it."""
+    """Return the largest value by the encoder over the main window, as in the paper."""
 
-    def compute(experiments: Experiments) -> Found:
+    def compute(experiments: Experiments) -> RowResult:
         run = experiments.run(scenario, MATCHED)
         window = slice(*run.prepared.window)
         velocity = run.recording.variants["B"].channel("velocity_measured", axis)[window]
-        return Found(float(np.abs(velocity).max()))
+        return RowResult(float(np.abs(velocity).max()))
 
     return compute
 
 
 def _largest_acceleration(scenario: str, axis: str) -> Compute:
-    """Return the largest over the main window: the motor's, and beside it the encoder's."""
+    """Return the largest over the main window: the motor's, and for comparison the encoder's."""
 
-    def compute(experiments: Experiments) -> Found:
+    def compute(experiments: Experiments) -> RowResult:
         run = experiments.run(scenario, MATCHED)
         start, stop = run.prepared.window
         true, shown = (
             float(np.abs(_acceleration(run, axis, channel)[start : stop - 1]).max())
             for channel in ("velocity", "velocity_measured")
         )
-        return Found(true, {_BY_ENCODER: shown})
+        return RowResult(true, {_BY_ENCODER: shown})
 
     return compute
 
@@ -82,11 +82,11 @@ _COUNT_RATE = COUNT / CONTROL_PERIOD
 _ONE_COUNT = "one encoder count in 0.5 ms, 0.1 mm/s"
 
 
-def _below_limits(scenario: str, axis: str, figure: str) -> list[Quantity]:
+def _below_limits(scenario: str, axis: str, figure: str) -> list[PrintedNumber]:
     v_max, a_max = {"x": (1.58, 7.31), "y": (1.34, 3.10)}[axis]
     speed, acceleration = _largest_velocity(scenario, axis), _largest_acceleration(scenario, axis)
     return [
-        Quantity(
+        PrintedNumber(
             *(f"{scenario}-{what}-{axis}", _TEXT),
             *(f"Largest {what} of the {_NAMES[scenario]}, {axis}", unit, limit),
             f"smaller than the theoretical {limit:.2f} {unit}",
@@ -96,7 +96,7 @@ def _below_limits(scenario: str, axis: str, figure: str) -> list[Quantity]:
             band=band,
             reason=reason,
             basis=f"{how}; {BASIS}",
-            source=Source(compute),
+            source=RowSource(compute),
             doing=scenario,
             figure=figure,
         )
@@ -107,8 +107,8 @@ def _below_limits(scenario: str, axis: str, figure: str) -> list[Quantity]:
     ]
 
 
-def _accelerations(experiments: Experiments) -> Found:
-    """Return the range over both y motions; beside it the encoder's, and that of another law."""
+def _accelerations(experiments: Experiments) -> RowResult:
+    """Return the range over both y motions; for comparison the encoder's, and another law's."""
     ours = [experiments.run(name, MATCHED) for name in _EDGES]
     smooth = [experiments.run(name, {**MATCHED, **_smooth(name)}) for name in _EDGES]
 
@@ -116,7 +116,7 @@ def _accelerations(experiments: Experiments) -> Found:
         every = np.concatenate([_acceleration(run, "y", channel) for run in runs])
         return float(every.min()), float(every.max())
 
-    return Found(
+    return RowResult(
         span(ours, "velocity"),
         {_BY_ENCODER: span(ours, "velocity_measured"), _SMOOTH: span(smooth, "velocity")},
     )
@@ -125,14 +125,14 @@ def _accelerations(experiments: Experiments) -> Found:
 _said = partial(accuracy, paper=1.6e-6, place=_TEXT, group=GROUP, reason=A_LAW)
 
 QUANTITIES = (
-    Quantity(
+    PrintedNumber(
         *("y-velocity-range", _TEXT, "Velocities of both y motions"),
         *("m/s", (-0.14, 0.15), "[-0.14, 0.15] m/s"),
         group=GROUP,
         kind="input",
         reason="the paper prints no motion profile; ours takes its velocity from this very range",
     ),
-    Quantity(
+    PrintedNumber(
         *("y-acceleration-range", _TEXT, "Accelerations of both y motions"),
         *("m/s^2", (-3.06, 1.66), "[-3.06, 1.66] m/s^2"),
         group=GROUP,
@@ -140,7 +140,7 @@ QUANTITIES = (
         band=0.0,
         reason=_TRUE,
         basis=f"true acceleration; {BASIS}; motion profile ours",
-        source=Source(_accelerations),
+        source=RowSource(_accelerations),
         doing="trapezoid-y",
         figure="fig6-acceleration",
     ),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from motionlab.studies.paper.printed_number import Quantity
+from motionlab.studies.paper.printed_number import PrintedNumber
 
 GROUP = "discussion"
 
@@ -73,7 +73,7 @@ _RESULTS = (
 )
 
 
-_none = partial(Quantity, group=GROUP, kind="no_data", reason=_OTHERS)
+_none = partial(PrintedNumber, group=GROUP, kind="no_data", reason=_OTHERS)
 
 QUANTITIES = (
     *(
@@ -86,7 +86,7 @@ QUANTITIES = (
         for row_id, place, quantity, paper, printed, note in _RESULTS
     ),
     *(
-        Quantity(
+        PrintedNumber(
             *(row_id, "II-A-2", f"{quantity} of the previous design", unit, paper, printed),
             group=GROUP,
             kind="input",

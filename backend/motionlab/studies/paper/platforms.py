@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from motionlab.studies.paper.printed_number import Quantity, arithmetic, from_design, percent
+from motionlab.studies.paper.printed_number import PrintedNumber, arithmetic, from_design, percent
 
 GROUP = "platforms"
 LIMITS = "limits"
@@ -17,15 +17,15 @@ _LENGTHS = {
 }
 """Deformation of the previous and the new platform, m, and the printed reduction."""
 
-_judged = partial(Quantity, kind="arithmetic")
+_judged = partial(PrintedNumber, kind="arithmetic")
 
 
-def _deformation(axis: str) -> list[Quantity]:
+def _deformation(axis: str) -> list[PrintedNumber]:
     plate, old, new, paper = _LENGTHS[axis]
     # The printed share and both printed lengths are rounded.
     lengths = 0.5e-8 / old + 0.5e-8 * new / old**2
     seen = [
-        Quantity(
+        PrintedNumber(
             *(f"deformation-{axis}-{age}", "II-B", f"Deformation of the {name} {plate}"),
             *("m", metres, f"{metres * 1e3:.5f} mm"),
             group=GROUP,
@@ -50,7 +50,7 @@ def _deformation(axis: str) -> list[Quantity]:
     ]
 
 
-def _limit(name: str, paper: float, find: str, basis: str, note: str = "") -> Quantity:
+def _limit(name: str, paper: float, find: str, basis: str, note: str = "") -> PrintedNumber:
     what, *_, axis = name.split("-")
     place, phases = ("II-B", "one phase") if find == _ONE else ("IV-A", "two phases")
     unit = "m/s" if what == "velocity" else "m/s^2"
@@ -66,7 +66,7 @@ def _limit(name: str, paper: float, find: str, basis: str, note: str = "") -> Qu
     )
 
 
-def _requirement(name: str, paper: float, printed: str, quantity: str) -> list[Quantity]:
+def _requirement(name: str, paper: float, printed: str, quantity: str) -> list[PrintedNumber]:
     return [
         _judged(
             *(f"{name}-{axis}", "II-B", f"{quantity}, {axis}", "m/s", paper, printed),
@@ -90,7 +90,7 @@ _ONE, _TWO = "velocity_single_phase", "velocity_two_phase"
 _FAST = ("sqrt(f s/M): 34.1 N", "sqrt(2 f s/M): 43.1 N")
 
 QUANTITIES = (
-    Quantity(
+    PrintedNumber(
         *("platform-load", "II-B", "Normal force of the deformation analysis"),
         *("N", 400.0, "four of 400 N"),
         group=GROUP,

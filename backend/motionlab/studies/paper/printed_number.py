@@ -16,7 +16,7 @@ API = "http://127.0.0.1:8000/api/v1"
 
 
 @dataclass(frozen=True)
-class Found:
+class RowResult:
     """Computed result of one row.
 
     Attributes
@@ -26,7 +26,7 @@ class Found:
     values : mapping of str to number
         Ours under other controllers and on other motors.
     error : str, optional
-        Why there is none.
+        Why there is no number.
     """
 
     ours: Number | None
@@ -34,19 +34,19 @@ class Found:
     error: str | None = None
 
 
-Compute = Callable[[Experiments], Found]
+Compute = Callable[[Experiments], RowResult]
 
 
 @dataclass(frozen=True)
-class Source:
-    """Where ours comes from.
+class RowSource:
+    """Source of our number.
 
     Attributes
     ----------
     compute : callable
         Returns ours.
     recipe : Recipe, optional
-        How to get it otherwise; ``motionlab reproduce --only`` when left out.
+        Other way to obtain it; ``motionlab reproduce --only`` when left out.
     """
 
     compute: Compute
@@ -60,13 +60,13 @@ class Spread:
     Attributes
     ----------
     scenario : str
-        Whose study.
+        Scenario of the study.
     axis : str
         ``x`` or ``y``.
     metric : str
         Metric of a run.
     variant : str, optional
-        Whose; None for what the second gains on the first, 1 - B/A.
+        Its variant; None for the improvement of the second over the first, 1 - B/A.
     """
 
     scenario: str
@@ -84,7 +84,7 @@ class Spread:
 
 
 @dataclass(frozen=True)
-class Quantity:
+class PrintedNumber:
     """One printed number.
 
     Attributes
@@ -92,16 +92,16 @@ class Quantity:
     id, place, quantity, unit, paper, printed, group, kind, comparison, band, reason, basis, note, \
     conflict
         See `motionlab.studies.paper.document.PaperRow`.
-    source : Source or None
-        Where ours comes from; None where nothing can be computed.
+    source : RowSource or None
+        Source of our number; None if nothing can be computed.
     doing : str
-        What that takes, in words.
+        Progress label of the computation.
     figure : str, optional
         The figure that shows it.
     spread : Spread, optional
-        The Monte Carlo study beside it.
+        Its Monte Carlo study.
     rival : float, optional
-        Another value that is printed of the same thing, with which ours cannot agree as well.
+        Another printed value of the same quantity, which excludes this one.
     """
 
     id: str
@@ -119,7 +119,7 @@ class Quantity:
     basis: str = ""
     note: str = ""
     conflict: str = ""
-    source: Source | None = None
+    source: RowSource | None = None
     doing: str = "sizing equations"
     figure: str | None = None
     spread: Spread | None = None
@@ -195,7 +195,7 @@ def from_run(
     *,
     changes: Mapping[str, Any] | None = None,
     others: Mapping[str, tuple[str, Mapping[str, Any], str | tuple[str, str]]] | None = None,
-) -> Source:
+) -> RowSource:
     """Return a computation that reads a number, or both ends of a range, from runs.
 
     Parameters
@@ -208,7 +208,7 @@ def from_run(
         Label to scenario, changes and path of further values.
     """
 
-    def compute(experiments: Experiments) -> Found:
+    def compute(experiments: Experiments) -> RowResult:
         document = experiments.run(scenario, changes or {}).document
         ours = _number(document, find)
         values = {
@@ -216,36 +216,36 @@ def from_run(
             for label, (name, sets, path) in (others or {}).items()
         }
         error = None if ours is not None else _diverged(document, find)
-        return Found(ours, values, error=error)
+        return RowResult(ours, values, error=error)
 
     paths = [find] if isinstance(find, str) else find
-    return Source(compute, by_run(scenario, changes or {}, paths))
+    return RowSource(compute, by_run(scenario, changes or {}, paths))
 
 
-def from_design(find: str, others: Mapping[str, str] | None = None) -> Source:
+def from_design(find: str, others: Mapping[str, str] | None = None) -> RowSource:
     """Return a computation that reads a number from the sizing."""
 
-    def compute(experiments: Experiments) -> Found:
+    def compute(experiments: Experiments) -> RowResult:
         tables = experiments.design().model_dump(by_alias=True)
         values = {label: look_up(tables, path) for label, path in (others or {}).items()}
-        return Found(look_up(tables, find), values)
+        return RowResult(look_up(tables, find), values)
 
-    return Source(compute, _recipe("design", "design", {}, [find]))
+    return RowSource(compute, _recipe("design", "design", {}, [find]))
 
 
-def from_identify(find: str) -> Source:
+def from_identify(find: str) -> RowSource:
     """Return a computation that reads a parameter from the identification."""
 
-    def compute(experiments: Experiments) -> Found:
+    def compute(experiments: Experiments) -> RowResult:
         found = look_up(experiments.identification().model_dump(), find)
-        return Found(found["value"], {"low end, 95 %": found["low"], "high end": found["high"]})
+        return RowResult(found["value"], {"low end, 95 %": found["low"], "high end": found["high"]})
 
-    return Source(compute, _recipe("identify", "identify", {}, [f"{find}.value"]))
+    return RowSource(compute, _recipe("identify", "identify", {}, [f"{find}.value"]))
 
 
-def arithmetic(ours: Number) -> Source:
-    """Return a number that the paper's own numbers give."""
-    return Source(lambda _: Found(ours))
+def arithmetic(ours: Number) -> RowSource:
+    """Return a number that follows from the paper's own numbers."""
+    return RowSource(lambda _: RowResult(ours))
 
 
 def step(what: str, value: float | None, unit: str) -> ErratumStep:

@@ -22,7 +22,7 @@ from motionlab.studies.paper import (
 from motionlab.studies.paper.document import PaperDocument, PaperGroup
 from motionlab.studies.paper.evidence import KINDS
 from motionlab.studies.paper.known_failures import known_failures
-from motionlab.studies.paper.printed_number import Quantity
+from motionlab.studies.paper.printed_number import PrintedNumber
 
 SOURCE = (
     "Huang, Cao, Peng, Wu, Liang, He, Design and Analysis of a Long-Stroke Planar Switched "
@@ -74,7 +74,7 @@ _MODULES = (
 )
 
 
-def quantities(only: Sequence[str] = ()) -> list[Quantity]:
+def quantities(only: Sequence[str] = ()) -> list[PrintedNumber]:
     """Return the printed numbers, group by group.
 
     Parameters
@@ -85,7 +85,7 @@ def quantities(only: Sequence[str] = ()) -> list[Quantity]:
     Raises
     ------
     ConfigError
-        Naming what is neither.
+        Naming unknown identifiers.
     """
     every = [row for module in _MODULES for row in module.QUANTITIES]
     order = [group.id for group in GROUPS]

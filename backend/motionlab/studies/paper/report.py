@@ -1,4 +1,4 @@
-"""The paper's numbers beside ours as text for people."""
+"""The paper's numbers and ours as text."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _WIDTH = 120
 
 
 def report(document: ReproduceDocument, *, colour: bool = False) -> str:
-    """Return tables of printed beside ours, group by group, then errata and the count.
+    """Return tables of printed numbers and ours, group by group, then errata and the count.
 
     Parameters
     ----------

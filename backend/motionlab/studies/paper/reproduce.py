@@ -24,20 +24,20 @@ from motionlab.studies.paper.experiments import Experiments
 from motionlab.studies.paper.known_failures import known_failures
 from motionlab.studies.paper.loose_bands import lax
 from motionlab.studies.paper.monte_carlo_rows import spread_of
-from motionlab.studies.paper.printed_number import Found, Quantity
+from motionlab.studies.paper.printed_number import PrintedNumber, RowResult
 from motionlab.studies.paper.registry import GROUPS, SOURCE, quantities
 from motionlab.studies.paper.request import ReproduceRequest
 from motionlab.studies.paper.verdict import holds, is_better, status
 
 Progress = Callable[[float, PartialReproduce | None], None]
-"""Takes the share done, 0 to 1, and what is there so far when that has changed."""
+"""Takes the share done, 0 to 1, and the rows so far when they have changed."""
 
 _COST = {
     "force map by finite elements": 20.0,
     "identification of friction": 6.0,
     "fig5, 180 s": 2.0,
 }
-"""What the slow computations take, s; all others _QUICK. Only the progress depends on it."""
+"""Duration of the slow computations, s; all others _QUICK. Only the progress depends on it."""
 _QUICK = 0.3
 _STUDY = 3.0
 
@@ -50,8 +50,8 @@ def reproduce(only: Sequence[str] = (), progress: Progress | None = None) -> Rep
     only : sequence of str
         Identifiers of rows or groups; everything when empty. The errata come with everything only.
     progress : callable, optional
-        Called with the share done, and with what is there whenever a row is; what it raises ends
-        the work.
+        Called with the share done, and with the rows so far after each row; what it raises ends the
+        work.
 
     Returns
     -------
@@ -61,7 +61,7 @@ def reproduce(only: Sequence[str] = (), progress: Progress | None = None) -> Rep
     Raises
     ------
     ConfigError
-        If `only` names what there is not.
+        If `only` holds an unknown identifier.
     """
     return _Reproduction(only, progress).document()
 
@@ -73,7 +73,7 @@ def plan(request: ReproduceRequest, source: object = None) -> list[str]:
 
 
 def has_failed(found: ReproduceDocument) -> bool:
-    """Tell whether a row fails, or a known failure has come to hold."""
+    """Return whether a row fails, or a known failure now holds."""
     return not is_reproduced(found)
 
 
@@ -116,14 +116,14 @@ class _Reproduction:
             summary=summary(self.rows),
         )
 
-    def _row(self, quantity: Quantity) -> JudgedRow:
+    def _row(self, quantity: PrintedNumber) -> JudgedRow:
         self.doing = quantity.doing
-        found = Found(None)
+        found = RowResult(None)
         if quantity.source is not None:
             try:
                 found = quantity.source.compute(self.experiments)
             except MotionLabError as error:
-                found = Found(None, error=str(error))
+                found = RowResult(None, error=str(error))
             self.done += self.pending.pop(quantity.doing, 0.0)
         spread = None
         if quantity.spread is not None:
@@ -148,14 +148,14 @@ class _Reproduction:
             self.progress(min(1.0, self.done / self.total), partial)
 
 
-def _study(quantity: Quantity) -> str:
+def _study(quantity: PrintedNumber) -> str:
     """Return the progress label of a row's Monte Carlo study."""
     return "" if quantity.spread is None else f"Monte Carlo, {quantity.spread.scenario}"
 
 
 def judged(
-    quantity: Quantity,
-    found: Found,
+    quantity: PrintedNumber,
+    found: RowResult,
     known: Mapping[str, str],
     spread: RowSpread | None = None,
 ) -> JudgedRow:
@@ -163,10 +163,10 @@ def judged(
 
     Parameters
     ----------
-    quantity : Quantity
+    quantity : PrintedNumber
         The printed number.
-    found : Found
-        What was computed; nothing for a row that is not comparable.
+    found : RowResult
+        Computed result; empty for a row that is not comparable.
     known : mapping of str to str
         Identifiers of known failures and their reasons.
     spread : RowSpread, optional
@@ -199,7 +199,7 @@ def judged(
 
 
 def summary(rows: Sequence[JudgedRow]) -> RowSummary:
-    """Return how many rows came out how, in all and of each kind."""
+    """Return the number of rows by status, in all and of each kind."""
     of: dict[Kind, list[JudgedRow]] = {
         kind.id: [row for row in rows if row.kind == kind.id] for kind in KINDS
     }
@@ -223,9 +223,9 @@ def _count(rows: Sequence[JudgedRow]) -> RowCount:
 
 
 def is_reproduced(document: ReproduceDocument) -> bool:
-    """Return whether no row fails and no known failure has come to hold."""
+    """Return whether no row fails and no known failure now holds."""
     return document.summary.fails == 0 and not document.summary.come_to_hold
 
 
-def _cost(quantity: Quantity) -> float:
+def _cost(quantity: PrintedNumber) -> float:
     return _COST.get(quantity.doing, _QUICK)

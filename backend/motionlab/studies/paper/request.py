@@ -12,7 +12,7 @@ _ONLY_MAX = 500
 class _Names:
     """Lists the available names in the schema, on demand.
 
-    Names that are none are refused by `quantities`, which says what was meant.
+    Unknown names are refused by `quantities`, with a suggestion.
     """
 
     def __get_pydantic_json_schema__(self, core: Any, handler: Any) -> dict[str, Any]:

@@ -8,16 +8,16 @@ from motionlab.design import equations as eq
 from motionlab.design.fem.geometry import Geometry
 from motionlab.studies.paper.experiments import Experiments
 from motionlab.studies.paper.printed_number import (
-    Found,
-    Quantity,
-    Source,
+    PrintedNumber,
+    RowResult,
+    RowSource,
     arithmetic,
     from_design,
 )
 
 GROUP = "sizing"
 FEM_THRUST = 0.15
-"""What the finite elements' thrust is worth: the paper leaves the cross-section partly open."""
+"""Uncertainty of the finite elements' thrust: the paper leaves the cross-section partly open."""
 
 _DIGIT = "half of the last printed digit"
 _TOOTH = _SLOT = 3.6e-3
@@ -51,13 +51,13 @@ def _used(value: float | None) -> float:
     return value
 
 
-def _stack_length(experiments: Experiments) -> Found:
+def _stack_length(experiments: Experiments) -> RowResult:
     ratio = inductance_ratio(experiments)
     K_1 = experiments.design().sizing.K_1
     used, printed = (
         stack_length(ratio, _used(value), experiments) for value in (K_1.value, K_1.printed_value)
     )
-    return Found(used, {"with K_1 as printed, 5": printed})
+    return RowResult(used, {"with K_1 as printed, 5": printed})
 
 
 def _path(g: Geometry) -> float:
@@ -72,11 +72,11 @@ _G = Geometry()
 _SECTION = "the cross-section of the finite elements"
 _ROUND = {"band": 0.05e-3, "reason": f"{_DIGIT}, 0.05 mm"}
 _USUAL = {"band": 0.0, "reason": "a rule of thumb with round ends, taken as printed"}
-_input = partial(Quantity, group=GROUP, kind="input")
-_value = partial(Quantity, group=GROUP, kind="arithmetic", comparison="value")
-_within = partial(Quantity, group=GROUP, kind="arithmetic", comparison="within", **_USUAL)
+_input = partial(PrintedNumber, group=GROUP, kind="input")
+_value = partial(PrintedNumber, group=GROUP, kind="arithmetic", comparison="value")
+_within = partial(PrintedNumber, group=GROUP, kind="arithmetic", comparison="within", **_USUAL)
 _fit = partial(
-    Quantity,
+    PrintedNumber,
     group=GROUP,
     kind="fit",
     comparison="value",
@@ -111,7 +111,7 @@ QUANTITIES = (
         )
         for name, symbol, width in (("tooth", "p", _TOOTH), ("slot", "s", _SLOT))
     ),
-    Quantity(
+    PrintedNumber(
         *("pitch-multiple", "II-A-2", "The pole pitch should be a multiple of 3"),
         *("1", 3.0, "a multiple of 3"),
         group=GROUP,
@@ -154,7 +154,7 @@ QUANTITIES = (
         basis="rating: (14) solved for B_g",
         source=from_design("rating.B_g_reached.value"),
     ),
-    Quantity(
+    PrintedNumber(
         *("stack-length", "(13)", "Stack length l_m", "m", 42.3e-3, "42.3 mm"),
         group=GROUP,
         comparison="value",
@@ -164,7 +164,7 @@ QUANTITIES = (
         basis="(13) with K_1 = 2 w/tau = 11 and lambda at 1 A by finite elements",
         note="K_1 = 11 is our reading and not printed; with K_1 as printed no lambda near that of "
         "finite elements gives 42.3 mm: errata",
-        source=Source(_stack_length),
+        source=RowSource(_stack_length),
         doing="force map by finite elements",
     ),
     _fit(

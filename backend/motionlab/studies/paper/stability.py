@@ -8,7 +8,13 @@ from typing import Any
 from motionlab.studies.paper.bands import COUNT
 from motionlab.studies.paper.experiments import Experiments, Run
 from motionlab.studies.paper.lyapunov import Lyapunov, lyapunov
-from motionlab.studies.paper.printed_number import Found, Quantity, Source, by_run, from_run
+from motionlab.studies.paper.printed_number import (
+    PrintedNumber,
+    RowResult,
+    RowSource,
+    by_run,
+    from_run,
+)
 
 GROUP = "stability"
 
@@ -17,7 +23,7 @@ NOISELESS: dict[str, Any] = {
     for axis in "xy"
     for field, value in (("encoder.resolution", 0.0), ("amplifiers.bandwidth", 100e3))
 }
-"""No encoder counts, no lag worth the name: nothing but the control period is left to blame."""
+"""No quantisation and no noticeable lag: only the control period can be the cause."""
 
 _PRINTED = {"x": 10.4e-6, "y": 11.6e-6}
 
@@ -43,21 +49,23 @@ def published(experiments: Experiments, axis: str) -> Lyapunov | None:
     return terms(experiments.run("circle-published-k", NOISELESS), "B", axis)
 
 
-def _along(axis: str, name: str) -> Source:
+def _along(axis: str, name: str) -> RowSource:
     """Return one number of the terms along that circle."""
 
-    def compute(experiments: Experiments) -> Found:
+    def compute(experiments: Experiments) -> RowResult:
         found = published(experiments, axis)
         if found is None:
-            return Found(None, error="it diverged")
-        return Found(getattr(found, name))
+            return RowResult(None, error="it diverged")
+        return RowResult(getattr(found, name))
 
-    return Source(compute, by_run("circle-published-k", NOISELESS))
+    return RowSource(compute, by_run("circle-published-k", NOISELESS))
 
 
-def _rows(axis: str) -> tuple[Quantity, ...]:
+def _rows(axis: str) -> tuple[PrintedNumber, ...]:
     find = f"variants.B.axes.{axis}.max_abs_following_error"
-    bound = partial(Quantity, group=GROUP, comparison="at_most", doing="circle with K as published")
+    bound = partial(
+        PrintedNumber, group=GROUP, comparison="at_most", doing="circle with K as published"
+    )
     claim = partial(
         bound,
         kind="claim",

@@ -1,7 +1,7 @@
 """Sections III-D and III-E: eqs (39) to (42) against runs of the loop without friction.
 
-The paper states formulas here and no numbers. What they give for the circle's gains stands in the
-place of a printed number, and the sampled loop in that of the machine.
+The paper states formulas here and no numbers. Their values for the circle's gains are used as the
+printed numbers, and the sampled loop as the machine.
 """
 
 from __future__ import annotations
@@ -19,7 +19,13 @@ from motionlab.loop.margins import margins
 from motionlab.loop.steady_state_error import crossover, parabola_error, sine_error
 from motionlab.studies.paper.bands import COUNT, gains
 from motionlab.studies.paper.experiments import Experiments, Run
-from motionlab.studies.paper.printed_number import Compute, Found, Quantity, Source, by_run
+from motionlab.studies.paper.printed_number import (
+    Compute,
+    PrintedNumber,
+    RowResult,
+    RowSource,
+    by_run,
+)
 
 GROUP = "performance"
 NO_FRICTION: dict[str, Any] = {
@@ -27,7 +33,7 @@ NO_FRICTION: dict[str, Any] = {
     "plant.x.friction.enabled": False,
     "plant.y.friction.enabled": False,
 }
-"""What eqs (39) to (42) are about, (19): a mass without friction that gets the force commanded."""
+"""Plant of eqs (39) to (42), (19): a mass without friction under the commanded force."""
 
 _OMEGA = 2.0 * math.pi / 3.0
 _RADIUS = 0.015
@@ -64,9 +70,9 @@ def _error(run: Run, axis: str) -> np.ndarray:
 def _late_mean(axis: str, changes: dict[str, Any]) -> Compute:
     """Return a computation of the mean following error over the last fifth of a run."""
 
-    def compute(experiments: Experiments) -> Found:
+    def compute(experiments: Experiments) -> RowResult:
         error = _error(experiments.run("circle", changes), axis)
-        return Found(float(error[-len(error) // 5 :].mean()))
+        return RowResult(float(error[-len(error) // 5 :].mean()))
 
     return compute
 
@@ -82,36 +88,36 @@ def response(run: Run, axis: str) -> complex:
 
 
 def _amplitude(axis: str) -> Compute:
-    def compute(experiments: Experiments) -> Found:
+    def compute(experiments: Experiments) -> RowResult:
         found = response(experiments.run("circle", NO_FRICTION), axis)
-        return Found(abs(found) * _RADIUS)
+        return RowResult(abs(found) * _RADIUS)
 
     return compute
 
 
 def _phase(axis: str) -> Compute:
-    def compute(experiments: Experiments) -> Found:
+    def compute(experiments: Experiments) -> RowResult:
         found = response(experiments.run("circle", NO_FRICTION), axis)
-        return Found(float(np.angle(found)) % (2.0 * math.pi))
+        return RowResult(float(np.angle(found)) % (2.0 * math.pi))
 
     return compute
 
 
 def _crossover(axis: str) -> Compute:
-    def compute(_: Experiments) -> Found:
+    def compute(_: Experiments) -> RowResult:
         loop = linearise(load_scenario("circle", NO_FRICTION), "A", axis, v=0.02)
         found = margins(loop.open).crossover
-        return Found(None if found is None else 2.0 * math.pi * found)
+        return RowResult(None if found is None else 2.0 * math.pi * found)
 
     return compute
 
 
-def _rows(axis: str) -> tuple[Quantity, ...]:
+def _rows(axis: str) -> tuple[PrintedNumber, ...]:
     M, k_p, k_d = gains("circle", axis)
     w_c = crossover(M, k_p, k_d)
     lag = 0.5 * k_p * k_d * w_c**2 * CONTROL_PERIOD / (k_p**2 + (k_d * w_c) ** 2)
     sine = sine_error(M, k_p, k_d, B=_RADIUS, w=_OMEGA)
-    row = partial(Quantity, group=GROUP, kind="formula", comparison="value")
+    row = partial(PrintedNumber, group=GROUP, kind="formula", comparison="value")
     counted = partial(row, band=COUNT, reason="one encoder count, 50 nm")
     settled = partial(counted, doing="steps, ramps and parabolas without friction")
     basis, doing = f"{_BASIS}; at 1/3 Hz, over two laps", "circle without friction"
@@ -125,30 +131,30 @@ def _rows(axis: str) -> tuple[Quantity, ...]:
             "control period; that turns k_d w_c by w_c T/2, which adds k_p k_d w_c^2 T to "
             "abs(k_p + j k_d w_c)^2",
             basis="the sampled loop, linearised; without friction",
-            source=Source(_crossover(axis)),
+            source=RowSource(_crossover(axis)),
             doing="linearised loop",
         ),
         settled(
             *(f"step-error-{axis}", "(40)", f"Steady-state error of a step, {axis}", "m", 0.0, "0"),
             basis=f"{_BASIS}; step of 1 um, last fifth",
-            source=Source(_late_mean(axis, _step(axis))),
+            source=RowSource(_late_mean(axis, _step(axis))),
         ),
         settled(
             *(f"ramp-error-{axis}", "(40)", f"Steady-state error of a ramp, {axis}", "m", 0.0, "0"),
             basis=f"{_BASIS}; 30 mm/s, last fifth",
-            source=Source(_late_mean(axis, _ramp(axis))),
+            source=RowSource(_late_mean(axis, _ramp(axis))),
         ),
         settled(
             *(f"parabola-error-{axis}", "(40)"),
             f"Steady-state error of R t^2, R = 0.5 m/s^2, {axis}",
             *("m", parabola_error(M, k_p, _SLOPE), "2 M R/(k k_p)"),
             basis=f"{_BASIS}; last fifth of 0.25 s",
-            source=Source(_late_mean(axis, _parabola(axis))),
+            source=RowSource(_late_mean(axis, _parabola(axis))),
         ),
         counted(
             *(f"sine-amplitude-{axis}", "(41), (42)", f"Error amplitude of the circle, {axis}"),
             *("m", sine.amplitude, _FORMULA),
-            source=Source(_amplitude(axis), recipe),
+            source=RowSource(_amplitude(axis), recipe),
             basis=basis,
             doing=doing,
         ),
@@ -158,7 +164,7 @@ def _rows(axis: str) -> tuple[Quantity, ...]:
             band=COUNT / sine.amplitude,
             reason="one encoder count over the amplitude",
             note="Of the two-argument arc tangent, 0 to 2 pi; as printed it is off by pi: errata",
-            source=Source(_phase(axis), recipe),
+            source=RowSource(_phase(axis), recipe),
             basis=basis,
             doing=doing,
         ),

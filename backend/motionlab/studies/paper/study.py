@@ -6,7 +6,7 @@ import argparse
 import sys
 from typing import TYPE_CHECKING, Any
 
-from motionlab.studies.study import Command, Study, lazy
+from motionlab.studies.study import Study, StudyCommand, lazy
 
 if TYPE_CHECKING:
     from motionlab.studies.paper.document import ReproduceDocument
@@ -21,7 +21,7 @@ The first run computes a force map by finite elements, which takes a minute and 
 """
 
 
-class Reproduce(Study):
+class ReproduceStudy(Study):
     """Compute the paper's numbers and compare them.
 
     The job's report carries the rows as they are judged.
@@ -41,7 +41,7 @@ class Reproduce(Study):
     bodies = ({"only": ["sizing", "rhombus-x"]},)
     batches = True
     scatters = True
-    command = Command(
+    command = StudyCommand(
         name="reproduce",
         help="compute the paper's numbers and compare them",
         description="Compute every number that the paper prints and judge it by its band. Exit "
@@ -70,5 +70,5 @@ class Reproduce(Study):
         )
 
     def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
-        """Return the request that options make."""
+        """Return the request of the options."""
         return {"only": options.only}

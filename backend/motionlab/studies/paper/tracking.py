@@ -6,7 +6,7 @@ from typing import Any
 
 from motionlab.studies.paper.bands import COUNT, edge_law
 from motionlab.studies.paper.document import Number
-from motionlab.studies.paper.printed_number import Quantity, Spread, from_run
+from motionlab.studies.paper.printed_number import PrintedNumber, Spread, from_run
 
 TABLE, TEXT = "table1", "motions"
 """Identifiers of the groups."""
@@ -36,13 +36,14 @@ def _find(axis: str, metric: str | tuple[str, str], variant: str) -> str | tuple
 
 def accuracy(
     row_id: str, quantity: str, paper: Number, *, run: tuple[str, str] | None = None, **more: Any
-) -> Quantity:
-    """Return a row on the error of the matched, compensated motor; the other three stand beside it.
+) -> PrintedNumber:
+    """Return a row on the error of the matched, compensated motor, with the other three as values.
 
     Parameters
     ----------
     row_id, quantity, paper
-        See `motionlab.studies.paper.printed_number.Quantity`; two numbers for `paper` are a range.
+        See `motionlab.studies.paper.printed_number.PrintedNumber`; two numbers for `paper` are a
+        range.
     run : tuple of str, optional
         Scenario and axis, where they are not those of the identifier.
     **more
@@ -75,7 +76,7 @@ def accuracy(
         },
     )
     fields: dict[str, Any] = {"place": "Table 1", "group": TABLE} | more
-    return Quantity(
+    return PrintedNumber(
         id=row_id,
         quantity=quantity,
         unit="m",
@@ -90,13 +91,13 @@ def accuracy(
     )
 
 
-def edges(row_id: str, paper: Number, axis: str, **more: Any) -> Quantity:
+def edges(row_id: str, paper: Number, axis: str, **more: Any) -> PrintedNumber:
     """Return a row on the following error along edges of unprinted motion profile.
 
     Parameters
     ----------
     row_id, paper
-        See `motionlab.studies.paper.printed_number.Quantity`.
+        See `motionlab.studies.paper.printed_number.PrintedNumber`.
     axis : str
         ``x`` or ``y``.
     **more

@@ -5,7 +5,7 @@ from __future__ import annotations
 from motionlab.studies.paper.document import Comparison, Number, Status
 
 BETTER = 1.0
-"""A bound counts as bettered beyond this many bands inside of it."""
+"""A value is better than a bound if it lies more than this many bands inside."""
 
 
 def holds(comparison: Comparison, *, paper: Number, ours: Number, band: float) -> bool:
@@ -27,7 +27,7 @@ def holds(comparison: Comparison, *, paper: Number, ours: Number, band: float) -
     Raises
     ------
     ValueError
-        If nothing can be judged, or one number stands where two belong.
+        If nothing can be judged, or there is one number in place of two.
     """
     if comparison == "within":
         if not isinstance(paper, tuple):
@@ -74,7 +74,7 @@ def status(held: bool | None, *, known: bool) -> Status:
     held : bool or None
         From `holds`; None where nothing is judged.
     known : bool
-        Whether known_failures.toml lists the row. One that holds all the same is ``holds``, and
+        Whether known_failures.toml lists the row. A listed row that holds is ``holds``, and
         `motionlab reproduce` fails until the file no longer lists it.
     """
     if held is None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from motionlab.studies.study import Command, Progress, Study, lazy
+from motionlab.studies.study import Progress, Study, StudyCommand, lazy
 
 if TYPE_CHECKING:
     from motionlab.design.plate.document import PlatformDocument
@@ -22,7 +22,7 @@ Lengths are in m, forces in N; docs/platform.md lists the fields.
 """
 
 
-class Platform(Study):
+class PlatformStudy(Study):
     """Bend two designs of a moving platform under four movers' normal forces.
 
     An empty table is the y platform with this project's shapes; the paper prints none.
@@ -41,7 +41,7 @@ class Platform(Study):
         {"axis": "y", "new": {"rib_height": 0.04}},
     )
     direct = True
-    command = Command(
+    command = StudyCommand(
         name="platform",
         help="bend a moving platform under normal forces",
         description="Bend two designs of a ribbed platform under four movers' normal forces, by "
@@ -72,7 +72,7 @@ class Platform(Study):
         )
 
     def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
-        """Return the request that options make."""
+        """Return the request of the options."""
         from motionlab.config.changes import as_tables
 
         given = {"axis": options.axis} | ({"map.name": options.map} if options.map else {})

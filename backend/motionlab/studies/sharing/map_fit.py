@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.design.fem.force_map import ForceMap as Table
+from motionlab.design.fem.force_map import ForceMap
 from motionlab.force_sharing.pole_pitch import forces_over
-from motionlab.plant.magnetics import ForceMap
+from motionlab.plant.magnetics import AnalyticMap
 from motionlab.plant.table_map import ANALYTIC, MotorMap
 
 Array = NDArray[np.float64]
@@ -20,9 +20,9 @@ _LOW, _HIGH = (0.05, 0.02, -0.3, -0.3), (5.0, 50.0, 0.3, 0.3)
 
 
 class MapFit(NamedTuple):
-    """An analytic map, and how far it is from the table that it was fitted to."""
+    """An analytic map, and its deviation from the fitted table."""
 
-    force_map: ForceMap
+    force_map: AnalyticMap
     relative_rms: float  # of thrust over the largest at the same current, 1: what was made least
     rms: float  # of thrust over positions and currents, N
     worst: float  # largest difference, N
@@ -30,7 +30,7 @@ class MapFit(NamedTuple):
     current: float  # at which current, A
 
 
-def fit_analytic(table: Table) -> MapFit:
+def fit_analytic(table: ForceMap) -> MapFit:
     """Fit F_pk, I_knee, h_2 and h_3 of the analytic map to a table's thrust by least squares.
 
     Differences count over the largest thrust at their own current: a controller spends its time at
@@ -55,9 +55,9 @@ def fit_analytic(table: Table) -> MapFit:
     normal = float(table.normal_force(0.0, table.i_max))
     current = np.stack([i, np.zeros_like(i), np.zeros_like(i)])
 
-    def analytic(parameters: Array) -> ForceMap:
+    def analytic(parameters: Array) -> AnalyticMap:
         F, knee, h_2, h_3 = (float(value) for value in parameters)
-        return ForceMap(
+        return AnalyticMap(
             tau=table.tau,
             offset=0.0,
             F_pk=F * peak,

@@ -43,11 +43,11 @@ MapChoice = Annotated[
     Annotated[MapName, Tag("name")] | Annotated[AnyForceMapConfig, Tag("map")],
     Discriminator(_is_name),
 ]
-"""A force map, or the name of a table or of a shipped motor, whose axis x it then is."""
+"""A force map, or the name of a table or of a shipped motor, for its axis x."""
 
 
 class SharingRequest(Config):
-    """A command, the map and the law by which it is shared, and the map that answers."""
+    """A force command, the controller's map and law, and the plant's map."""
 
     controller: MapChoice = Field(
         default="nominal",

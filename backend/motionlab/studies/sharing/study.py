@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from motionlab.studies.study import Command, Progress, Study, lazy
+from motionlab.studies.study import Progress, Study, StudyCommand, lazy
 
 if TYPE_CHECKING:
     from motionlab.studies.sharing.sharing import SharingDocument, SharingRequest
@@ -21,7 +21,7 @@ Values are SI; docs/sharing.md lists the fields.
 """
 
 
-class Sharing(Study):
+class SharingStudy(Study):
     """Share a force among the phases over one pole pitch: currents, forces, ripple, copper loss.
 
     An empty table is 20 N on the nominal motor.
@@ -39,7 +39,7 @@ class Sharing(Study):
     )
     direct = True
     light = True
-    command = Command(
+    command = StudyCommand(
         name="sharing",
         help="share a force among the phases over one pole pitch",
         description="Share a force among the phases over one pole pitch by each law: ripple, "

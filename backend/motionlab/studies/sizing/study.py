@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from motionlab.studies.study import Command, Study, lazy
+from motionlab.studies.study import Study, StudyCommand, lazy
 
 _EXAMPLES = """\
 examples:
@@ -16,7 +16,7 @@ examples:
 """
 
 
-class Sizing(Study):
+class SizingStudy(Study):
     """Size a motor by the paper's equations (1) to (14), as printed beside corrected.
 
     An empty table is the paper's example.
@@ -36,7 +36,7 @@ class Sizing(Study):
     )
     direct = True
     light = True
-    command = Command(
+    command = StudyCommand(
         name="design",
         help="size a motor, and rate its dimensions",
         description="Size a motor by the paper's equations (1) to (14): from requirements to "

@@ -39,8 +39,8 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Sweep:
-    """A sweep that has passed every check which takes no run.
+class SweepPlan:
+    """A sweep that has passed every check without a run.
 
     Attributes
     ----------
@@ -62,8 +62,8 @@ class Sweep:
         return self.base.work * len(self.cases)
 
 
-def plan(request: SweepRequest, source: Source | None = None) -> Sweep:
-    """Return the cases of a sweep; each value is checked by itself, beside no other.
+def plan(request: SweepRequest, source: Source | None = None) -> SweepPlan:
+    """Return the cases of a sweep; each value is checked by itself, without the others.
 
     Parameters
     ----------
@@ -88,15 +88,15 @@ def plan(request: SweepRequest, source: Source | None = None) -> Sweep:
             points = dimension.points()
             for value in {str(point): point for point in (points[0], points[-1])}.values():
                 changed(document, {dimension.path: value}, f"grid.{index}")
-    return Sweep(request, base, cases)
+    return SweepPlan(request, base, cases)
 
 
-def run(planned: Sweep, progress: Progress | None = None) -> SweepDocument:
+def run(planned: SweepPlan, progress: Progress | None = None) -> SweepDocument:
     """Run every case; cases of one motion run side by side.
 
     Parameters
     ----------
-    planned : Sweep
+    planned : SweepPlan
         From `plan`.
     progress : callable, optional
         Takes the share done and the metrics so far; what it raises ends the sweep.
@@ -149,7 +149,7 @@ def run(planned: Sweep, progress: Progress | None = None) -> SweepDocument:
 
 
 def _variants(
-    planned: Sweep, metrics: dict[str, Array], failed: NDArray[np.int64]
+    planned: SweepPlan, metrics: dict[str, Array], failed: NDArray[np.int64]
 ) -> dict[str, SweptVariant]:
     return {
         name: SweptVariant(
@@ -170,7 +170,7 @@ def _axes(metrics: dict[str, Array], v: int) -> dict[str, SweptAxis]:
     }
 
 
-def _best(planned: Sweep, metrics: dict[str, Array]) -> list[Best]:
+def _best(planned: SweepPlan, metrics: dict[str, Array]) -> list[Best]:
     found = []
     for v, variant in enumerate(planned.base.scenario.variants):
         for a, axis in enumerate(AXES):

@@ -6,10 +6,10 @@ import argparse
 from typing import TYPE_CHECKING, Any
 
 from motionlab.errors import ConfigError, FieldError
-from motionlab.studies.study import Bounds, Command, Study, above, lazy
+from motionlab.studies.study import RequestLimits, Study, StudyCommand, above, lazy
 
 if TYPE_CHECKING:
-    from motionlab.studies.sweep.run import Sweep
+    from motionlab.studies.sweep.run import SweepPlan
 
 WORK_MAX = 100_000.0
 """Simulated time summed over cases and variants, s: a few minutes of four cores."""
@@ -63,7 +63,7 @@ class SweepStudy(Study):
     )
     batches = True
     scatters = True
-    command = Command(
+    command = StudyCommand(
         name="sweep",
         help="run a scenario over a grid of values",
         description="Run a scenario over a grid or a list of values of any of its fields, and "
@@ -72,7 +72,7 @@ class SweepStudy(Study):
         title="cases",
     )
 
-    def excess(self, plan: Sweep, bounds: Bounds) -> list[FieldError]:
+    def excess(self, plan: SweepPlan, bounds: RequestLimits) -> list[FieldError]:
         """Bound the simulated time of all cases."""
         message = "simulated time of all cases and variants is too large for one request"
         return above(plan.seconds, WORK_MAX, loc="grid", message=message)
@@ -97,7 +97,7 @@ class SweepStudy(Study):
         parser.add_argument("--out", metavar="FILE", help="write every metric to FILE, .csv")
 
     def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
-        """Return the request that options make."""
+        """Return the request of the options."""
         from motionlab.config.changes import split_pairs
 
         swept = split_pairs(options.grid, "--grid", _FORM)

@@ -13,7 +13,7 @@ from motionlab.config.controller import ControllerConfig, GainsConfig
 from motionlab.kernel.build import lane
 from motionlab.loop.family import LoopFamily
 from motionlab.loop.linearise import NoLinearisation
-from motionlab.studies.tune.problem import Problem
+from motionlab.studies.tune.problem import TuningProblem
 from motionlab.studies.tune.request import TuneRequest
 
 Array = NDArray[np.float64]
@@ -28,13 +28,13 @@ class Group:
 
     Attributes
     ----------
-    problem : Problem
+    problem : TuningProblem
         Of a `TuneRequest`.
     axes : tuple of str
         One axis; both where they share a number that is searched.
     """
 
-    problem: Problem
+    problem: TuningProblem
     axes: tuple[str, ...]
 
     @property
@@ -105,7 +105,7 @@ class Group:
         controller = self.controller(dict(shared))
         before: dict[tuple[str, str], LoopFamily] = self._known[1]
         found: dict[tuple[str, str], LoopFamily] = {}
-        for name, trials in self.problem.courses.items():
+        for name, trials in self.problem.setups.items():
             scenario = trials.scenario
             owner = scenario.variants[self.problem.variant]
             changed = owner.model_copy(update={"controller": controller})
@@ -146,7 +146,7 @@ class Group:
         return [None, {}]
 
 
-def with_published(problem: Problem, axes: tuple[str, ...]) -> ControllerConfig:
+def with_published(problem: TuningProblem, axes: tuple[str, ...]) -> ControllerConfig:
     """Return the controller with the paper's gains."""
     gains: dict[str, GainsConfig] = {axis: problem.published(axis) for axis in axes}
     return problem.controller.model_copy(update=gains)

@@ -1,4 +1,4 @@
-"""Sets of gains, tried and put into the document."""
+"""Candidates: sets of gains with their trials, as in the document."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.loop.family import LoopFamily, Worst
+from motionlab.loop.family import LoopFamily, VelocityMargin
 from motionlab.studies.tune.axis_group import Group
 from motionlab.studies.tune.document import (
     Candidate,
@@ -40,11 +40,11 @@ def candidate(  # noqa: PLR0913, PLR0917 - a set of gains and what is known of i
     values : dict of str to float
         Its numbers, by path below the controller.
     tried : dict
-        What came of it.
+        Outcomes of its trials.
     verdict : Verdict
-        What is thought of it.
+        Verdict on it.
     origin : str
-        Where it comes from.
+        Its origin.
     start : int, optional
         Which start led to it.
     """
@@ -56,7 +56,7 @@ def candidate(  # noqa: PLR0913, PLR0917 - a set of gains and what is known of i
             axis: TunedAxis(
                 k_p=values[f"{axis}.k_p"],
                 k_d=values[f"{axis}.k_d"],
-                metrics={name: _metrics(tried[name, axis]) for name in problem.courses},
+                metrics={name: _metrics(tried[name, axis]) for name in problem.setups},
                 margins={
                     motor: _margins(family, *group.gains(values, axis))
                     for (motor, of), family in group.families(values).items()
@@ -83,5 +83,5 @@ def _margins(family: LoopFamily, k_p: Array, k_d: Array) -> GainMargins:
     return GainMargins(stable=True, **{name: _worst(found) for name, found in figures.items()})
 
 
-def _worst(found: Worst) -> WorstMargin | None:
+def _worst(found: VelocityMargin) -> WorstMargin | None:
     return WorstMargin(**found._asdict()) if math.isfinite(found.value) else None

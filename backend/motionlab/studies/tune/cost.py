@@ -20,7 +20,7 @@ SCALES: dict[Metric, float] = {
     "settling": 1e-2,
     "effort": 1.0,
 }
-"""What one unit of weight stands for: um, um, um s^2, 10 ms and N, in SI."""
+"""Units of the weights: um, um, um s^2, 10 ms and N, in SI."""
 
 
 def cost(objective: Mapping[Metric, float], metrics: Mapping[str, Values]) -> Values:

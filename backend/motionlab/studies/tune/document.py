@@ -30,7 +30,7 @@ class GainMetrics(_Document):
 
 
 class WorstMargin(_Document):
-    """The worst that a margin is while the axis slides, and at which velocity."""
+    """Worst value of a margin while the axis slides, and its velocity."""
 
     value: float
     velocity: float = _si("Sliding velocity", "m/s")

@@ -25,7 +25,7 @@ from motionlab.studies.tune.trials import Outcome
 Array = NDArray[np.float64]
 
 Tried = Mapping[tuple[str, str], Outcome]
-"""What came of a set of gains, by motor and axis."""
+"""Outcomes of a set of gains, by motor and axis."""
 
 _REFUSED = 1e12
 """Least value of a set of gains that violates a constraint."""
@@ -41,7 +41,7 @@ _UNITS = {"phase_margin": " rad", "force": " N"}
 
 
 @dataclass(frozen=True)
-class Violation:
+class ConstraintViolation:
     """A constraint that does not hold on one motor and axis.
 
     Attributes
@@ -49,7 +49,7 @@ class Violation:
     share : float
         By how much, > 0: the logarithm of a ratio, or a share of the time.
     words : str
-        What is wanted and what is there.
+        Required and actual value.
     """
 
     share: float
@@ -64,13 +64,13 @@ class Verdict:
     ----------
     cost : float
         On the worst motor, infinite where it diverged; NaN where it was not tried.
-    linear, tried : mapping of (motor, axis) to list of Violation
-        What the linearised loops, and the trials, do not hold.
+    linear, tried : mapping of (motor, axis) to list of ConstraintViolation
+        Constraints violated by the linearised loops, and by the trials.
     """
 
     cost: float
-    linear: Mapping[tuple[str, str], Sequence[Violation]]
-    tried: Mapping[tuple[str, str], Sequence[Violation]]
+    linear: Mapping[tuple[str, str], Sequence[ConstraintViolation]]
+    tried: Mapping[tuple[str, str], Sequence[ConstraintViolation]]
 
     @property
     def feasible(self) -> bool:
@@ -134,17 +134,17 @@ def of_trial(loops: Verdict, group: Group, tried: Tried) -> Verdict:
 
 def _loop_violations(
     limits: Constraints, family: LoopFamily, k_p: Array, k_d: Array
-) -> list[Violation]:
+) -> list[ConstraintViolation]:
     radii = family.radii(k_p, k_d)
     worst = int(radii.argmax())
     radius = float(radii[worst])
     if radius >= 1.0:
         words = f"unstable{_at(family.velocity[worst])}, a pole of modulus {radius:.4f}"
-        return [Violation(_UNSTABLE * radius, words)]
+        return [ConstraintViolation(_UNSTABLE * radius, words)]
     return margin_violations(limits, family.figures(float(k_p), float(k_d)))
 
 
-def margin_violations(limits: Constraints, figures: Figures) -> list[Violation]:
+def margin_violations(limits: Constraints, figures: Figures) -> list[ConstraintViolation]:
     """Return which margins fall short, and by which share."""
     return [
         *_short("gain_margin", *figures.gain_margin, limits.gain_margin),
@@ -153,31 +153,39 @@ def margin_violations(limits: Constraints, figures: Figures) -> list[Violation]:
     ]
 
 
-def outcome_violations(limits: Constraints, outcome: Outcome) -> list[Violation]:
+def outcome_violations(limits: Constraints, outcome: Outcome) -> list[ConstraintViolation]:
     """Return which limits a trial exceeds, and by which share."""
     if outcome.diverged:
-        return [Violation(_UNSTABLE, "diverges")]
+        return [ConstraintViolation(_UNSTABLE, "diverges")]
     found = _over("force", outcome.force, None, limits.force)
     saturated = limits.saturated
     if saturated is None or outcome.saturated <= saturated:
         return found
     wanted = f"at most {_number('saturated', saturated)}"
     words = _words("saturated", outcome.saturated, None, wanted)
-    return [Violation(outcome.saturated - saturated, words), *found]
+    return [ConstraintViolation(outcome.saturated - saturated, words), *found]
 
 
-def _short(name: str, value: float, velocity: float | None, least: float | None) -> list[Violation]:
+def _short(
+    name: str, value: float, velocity: float | None, least: float | None
+) -> list[ConstraintViolation]:
     if least is None or value >= least:
         return []
     share = math.log(least / max(value, _TINY))
-    return [Violation(share, _words(name, value, velocity, f"at least {_number(name, least)}"))]
+    return [
+        ConstraintViolation(
+            share, _words(name, value, velocity, f"at least {_number(name, least)}")
+        )
+    ]
 
 
-def _over(name: str, value: float, velocity: float | None, most: float | None) -> list[Violation]:
+def _over(
+    name: str, value: float, velocity: float | None, most: float | None
+) -> list[ConstraintViolation]:
     if most is None or value <= most:
         return []
     words = _words(name, value, velocity, f"at most {_number(name, most)}")
-    return [Violation(math.log(value / most), words)]
+    return [ConstraintViolation(math.log(value / most), words)]
 
 
 def _words(name: str, value: float, velocity: float | None, wanted: str) -> str:
@@ -193,5 +201,5 @@ def _number(name: str, value: float) -> str:
     return f"{value:.{_PAST_COMMA[name]}f}"
 
 
-def _worst(found: Mapping[tuple[str, str], Sequence[Violation]]) -> float:
+def _worst(found: Mapping[tuple[str, str], Sequence[ConstraintViolation]]) -> float:
     return max((sum(one.share for one in some) for some in found.values()), default=0.0)

@@ -22,9 +22,9 @@ from motionlab.simulation.result import plant_name
 from motionlab.store.maps import kept_in, lent
 from motionlab.studies.tune.cost import cost
 from motionlab.studies.tune.document import AxisLandscape, LandscapeDocument, PartialLandscape
-from motionlab.studies.tune.problem import Problem, unstable_warnings
+from motionlab.studies.tune.problem import TuningProblem, unstable_warnings
 from motionlab.studies.tune.request import LandscapeRequest
-from motionlab.studies.tune.trials import Trials
+from motionlab.studies.tune.trials import TrialSetup
 
 Array = NDArray[np.float64]
 Progress = Callable[[float, PartialLandscape | None], None]
@@ -36,15 +36,15 @@ _AT_ONCE = 1024
 """Trials of a task, at most."""
 
 
-def landscape(problem: Problem, progress: Progress | None = None) -> LandscapeDocument:
+def landscape(problem: TuningProblem, progress: Progress | None = None) -> LandscapeDocument:
     """Return the cost of each axis over its gains.
 
-    Both axes are tried side by side. Every point is simulated, also those that the linearised loop
-    calls unstable.
+    Both axes are tried side by side. Every point is simulated, also where the linearised loop is
+    unstable.
 
     Parameters
     ----------
-    problem : Problem
+    problem : TuningProblem
         Of a `LandscapeRequest`, from `motionlab.studies.tune.problem.plan`.
     progress : callable, optional
         Called with the share done and, after each level, the map so far.
@@ -117,7 +117,7 @@ def landscape(problem: Problem, progress: Progress | None = None) -> LandscapeDo
 class _Gains(NamedTuple):
     """Some points of the plane: a task."""
 
-    trials: Trials
+    trials: TrialSetup
     controller: ControllerConfig
     k_p: Array
     k_d: Array
@@ -126,14 +126,16 @@ class _Gains(NamedTuple):
 
 
 def _try(gains: _Gains, progress: Callable[[float], None]) -> dict[str, Array]:
-    """Return metrics of some points, see `Trials.over_gains`."""
+    """Return metrics of some points, see `TrialSetup.over_gains`."""
     with lent(gains.maps):
         return gains.trials.over_gains(
             gains.controller, gains.k_p, gains.k_d, progress, threads=gains.threads
         )
 
 
-def _edge(problem: Problem, axis: str, k_p: Array, k_d: Array) -> list[list[tuple[float, float]]]:
+def _edge(
+    problem: TuningProblem, axis: str, k_p: Array, k_d: Array
+) -> list[list[tuple[float, float]]]:
     try:
         family = LoopFamily.of(problem.scenario, problem.variant, axis, (SLIDING,))
     except NoLinearisation:

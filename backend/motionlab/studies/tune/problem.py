@@ -1,4 +1,4 @@
-"""The tuning problem: a variant's axes with the motors and the motion that judge them."""
+"""The tuning problem: a variant's axes, and the motors and the motion of its trials."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from motionlab.loop.linearise import SLIDING, linearise, stability_limits
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import plant_name
 from motionlab.studies.tune.request import LandscapeRequest, TuneRequest
-from motionlab.studies.tune.trials import Trials
+from motionlab.studies.tune.trials import TrialSetup
 
 Source = str | Path | Mapping[str, Any]
 
 
 @dataclass(frozen=True)
-class Problem:
+class TuningProblem:
     """A tuning problem that has passed every check.
 
     Attributes
@@ -33,10 +33,10 @@ class Problem:
     scenario : Scenario
         Parameters in effect at the window's end, of the one variant, without a schedule.
     variant : str
-        Whose gains.
+        Variant to tune.
     axes : tuple of str
-        Axes that are tuned: of those asked for, the ones that move.
-    courses : dict of str to Trials
+        Axes that are tuned: the requested ones that move.
+    setups : dict of str to TrialSetup
         By name of the motor; the scenario's own is the first.
     """
 
@@ -44,7 +44,7 @@ class Problem:
     scenario: Scenario
     variant: str
     axes: tuple[str, ...]
-    courses: dict[str, Trials]
+    setups: dict[str, TrialSetup]
 
     @property
     def controller(self) -> ControllerConfig:
@@ -52,16 +52,16 @@ class Problem:
         return self.scenario.variants[self.variant].controller
 
     @property
-    def own(self) -> Trials:
+    def own(self) -> TrialSetup:
         """The trials on the scenario's own motor."""
-        return next(iter(self.courses.values()))
+        return next(iter(self.setups.values()))
 
     @property
     def seconds(self) -> float:
         """Simulated time of all trials, summed over axes, s."""
         request = self.request
         if isinstance(request, TuneRequest):
-            trials = request.starts * request.evaluations * len(self.courses)
+            trials = request.starts * request.evaluations * len(self.setups)
         else:
             trials = request.points**2
         return self.own.seconds * trials * len(self.axes)
@@ -78,13 +78,13 @@ class Problem:
         return f"variants.{self.variant}.controller.{field}"
 
 
-def plan(request: TuneRequest | LandscapeRequest, source: Source | None = None) -> Problem:
+def plan(request: TuneRequest | LandscapeRequest, source: Source | None = None) -> TuningProblem:
     """Return the validated tuning problem of a request.
 
     Parameters
     ----------
     request : TuneRequest or LandscapeRequest
-        What is asked for.
+        Validated request.
     source : str, Path or mapping, optional
         The scenario in place of the request's, which is never a path.
 
@@ -99,19 +99,19 @@ def plan(request: TuneRequest | LandscapeRequest, source: Source | None = None) 
     plants = request.plants if isinstance(request, TuneRequest) else ()
     own = _trials(request, source, {})
     scenario = own.scenario
-    courses = {plant_name(scenario.plant): own}
+    setups = {plant_name(scenario.plant): own}
     for name in plants:
-        courses[name] = _trials(request, source, {"plant": name})
+        setups[name] = _trials(request, source, {"plant": name})
     (variant,) = scenario.variants
     axes = _moving(request, own)
     if isinstance(request, TuneRequest):
         _refuse_what_has_no_effect(request, scenario.variants[variant].controller)
     if "settling" in request.objective:
         _refuse_without_hold(own)
-    return Problem(request, scenario, variant, axes, courses)
+    return TuningProblem(request, scenario, variant, axes, setups)
 
 
-def unstable_warnings(problem: Problem) -> list[str]:
+def unstable_warnings(problem: TuningProblem) -> list[str]:
     """Return a sentence for each axis whose present gains are unstable, with the gain's limit."""
     said = []
     for axis in problem.axes:
@@ -136,7 +136,7 @@ def unstable_warnings(problem: Problem) -> list[str]:
 
 def _trials(
     request: TuneRequest | LandscapeRequest, source: Source, changes: dict[str, Any]
-) -> Trials:
+) -> TrialSetup:
     """Return the trial runs of the variant."""
     loaded = load_scenario(source, request.set | changes)
     variant = request.chosen(loaded)
@@ -151,10 +151,10 @@ def _trials(
     steady = effect.model_copy(
         update={"variants": {variant: effect.variants[variant]}, "schedule": ()}
     )
-    return Trials(dataclasses.replace(whole, scenario=steady), window)
+    return TrialSetup(dataclasses.replace(whole, scenario=steady), window)
 
 
-def _moving(request: TuneRequest | LandscapeRequest, trials: Trials) -> tuple[str, ...]:
+def _moving(request: TuneRequest | LandscapeRequest, trials: TrialSetup) -> tuple[str, ...]:
     moving = trials.reference.moving
     axes = tuple(axis for axis in request.axes if axis in moving)
     if not axes:
@@ -191,7 +191,7 @@ def _refuse_what_has_no_effect(request: TuneRequest, controller: ControllerConfi
         raise ConfigError(*idle)
 
 
-def _refuse_without_hold(trials: Trials) -> None:
+def _refuse_without_hold(trials: TrialSetup) -> None:
     start, end = trials.window
     if not any(start <= begin < end for begin, _ in trials.reference.holds):
         raise ConfigError(

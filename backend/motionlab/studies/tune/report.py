@@ -19,7 +19,7 @@ _SCALES = {
     "phase_margin": 180.0 / math.pi,
     "Ms": 1.0,
 }
-"""What the columns after the gains show, and their unit in SI."""
+"""Columns after the gains, and their unit in SI."""
 
 
 def report(found: TuneDocument) -> str:
@@ -88,16 +88,16 @@ def _row(name: str, cells: tuple[str, ...] | list[str]) -> str:
     return name.ljust(22) + "".join(cell.rjust(_WIDTH) for cell in cells)
 
 
-class Worst(NamedTuple):
+class WorstMotor(NamedTuple):
     """The worst of a quantity over the motors."""
 
     value: float
     motor: str
-    velocity: float | None  # m/s; None of what is no margin
+    velocity: float | None  # m/s; None for other quantities
 
 
-def worst_of(tuned: TunedAxis) -> dict[str, Worst]:
-    """Return the worst of each quantity over the motors, and on which motor that is.
+def worst_of(tuned: TunedAxis) -> dict[str, WorstMotor]:
+    """Return the worst of each quantity over the motors, with the motor.
 
     Parameters
     ----------
@@ -106,22 +106,22 @@ def worst_of(tuned: TunedAxis) -> dict[str, Worst]:
 
     Returns
     -------
-    dict of str to Worst
+    dict of str to WorstMotor
         ``peak``, ``rms``, ``effort``, infinite where it diverged, ``gain_margin``,
         ``phase_margin`` and ``Ms``; without the margins that no motor has, and with none of
         them where a loop is unstable.
     """
-    found: dict[str, Worst] = {}
+    found: dict[str, WorstMotor] = {}
     for quantity in ("peak", "rms", "effort"):
         values = {motor: getattr(metrics, quantity) for motor, metrics in tuned.metrics.items()}
         motor = max(values, key=lambda name: math.inf if values[name] is None else values[name])
         value = values[motor]
-        found[quantity] = Worst(math.inf if value is None else value, motor, None)
+        found[quantity] = WorstMotor(math.inf if value is None else value, motor, None)
     if not all(margins.stable for margins in tuned.margins.values()):
         return found
     for quantity, worst in (("gain_margin", min), ("phase_margin", min), ("Ms", max)):
         margins = [
-            Worst(margin.value, motor, margin.velocity)
+            WorstMotor(margin.value, motor, margin.velocity)
             for motor, every in tuned.margins.items()
             if (margin := getattr(every, quantity)) is not None
         ]
@@ -130,7 +130,7 @@ def worst_of(tuned: TunedAxis) -> dict[str, Worst]:
     return found
 
 
-def _places(worst: dict[str, Worst]) -> str:
+def _places(worst: dict[str, WorstMotor]) -> str:
     """Return which motor, and at which velocity, each quantity is worst on."""
     of: dict[str, list[str]] = {}
     for quantity, (_, motor, velocity) in worst.items():

@@ -40,8 +40,8 @@ _Edge = Annotated[float, Field(gt=0.0, le=1e9)]
 Range = Annotated[tuple[_Edge, _Edge], Field(strict=False)]
 
 
-class Bounds(Config):
-    """Between which gains is searched, low and high of each; the search is in their logarithms."""
+class GainBounds(Config):
+    """Bounds of the search, low and high of each gain; the search is in their logarithms."""
 
     k_p: Range = quantity(
         "Of k_p", label="range of k_p", shown="N/mm", unit="N/m", source=OURS, default=(1e4, 3e7)
@@ -129,7 +129,7 @@ class _Source(Config):
     )
 
     def chosen(self, scenario: Scenario) -> str:
-        """Return the variant that is meant.
+        """Return the requested variant.
 
         Raises
         ------
@@ -151,12 +151,12 @@ class _Source(Config):
 
 
 class AxisRequest(_Source):
-    """Which loop is looked at."""
+    """Request of a loop."""
 
     axis: Literal["x", "y"] = Field(default="x", description="Axis")
 
 
-class _Problem(_Source):
+class _TuningRequest(_Source):
     """Fields common to both requests."""
 
     axis: Literal["x", "y", "both"] = Field(default="both", description="Axes")
@@ -167,7 +167,7 @@ class _Problem(_Source):
         "um s^2 (itae), 10 ms (settling) and N (effort)",
         json_schema_extra=OBJECTIVE,
     )
-    bounds: Bounds = Field(default=Bounds(), title="ranges of the gains")
+    bounds: GainBounds = Field(default=GainBounds(), title="ranges of the gains")
     window: WindowConfig | None = Field(
         default=None,
         description="Metrics window, at whose end a run ends; left out: the second lap of a motion "
@@ -185,7 +185,7 @@ class _Problem(_Source):
         return ("x", "y") if self.axis == "both" else (self.axis,)
 
 
-class TuneRequest(_Problem):
+class TuneRequest(_TuningRequest):
     """Request of a gain search."""
 
     constraints: Constraints = Field(default=Constraints(), title="limits")
@@ -224,8 +224,8 @@ class TuneRequest(_Problem):
         return self
 
 
-class LandscapeRequest(_Problem):
-    """Over which gains the cost is mapped."""
+class LandscapeRequest(_TuningRequest):
+    """Request of a cost map."""
 
     points: int = quantity(
         "Gains along each side of the map", unit="1", source=OURS, default=64, ge=8, le=128
@@ -252,12 +252,12 @@ def read_request(model: type[_Request], request: Mapping[str, Any]) -> _Request:
         Naming every field that is wrong, its value, range and unit.
     """
     wanted = checked(model, request, "tune")
-    if isinstance(wanted, _Problem):
+    if isinstance(wanted, _TuningRequest):
         _refuse_inverted(wanted)
     return wanted
 
 
-def _refuse_inverted(request: _Problem) -> None:
+def _refuse_inverted(request: _TuningRequest) -> None:
     inverted = [
         FieldError(
             loc=loc,

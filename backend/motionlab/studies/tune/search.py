@@ -25,25 +25,25 @@ from motionlab.studies.tune.document import (
     TuneHistory,
 )
 from motionlab.studies.tune.evaluation import of_loops, of_trial
-from motionlab.studies.tune.problem import Problem, unstable_warnings
+from motionlab.studies.tune.problem import TuningProblem, unstable_warnings
 from motionlab.studies.tune.request import TuneRequest
-from motionlab.studies.tune.simplex import Ended, search
+from motionlab.studies.tune.simplex import SearchEnd, search
 from motionlab.studies.tune.trials import Outcome
 
 Array = NDArray[np.float64]
 Progress = Callable[[float, PartialTuning | None], None]
-"""Takes the share done, 0 to 1, and the starts so far when that has changed."""
+"""Takes the share done, 0 to 1, and the starts so far when they have changed."""
 
 _TOLD_EVERY = 10
 """Rounds of evaluations between two partial results."""
 
 
-def tune(problem: Problem, progress: Progress | None = None) -> TuneDocument:
+def tune(problem: TuningProblem, progress: Progress | None = None) -> TuneDocument:
     """Search the gains of a variant by the simplex of Nelder and Mead, from several starts.
 
     Parameters
     ----------
-    problem : Problem
+    problem : TuningProblem
         Of a `TuneRequest`, from `motionlab.studies.tune.problem.plan`.
     progress : callable, optional
         Called with the share done and now and then with the starts so far; what it raises ends the
@@ -58,7 +58,7 @@ def tune(problem: Problem, progress: Progress | None = None) -> TuneDocument:
 
 
 class _Search:
-    def __init__(self, problem: Problem, progress: Progress) -> None:
+    def __init__(self, problem: TuningProblem, progress: Progress) -> None:
         assert isinstance(problem.request, TuneRequest)
         self.problem, self.request = problem, problem.request
         self.progress = progress
@@ -88,7 +88,7 @@ class _Search:
             scenario=scenario.name,
             seed=scenario.seed,
             plant=plant_name(scenario.plant),
-            plants=list(self.problem.courses),
+            plants=list(self.problem.setups),
             version=__version__,
             model=model_hash(),
             variant=self.problem.variant,
@@ -132,7 +132,7 @@ class _Search:
             )
             for mover in movers
         ]
-        for name, trials in self.problem.courses.items():
+        for name, trials in self.problem.setups.items():
             outcomes = trials.run(controllers) if controllers else []
             for mover, outcome in zip(movers, outcomes, strict=True):
                 for i in mover:
@@ -170,7 +170,7 @@ class _Search:
             [candidate(group, *found[i], "start", i) for i in best_first],
         )
 
-    def _document(self, group: Group, ended: Sequence[Ended]) -> TunedGroup:
+    def _document(self, group: Group, ended: Sequence[SearchEnd]) -> TunedGroup:
         mine = [i for i, owner in enumerate(self.owners) if owner is group]
         present, paper, found = self._candidates(group, [ended[i].point for i in mine])
         return TunedGroup(
@@ -204,7 +204,7 @@ class _Search:
 
 
 def _nothing_better(group: TunedGroup) -> str | None:
-    """Return why the present gains stay, or None where a candidate betters them."""
+    """Return why the present gains stay, or None if a candidate is better."""
     best, present = group.candidates[0], group.present
     if best.betters(present):
         return None

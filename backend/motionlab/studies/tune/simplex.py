@@ -1,8 +1,8 @@
 """Several simplexes at once, whose evaluations are made together.
 
-scipy's Nelder-Mead asks for one value after another. Each start therefore runs in a thread of its
-own; whoever asks waits until all others ask too or have ended, and then all questions are answered
-by one call. What a start asks depends on its own answers alone, so nothing depends on the order of
+scipy's Nelder-Mead evaluates one point after another. Each start therefore runs in a thread of its
+own; an evaluation waits until all other starts wait too or have ended, and then one call computes
+all points. The points of a start depend on its own values only, so nothing depends on the order of
 threads.
 """
 
@@ -27,11 +27,11 @@ _FIRST_STEP, _NEXT_STEP = 0.7, 0.2
 """Size of the first simplex, in logarithms: twice a gain, and of those that begin where it ended;
 less where the bounds are near."""
 _WORTH = 1e-3
-"""Share of the value by which a simplex must better the one before for another one to begin."""
+"""Share of the value by which a simplex must improve on the one before for another one to begin."""
 
 
 @dataclass(frozen=True)
-class Ended:
+class SearchEnd:
     """Where a start ended.
 
     Attributes
@@ -50,7 +50,7 @@ class Ended:
 
 
 class _Broken(Exception):
-    """Ends a start whose evaluations can go on no more."""
+    """Ends a start whose evaluations are used up."""
 
 
 class _Meeting:
@@ -65,7 +65,7 @@ class _Meeting:
         self.failure: BaseException | None = None
 
     def ask(self, start: int, point: Array) -> float:
-        """Return the value at a point, once every other start asks too."""
+        """Return the value at a point, once every other start waits for one too."""
         with self._condition:
             self._asked[start] = point
             self._answer_if_complete()
@@ -75,7 +75,7 @@ class _Meeting:
             return self._answers.pop(start)
 
     def leave(self, start: int) -> None:
-        """Ask nothing more."""
+        """Leave: no more evaluations."""
         with self._condition:
             self._present.discard(start)
             self._answer_if_complete()
@@ -86,7 +86,7 @@ class _Meeting:
         questions = sorted(self._asked.items())
         try:
             values = self._evaluate(questions)
-        except BaseException as error:  # handed to whoever waits for the starts
+        except BaseException as error:  # raised in the thread that waits for the starts
             self.failure = error
         else:
             self._answers = {start: v for (start, _), v in zip(questions, values, strict=True)}
@@ -96,7 +96,7 @@ class _Meeting:
 
 def search(
     starts: Sequence[Array], bounds: Sequence[Array], evaluate: Evaluate, *, evaluations: int
-) -> list[Ended]:
+) -> list[SearchEnd]:
     """Run the simplex from every start, side by side.
 
     Parameters
@@ -106,17 +106,17 @@ def search(
     bounds : sequence of ndarray, shape (n, 2)
         Low and high of each number of each start.
     evaluate : callable
-        Values of the points that all starts ask for at the same time. What it raises ends all.
+        Values of the points of all waiting starts. What it raises ends all.
     evaluations : int
-        Most of them that one start makes.
+        Largest number for one start.
 
     Returns
     -------
-    list of Ended
+    list of SearchEnd
         In the order of `starts`.
     """
     meeting = _Meeting(len(starts), evaluate)
-    ended: dict[int, Ended] = {}
+    ended: dict[int, SearchEnd] = {}
 
     def go(start: int) -> None:
         try:
@@ -143,8 +143,8 @@ def search(
 
 def _descend(
     start: Array, bounds: Array, value: Callable[[Array], float], evaluations: int
-) -> Ended:
-    """Run the simplex, and anew from where it ended as long as that leads on.
+) -> SearchEnd:
+    """Run the simplex, and anew from where it ended as long as that improves the value.
 
     A simplex that meets an edge, of the bounds or of a constraint, can collapse against it before
     it has arrived.
@@ -157,7 +157,7 @@ def _descend(
         converged = bool(found.success)
         led_on = least < before - _WORTH * abs(before) if math.isfinite(before) else True
         if not converged or not led_on or evaluations - made <= len(start) + 1:
-            return Ended(best, made, converged)
+            return SearchEnd(best, made, converged)
         step = _NEXT_STEP
 
 

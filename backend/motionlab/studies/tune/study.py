@@ -8,10 +8,10 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from motionlab.errors import ConfigError, FieldError
-from motionlab.studies.study import Bounds, Command, Study, above, lazy
+from motionlab.studies.study import RequestLimits, Study, StudyCommand, above, lazy
 
 if TYPE_CHECKING:
-    from motionlab.studies.tune.problem import Problem
+    from motionlab.studies.tune.problem import TuningProblem
 
 _EXAMPLES = """\
 examples:
@@ -26,7 +26,7 @@ Gains are SI: k_p in N/m, k_d in N s/m. docs/tune.md says what each objective an
 """
 
 
-class _Tuning(Study):
+class _TuningStudy(Study):
     """Trials of gains of one variant."""
 
     tag = "tune"
@@ -39,7 +39,7 @@ class _Tuning(Study):
 
         return read_request(self.request_model, request)  # pyright: ignore[reportArgumentType]
 
-    def excess(self, plan: Problem, bounds: Bounds) -> list[FieldError]:
+    def excess(self, plan: TuningProblem, bounds: RequestLimits) -> list[FieldError]:
         """Bound the simulated time of one trial and of all."""
         one = "one trial takes too long a simulated time"
         every = "simulated time of all trials is too large for one request"
@@ -49,7 +49,7 @@ class _Tuning(Study):
         ]
 
 
-class Tune(_Tuning):
+class TuneStudy(_TuningStudy):
     """Search gains by the simplex of Nelder and Mead, from several starts.
 
     The job's report carries what each start has evaluated, and at the end the candidates.
@@ -65,7 +65,7 @@ class Tune(_Tuning):
     run = lazy("studies.tune.search:tune")
     report = lazy("studies.tune.report:report")
     bodies = ({"scenario": "circle", "axis": "x", "objective": {"rms": 1.0}},)
-    command = Command(
+    command = StudyCommand(
         name="tune",
         help="search a controller's gains by the simplex",
         description="Search k_p and k_d of a variant by the simplex of Nelder and Mead, in their "
@@ -129,7 +129,7 @@ class Tune(_Tuning):
         )
 
     def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
-        """Return the request that options make."""
+        """Return the request of the options."""
         from motionlab.config.changes import split_pairs
 
         constraints = split_pairs(options.constraints, "--constraint", "NAME=LIMIT")
@@ -154,7 +154,7 @@ class Tune(_Tuning):
         return request
 
 
-class Landscape(_Tuning):
+class LandscapeStudy(_TuningStudy):
     """Map the cost over k_p and k_d, with the stability boundary of the linearised loop.
 
     The job's report carries a coarse map first, then finer ones.

@@ -1,4 +1,4 @@
-"""Trying sets of gains: movers side by side in lanes, each axis of each on its own."""
+"""Trials of sets of gains: movers side by side in lanes, each axis of each on its own."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from motionlab.config.scenario import Scenario, WindowConfig
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.kernel.build import mover_parameters
 from motionlab.kernel.layout import parameter_row
-from motionlab.simulation.batch_runner import Course, Scores
+from motionlab.simulation.batch_runner import BatchRunner, Scores
 from motionlab.simulation.prepare import Prepared
 
 Array = NDArray[np.float64]
@@ -64,12 +64,12 @@ METRICS = {
     "force": "max_abs_force",
     "saturated": "saturated_fraction",
 }
-"""What each is called in `motionlab.results.metrics`."""
+"""Names in `motionlab.results.metrics`."""
 
 _K_P, _K_D = parameter_row("controller.k_p"), parameter_row("controller.k_d")
 
 
-class Trials:
+class TrialSetup:
     """Trial setup of gain sets: motor, motion, window.
 
     Parameters
@@ -99,13 +99,13 @@ class Trials:
             holds=tuple((a, b) for a, b in whole.holds if a < end),
         )
         load = prepared.load[:end]
-        self._course = Course(
+        self._runner = BatchRunner(
             Prepared(self.scenario, self.reference, load, epochs=((0, self.scenario),))
         )
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Return what makes it anew in another process: inputs are computed there."""
-        return Trials, self._given
+        """Return its pickled form: another process computes the inputs again."""
+        return TrialSetup, self._given
 
     @property
     def seconds(self) -> float:
@@ -115,7 +115,7 @@ class Trials:
     def run(self, controllers: Sequence[ControllerConfig]) -> list[dict[str, Outcome]]:
         """Return the outcome of each axis under each controller."""
         movers = np.array([mover_parameters(self.scenario, one) for one in controllers])
-        scores = self._course.score(movers.transpose(0, 2, 1)[None])
+        scores = self._runner.score(movers.transpose(0, 2, 1)[None])
         return [
             {axis: self._outcome(scores, mover, a) for a, axis in enumerate(AXES)}
             for mover in range(len(controllers))
@@ -151,7 +151,7 @@ class Trials:
         one = np.array(mover_parameters(self.scenario, controller)).T
         movers = np.repeat(one[None], len(k_p), axis=0)
         movers[:, _K_P], movers[:, _K_D] = k_p[:, None], k_d[:, None]
-        scores = self._course.score(movers[None], threads=threads, progress=progress)
+        scores = self._runner.score(movers[None], threads=threads, progress=progress)
         found = {name: scores.metrics[metric] for name, metric in METRICS.items()}
         found["settling"] = np.where(np.isnan(found["settling"]), self._never, found["settling"])
         return {

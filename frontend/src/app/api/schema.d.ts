@@ -304,7 +304,7 @@ export interface paths {
         put?: never;
         /**
          * Check Trajectory
-         * @description Hold a trajectory against a scenario's limits, for drawing; infeasible ones get 200 too.
+         * @description Check a trajectory against a scenario's limits, for drawing; 200 also if it is infeasible.
          */
         post: operations["checkTrajectory"];
         delete?: never;
@@ -810,8 +810,8 @@ export interface paths {
          * Run a scenario on many plausible plants
          * @description Run every controller of a scenario on many plausible plants.
          *
-         *     The job ends with quantiles of every metric, bands of the following error over time, how likely
-         *     the spec is met, and the worst cases with what makes them.
+         *     The job ends with quantiles of every metric, bands of the following error over time, the
+         *     probability of meeting the spec, and the worst cases with their changes.
          */
         post: operations["monteCarlo"];
         delete?: never;
@@ -1088,7 +1088,7 @@ export interface paths {
         };
         /**
          * Get Paper
-         * @description Return every number that the paper prints, how it is judged and why so; nothing computed.
+         * @description Return every number that the paper prints, how it is judged and why; nothing is computed.
          */
         get: operations["getPaper"];
         put?: never;
@@ -1546,26 +1546,6 @@ export interface components {
             mass_for_printed_velocity: components["schemas"]["Reading"];
         };
         /**
-         * AxisStudy
-         * @description One axis of one variant over all cases.
-         */
-        AxisStudy: {
-            /**
-             * Metrics
-             * @description Metrics of a run by name, SI; null where no case has it
-             */
-            metrics: {
-                [key: string]: components["schemas"]["Quantiles"] | null;
-            };
-            /** @description null where every case diverged */
-            band: components["schemas"]["Band"] | null;
-            /**
-             * Peaks
-             * @description Largest following error of each case, m; null where it diverged or could not follow
-             */
-            peaks: (number | null)[];
-        };
-        /**
          * AxisX
          * @description The light, inner axis.
          */
@@ -1675,36 +1655,6 @@ export interface components {
             set: {
                 [key: string]: unknown;
             };
-        };
-        /**
-         * Bounds
-         * @description Between which gains is searched, low and high of each; the search is in their logarithms.
-         */
-        Bounds: {
-            /**
-             * range of k_p
-             * @description Of k_p
-             * @default [
-             *       10000,
-             *       30000000
-             *     ]
-             */
-            k_p: [
-                number,
-                number
-            ];
-            /**
-             * range of k_d
-             * @description Of k_d
-             * @default [
-             *       100,
-             *       100000
-             *     ]
-             */
-            k_d: [
-                number,
-                number
-            ];
         };
         /**
          * Candidate
@@ -1900,7 +1850,7 @@ export interface components {
         };
         /**
          * Choice
-         * @description A value that a field can take, and how it is called.
+         * @description A value that a field can take, and its label.
          */
         Choice: {
             /** Value */
@@ -2481,10 +2431,10 @@ export interface components {
             bandwidth: number;
         };
         /**
-         * Divergence
-         * @description Where and how a variant ended before its time.
+         * DivergenceRecord
+         * @description Where and how a variant diverged.
          */
-        Divergence: {
+        DivergenceRecord: {
             /**
              * Time
              * @description First instant not to be trusted, s
@@ -2635,29 +2585,8 @@ export interface components {
             interface_rate: number;
         };
         /**
-         * Entry
-         * @description One trajectory that is kept.
-         */
-        Entry: {
-            /**
-             * Name
-             * @description Name
-             */
-            name: string;
-            /**
-             * Shipped
-             * @description Whether it ships with the project and cannot be changed
-             */
-            shipped: boolean;
-            /**
-             * Kind
-             * @description Kind of motion; empty where the file does not say
-             */
-            kind: string;
-        };
-        /**
          * Erratum
-         * @description Something the paper prints that does not hold, and the computation that shows it.
+         * @description An erratum of the paper, and the computation that shows it.
          */
         Erratum: {
             /** Id */
@@ -2710,6 +2639,33 @@ export interface components {
             set: {
                 [key: string]: unknown;
             };
+        };
+        /**
+         * ExperimentProgress
+         * @description Progress of the experiment.
+         */
+        ExperimentProgress: {
+            /**
+             * Axis
+             * @description null while the circle is run for comparison
+             */
+            axis: string | null;
+            /**
+             * Step
+             * @description sliding, presliding or comparison
+             * @enum {string}
+             */
+            step: "sliding" | "presliding" | "comparison";
+            /**
+             * Done
+             * @description Motions of this step that are done
+             */
+            done: number;
+            /**
+             * Count
+             * @description Motions of this step
+             */
+            count: number;
         };
         /**
          * FieldEntry
@@ -2956,7 +2912,7 @@ export interface components {
         };
         /**
          * FluxLine
-         * @description A line along which flux runs; between neighbouring values runs one step of flux.
+         * @description A flux line; neighbouring lines enclose one step of flux.
          */
         FluxLine: {
             /**
@@ -3328,6 +3284,36 @@ export interface components {
              * @description Stribeck velocity
              */
             v_s: number;
+        };
+        /**
+         * GainBounds
+         * @description Bounds of the search, low and high of each gain; the search is in their logarithms.
+         */
+        GainBounds: {
+            /**
+             * range of k_p
+             * @description Of k_p
+             * @default [
+             *       10000,
+             *       30000000
+             *     ]
+             */
+            k_p: [
+                number,
+                number
+            ];
+            /**
+             * range of k_d
+             * @description Of k_d
+             * @default [
+             *       100,
+             *       100000
+             *     ]
+             */
+            k_d: [
+                number,
+                number
+            ];
         };
         /**
          * GainMargins
@@ -3716,7 +3702,7 @@ export interface components {
         };
         /**
          * JudgedRow
-         * @description A printed number beside ours.
+         * @description A printed number and ours.
          */
         JudgedRow: {
             /**
@@ -3852,10 +3838,10 @@ export interface components {
             error: string | null;
         };
         /**
-         * Kept
+         * KeptTrajectory
          * @description A trajectory with its numbers.
          */
-        Kept: {
+        KeptTrajectory: {
             /**
              * Name
              * @description Name
@@ -4470,6 +4456,26 @@ export interface components {
             y: components["schemas"]["AxisModelConfig"];
         };
         /**
+         * MonteCarloAxis
+         * @description One axis of one variant over all cases.
+         */
+        MonteCarloAxis: {
+            /**
+             * Metrics
+             * @description Metrics of a run by name, SI; null where no case has it
+             */
+            metrics: {
+                [key: string]: components["schemas"]["Quantiles"] | null;
+            };
+            /** @description null where every case diverged */
+            band: components["schemas"]["Band"] | null;
+            /**
+             * Peaks
+             * @description Largest following error of each case, m; null where it diverged or could not follow
+             */
+            peaks: (number | null)[];
+        };
+        /**
          * MonteCarloDocument
          * @description Many plausible plants under the same controllers.
          */
@@ -4516,7 +4522,7 @@ export interface components {
             spec: components["schemas"]["Spec"];
             /** Variants */
             variants: {
-                [key: string]: components["schemas"]["VariantStudy"];
+                [key: string]: components["schemas"]["MonteCarloVariant"];
             };
             /**
              * Improvement
@@ -4531,7 +4537,7 @@ export interface components {
              * Worst
              * @description The worst of each variant and axis, the worst first
              */
-            worst: components["schemas"]["Worst"][];
+            worst: components["schemas"]["WorstCase"][];
         };
         /**
          * MonteCarloJob
@@ -4599,6 +4605,29 @@ export interface components {
             partial?: null;
             /** @description Results of a job that is done */
             result?: components["schemas"]["MonteCarloDocument"] | null;
+        };
+        /**
+         * MonteCarloVariant
+         * @description One controller over all cases.
+         */
+        MonteCarloVariant: {
+            /** Label */
+            label: string;
+            /** Law */
+            law: string;
+            /** Enabled */
+            enabled: boolean;
+            /**
+             * Diverged
+             * @description Cases in which it diverged
+             */
+            diverged: number;
+            /** Axes */
+            axes: {
+                [key: string]: components["schemas"]["MonteCarloAxis"];
+            };
+            /** @description Of the spec; null without one */
+            meets: components["schemas"]["Probability"] | null;
         };
         /**
          * MoverPlace
@@ -4965,7 +4994,7 @@ export interface components {
          * @description Intermediate results of an identification.
          */
         PartialIdentification: {
-            standing: components["schemas"]["Standing"];
+            standing: components["schemas"]["ExperimentProgress"];
             /** Known */
             known: {
                 [key: string]: components["schemas"]["Known"];
@@ -5449,7 +5478,7 @@ export interface components {
         };
         /**
          * Quantiles
-         * @description How a number is spread over the cases that have it.
+         * @description Quantiles of a number over the cases that have it.
          */
         Quantiles: {
             /** Min */
@@ -5539,7 +5568,7 @@ export interface components {
         };
         /**
          * Reading
-         * @description One quantity, as the paper prints it beside as it is used here.
+         * @description One quantity, as printed in the paper and as used here.
          */
         Reading: {
             /**
@@ -5585,7 +5614,7 @@ export interface components {
         };
         /**
          * Recipe
-         * @description How to get the number without this page.
+         * @description How to obtain the number without this page.
          */
         Recipe: {
             /**
@@ -5618,7 +5647,7 @@ export interface components {
         };
         /**
          * ReproduceDocument
-         * @description Every printed number beside ours; the same as ``motionlab reproduce --json`` prints.
+         * @description Every printed number and ours; the same as ``motionlab reproduce --json`` prints.
          */
         ReproduceDocument: {
             /** Version */
@@ -5914,7 +5943,7 @@ export interface components {
              * Segments
              * @description One for each interval between switches
              */
-            segments: components["schemas"]["Segment"][];
+            segments: components["schemas"]["WindowMetrics"][];
         };
         /**
          * RippleOfThrust
@@ -5944,7 +5973,7 @@ export interface components {
         };
         /**
          * RowCount
-         * @description How many rows came out how.
+         * @description Number of rows by status.
          */
         RowCount: {
             /** Holds */
@@ -6006,7 +6035,7 @@ export interface components {
         };
         /**
          * RowSummary
-         * @description How many rows came out how, in all and of each kind.
+         * @description Number of rows by status, in all and of each kind.
          */
         RowSummary: {
             /** Holds */
@@ -6042,7 +6071,7 @@ export interface components {
         };
         /**
          * RowValue
-         * @description A further value beside the one that is judged.
+         * @description A further value in addition to the judged one.
          */
         RowValue: {
             /** Label */
@@ -6055,7 +6084,7 @@ export interface components {
         };
         /**
          * Scenario
-         * @description Everything that decides a run: the same scenario gives the same bits.
+         * @description Complete input of a run: equal scenarios give bit-identical results.
          */
         Scenario: {
             /**
@@ -6180,21 +6209,6 @@ export interface components {
             };
         };
         /**
-         * Segment
-         * @description Metrics of every variant over one window.
-         */
-        Segment: {
-            window: components["schemas"]["Window"];
-            /** Variants */
-            variants: {
-                [key: string]: components["schemas"]["VariantResult"];
-            };
-            /** Comparison */
-            comparison: {
-                [key: string]: components["schemas"]["AxisComparison"];
-            };
-        };
-        /**
          * Sequence
          * @description Do several motions one after another; each is moved to start where the one before ended.
          */
@@ -6212,7 +6226,7 @@ export interface components {
         };
         /**
          * SessionInfo
-         * @description What is known of a session.
+         * @description State and contents of a session.
          */
         SessionInfo: {
             /** Id */
@@ -6497,7 +6511,7 @@ export interface components {
         };
         /**
          * SharingRequest
-         * @description A command, the map and the law by which it is shared, and the map that answers.
+         * @description A force command, the controller's map and law, and the plant's map.
          */
         SharingRequest: {
             /**
@@ -6782,7 +6796,7 @@ export interface components {
         };
         /**
          * SizedDimensions
-         * @description Results of sizing beside the choices: stack length and turns.
+         * @description Results of sizing in addition to the choices: stack length and turns.
          */
         SizedDimensions: {
             /**
@@ -6928,10 +6942,10 @@ export interface components {
             warnings: string[];
         };
         /**
-         * Slowed
+         * SlowedTrajectory
          * @description A trajectory that the motor can follow.
          */
-        Slowed: {
+        SlowedTrajectory: {
             /**
              * Trajectory
              * @description The same path with slower numbers
@@ -7017,33 +7031,6 @@ export interface components {
              * @default null
              */
             a_max: number | null;
-        };
-        /**
-         * Standing
-         * @description Progress of the experiment.
-         */
-        Standing: {
-            /**
-             * Axis
-             * @description null while the circle is run for comparison
-             */
-            axis: string | null;
-            /**
-             * Stage
-             * @description sliding, presliding or comparison
-             * @enum {string}
-             */
-            stage: "sliding" | "presliding" | "comparison";
-            /**
-             * Done
-             * @description Motions of this stage that are done
-             */
-            done: number;
-            /**
-             * Count
-             * @description Motions of this stage
-             */
-            count: number;
         };
         /**
          * Star
@@ -7383,6 +7370,27 @@ export interface components {
             tick: number;
         };
         /**
+         * TrajectoryEntry
+         * @description One trajectory that is kept.
+         */
+        TrajectoryEntry: {
+            /**
+             * Name
+             * @description Name
+             */
+            name: string;
+            /**
+             * Shipped
+             * @description Whether it ships with the project and cannot be changed
+             */
+            shipped: boolean;
+            /**
+             * Kind
+             * @description Kind of motion; empty where the file does not say
+             */
+            kind: string;
+        };
+        /**
          * Trapezoid
          * @description Move along a line with trapezoidal velocity, dwelling at both ends.
          */
@@ -7643,7 +7651,7 @@ export interface components {
         };
         /**
          * Uncertainty
-         * @description How far the model is to be trusted, as a share; the mesh's part is far smaller.
+         * @description Uncertainty of the model, as a share; the mesh's part is far smaller.
          */
         Uncertainty: {
             /**
@@ -7687,7 +7695,7 @@ export interface components {
         };
         /**
          * VariantConfig
-         * @description One contender of a comparison.
+         * @description One controller of a comparison.
          */
         VariantConfig: {
             /**
@@ -7728,32 +7736,9 @@ export interface components {
              * @description Whether its compensation was on at the end of the window
              */
             enabled: boolean;
-            diverged: components["schemas"]["Divergence"] | null;
+            diverged: components["schemas"]["DivergenceRecord"] | null;
             /** Notes */
             notes: string[];
-        };
-        /**
-         * VariantStudy
-         * @description One controller over all cases.
-         */
-        VariantStudy: {
-            /** Label */
-            label: string;
-            /** Law */
-            law: string;
-            /** Enabled */
-            enabled: boolean;
-            /**
-             * Diverged
-             * @description Cases in which it diverged
-             */
-            diverged: number;
-            /** Axes */
-            axes: {
-                [key: string]: components["schemas"]["AxisStudy"];
-            };
-            /** @description Of the spec; null without one */
-            meets: components["schemas"]["Probability"] | null;
         };
         /**
          * Variation
@@ -7961,10 +7946,25 @@ export interface components {
             end: number;
         };
         /**
-         * Worst
+         * WindowMetrics
+         * @description Metrics of every variant over one window.
+         */
+        WindowMetrics: {
+            window: components["schemas"]["Window"];
+            /** Variants */
+            variants: {
+                [key: string]: components["schemas"]["VariantResult"];
+            };
+            /** Comparison */
+            comparison: {
+                [key: string]: components["schemas"]["AxisComparison"];
+            };
+        };
+        /**
+         * WorstCase
          * @description A case among the worst, ready to be run again.
          */
-        Worst: {
+        WorstCase: {
             /** Variant */
             variant: string;
             /** Axis */
@@ -7978,7 +7978,7 @@ export interface components {
             value: number | null;
             /**
              * Set
-             * @description Dotted path to value: what makes the plant of this case
+             * @description Dotted path to value: changes that make the plant of this case
              */
             set: {
                 [key: string]: unknown;
@@ -7986,7 +7986,7 @@ export interface components {
         };
         /**
          * WorstMargin
-         * @description The worst that a margin is while the axis slides, and at which velocity.
+         * @description Worst value of a margin while the axis slides, and its velocity.
          */
         WorstMargin: {
             /** Value */
@@ -8004,7 +8004,7 @@ export interface components {
         Problem: {
             /**
              * Type
-             * @description about:blank: the status says it all
+             * @description about:blank: the status defines the problem
              */
             type: string;
             /**
@@ -8072,7 +8072,7 @@ export interface components {
         };
         /**
          * Acknowledge
-         * @description Say that a frame and all before it have been taken in.
+         * @description Acknowledge a frame and all before it.
          */
         Acknowledge: {
             /**
@@ -8180,7 +8180,7 @@ export interface components {
         };
         /**
          * Subscribe
-         * @description Ask for columns, from a tick on or from now on.
+         * @description Subscribe to columns, from a tick or from now on.
          */
         Subscribe: {
             /**
@@ -9394,7 +9394,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Slowed"];
+                    "application/json": components["schemas"]["SlowedTrajectory"];
                 };
             };
             /** @description Bad Request */
@@ -9486,7 +9486,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Entry"][];
+                    "application/json": components["schemas"]["TrajectoryEntry"][];
                 };
             };
             /** @description Bad Request */
@@ -9545,7 +9545,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Kept"];
+                    "application/json": components["schemas"]["KeptTrajectory"];
                 };
             };
             /** @description Bad Request */
@@ -9617,7 +9617,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Kept"];
+                    "application/json": components["schemas"]["KeptTrajectory"];
                 };
             };
             /** @description Bad Request */
@@ -11892,7 +11892,7 @@ export interface operations {
                      *       ]
                      *     }
                      */
-                    bounds?: components["schemas"]["Bounds"];
+                    bounds?: components["schemas"]["GainBounds"];
                     /** @description Metrics window, at whose end a run ends; left out: the second lap of a motion that repeats, otherwise the scenario's own */
                     window?: components["schemas"]["WindowConfig"] | null;
                     /**
@@ -12124,7 +12124,7 @@ export interface operations {
                      *       ]
                      *     }
                      */
-                    bounds?: components["schemas"]["Bounds"];
+                    bounds?: components["schemas"]["GainBounds"];
                     /** @description Metrics window, at whose end a run ends; left out: the second lap of a motion that repeats, otherwise the scenario's own */
                     window?: components["schemas"]["WindowConfig"] | null;
                     /**

@@ -29,8 +29,8 @@ export type Parts = Schemas['Parts'];
 export type Change = Schemas['Change'];
 /** Any trajectory: `kind` and its numbers. */
 export type Trajectory = { readonly [key: string]: Value };
-export type TrajectoryEntry = Schemas['Entry'];
-export interface Slowed extends Omit<Schemas['Slowed'], 'trajectory'> {
+export type TrajectoryEntry = Schemas['TrajectoryEntry'];
+export interface Slowed extends Omit<Schemas['SlowedTrajectory'], 'trajectory'> {
   trajectory: Trajectory;
 }
 

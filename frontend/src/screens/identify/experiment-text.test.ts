@@ -14,10 +14,10 @@ it('tells over how many pole pitches the force is averaged', () => {
 });
 
 it('tells what goes on', () => {
-  expect(doing({ axis: 'x', stage: 'sliding', done: 11, count: 32 })).toBe(
+  expect(doing({ axis: 'x', step: 'sliding', done: 11, count: 32 })).toBe(
     'x: uniform motion 12 of 32, there and back',
   );
-  expect(doing({ axis: 'y', stage: 'presliding', done: 0, count: 42 })).toBe(
+  expect(doing({ axis: 'y', step: 'presliding', done: 0, count: 42 })).toBe(
     'y: force ramp 1 of 42',
   );
 });

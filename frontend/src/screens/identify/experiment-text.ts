@@ -12,8 +12,8 @@ export function pitchesOf(plan: IdentificationPlan): string {
 }
 
 /** What goes on: "x: uniform motion 12 of 32". */
-export function doing({ axis, stage, done, count }: IdentificationPartial['standing']): string {
-  switch (stage) {
+export function doing({ axis, step, done, count }: IdentificationPartial['standing']): string {
+  switch (step) {
     case 'sliding':
       return `${axis ?? ''}: uniform motion ${done + 1} of ${count}, there and back`;
     case 'presliding':
@@ -21,7 +21,7 @@ export function doing({ axis, stage, done, count }: IdentificationPartial['stand
     case 'comparison':
       return 'The circle with the old model and the new one';
     default:
-      return stage satisfies never;
+      return step satisfies never;
   }
 }
 
