@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from collections.abc import Iterator
 from typing import Any
@@ -37,6 +38,17 @@ CAN_BE_WRONG = [n for n in TAKES_INPUT if n != "parseScenario"]  # which takes a
 READS_JSON = [n for n in TAKES_A_BODY if n != "parseScenario"]
 JSON = {"content-type": "application/json"}
 EXAMPLES = {name: body_examples(DOCUMENT, name) for name in TAKES_A_BODY}
+QUERIES = {
+    operation["operationId"]: {
+        parameter["name"]: parameter["schema"]["examples"][0]
+        for parameter in operation.get("parameters", [])
+        if parameter["in"] == "query" and "examples" in parameter["schema"]
+    }
+    for operations in DOCUMENT["paths"].values()
+    for operation in operations.values()
+}
+"""Examples of query parameters, by operation."""
+
 BOUNDED = Settings(token=EXAMPLES["login"][0]["token"], direct_max=30.0)
 """Simulations above 30 s become jobs, which the tests cancel."""
 
@@ -95,6 +107,9 @@ def near_an_example(draw: st.DrawFn, name: str, known: dict[str, str]) -> Case:
     for parameter in set(case.path_parameters) & set(known):
         if parameter == "session_id" or draw(st.booleans()):
             case.path_parameters[parameter] = known[parameter]
+    for parameter, value in QUERIES[name].items():
+        if draw(st.booleans()):
+            case.query[parameter] = value
     if name in TAKES_A_BODY:
         example = draw(st.sampled_from(EXAMPLES[name]))
         if isinstance(case.body, dict):
@@ -133,7 +148,7 @@ def answers_as_documented(caller: httpx.Client, cases: st.SearchStrategy[Case]) 
 
 
 def kept_names(caller: httpx.Client, path: str) -> dict[str, str]:
-    """Keep what a path names, a job, a trajectory or a force map; return its path parameter."""
+    """Keep what a path names, such as a job or a run; return its path parameter."""
     if "/jobs/" in path:
         answer = caller.post(f"{API}/simulate", json={}, headers={"prefer": "respond-async"})
         return {"job_id": answer.json()["id"]}
@@ -146,6 +161,10 @@ def kept_names(caller: httpx.Client, path: str) -> dict[str, str]:
         own.mkdir(parents=True, exist_ok=True)
         shutil.copy(shipped / "new-design.json", own / "kept.json")
         return {"name": "kept"}
+    if "/runs/" in path:
+        body = {"set": {"trajectory.laps": 1, "trajectory.lead_in": 0.5}, "keep": True}
+        run = caller.post(f"{API}/simulate", json=body).raise_for_status().json()["run"]
+        return {"run_id": run}
     return {"name": "circle", "kind": "tune"}
 
 
@@ -266,13 +285,21 @@ def test_points_that_are_none(shared: Live, points: str) -> None:
     assert [error["loc"] for error in response.json()["errors"]] == ["points"]
 
 
+def matches(path: str, literal: str) -> bool:
+    """Return whether a path with parameters is also that of another one, such as /runs/storage."""
+    return re.fullmatch(re.sub(r"\{\w+\}", "[^/]+", path), literal) is not None
+
+
 @pytest.mark.parametrize("method", ["GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"])
 @pytest.mark.parametrize("path", DOCUMENT["paths"])
 def test_a_method_that_a_path_does_not_know(shared: Live, path: str, method: str) -> None:
     known = {known.upper() for known in DOCUMENT["paths"][path]}
     if "GET" in known:
         known.add("HEAD")
-    if method in known:
+    likewise = (other for other in DOCUMENT["paths"] if matches(other, path))
+    if method in known | {
+        known.upper() for other in likewise for known in DOCUMENT["paths"][other]
+    }:
         return
     # Not by the client that checks every answer: one to HEAD has no body.
     url = shared.client.base_url.join(path.replace("{session_id}", shared.id))

@@ -135,7 +135,7 @@ def test_parquet_says_what_it_holds_and_how(tmp_path):
 
 @SUFFIXES
 def test_long_recordings_are_written_in_pieces(tmp_path, suffix, monkeypatch):
-    monkeypatch.setattr(recorder, "_ROWS", 64)
+    monkeypatch.setattr(recorder, "ROWS", 64)
     recording = noise(200)
     back = write(recording, tmp_path / f"run{suffix}")
     for name, _, values in recorder.columns(recording):

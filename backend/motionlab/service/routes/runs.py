@@ -57,7 +57,11 @@ class RunChange(BaseModel):
 class WindowQuery(BaseModel):
     """Which part of a run is wanted, and how finely."""
 
-    columns: str = Field(max_length=20_000, description="Names of channels, comma between them")
+    columns: str = Field(
+        max_length=4000,
+        description="Names of channels, comma between them",
+        examples=["A.x.following_error"],
+    )
     start: int = Field(default=0, alias="from", ge=0, description="First sample")
     stop: int | None = Field(default=None, alias="to", ge=1, description="Sample after the last")
     points: int = Field(default=2000, ge=1, le=20_000, description="Bins at most")

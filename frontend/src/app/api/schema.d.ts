@@ -1099,6 +1099,114 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/runs": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Runs
+         * @description Return a page of the runs that a search finds.
+         */
+        get: operations["listRuns"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/runs/storage": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Storage
+         * @description Return what all runs take, and how many there are of each kind.
+         */
+        get: operations["getRunStorage"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/runs/{run_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Run
+         * @description Return a run with all that makes it reproducible.
+         */
+        get: operations["getRun"];
+        put?: never;
+        post?: never;
+        /**
+         * Delete Run
+         * @description Delete a run; it can be restored for ten minutes, then its files are removed.
+         */
+        delete: operations["deleteRun"];
+        options?: never;
+        head?: never;
+        /**
+         * Change Run
+         * @description Change name, note, tags or pin of a run.
+         */
+        patch: operations["changeRun"];
+        trace?: never;
+    };
+    "/api/v1/runs/{run_id}/restore": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Restore Run
+         * @description Take the deletion of a run back.
+         */
+        post: operations["restoreRun"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/runs/{run_id}/window": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Window
+         * @description Return some columns between two samples, decimated so that no spike is lost.
+         */
+        get: operations["getRunWindow"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
 }
 export type webhooks = Record<string, never>;
 export interface components {
@@ -1750,6 +1858,78 @@ export interface components {
             };
         };
         /**
+         * ChangedScenario
+         * @description A scenario and changes to it.
+         * @example {
+         *       "scenario": "circle",
+         *       "set": {
+         *         "variants.B.controller.x.k_p": 312000
+         *       }
+         *     }
+         */
+        ChangedScenario: {
+            /**
+             * Scenario
+             * @description Name of a shipped scenario, or its tables as in a TOML file; see /schema
+             * @default circle
+             */
+            scenario: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                /** @enum {string} */
+                base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                /**
+                 * Name
+                 * @description Short name
+                 * @default custom
+                 */
+                name: string;
+                /**
+                 * Title
+                 * @description One line for people
+                 * @default
+                 */
+                title: string;
+                /**
+                 * Description
+                 * @description What it shows and whose choice its numbers are
+                 * @default
+                 */
+                description: string;
+                /**
+                 * Seed
+                 * @description Seed of every noise source
+                 * @default 2019
+                 */
+                seed: number;
+                /**
+                 * Settling Band
+                 * @description Following error below which a move counts as settled
+                 * @default 0.000002
+                 */
+                settling_band: number;
+                /**
+                 * Divergence Error
+                 * @description Following error beyond which a variant has diverged
+                 * @default 0.02
+                 */
+                divergence_error: number;
+                plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
+                trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                variants?: {
+                    [key: string]: Record<string, never>;
+                };
+                load?: Record<string, never>;
+                schedule?: Record<string, never>[];
+                window?: Record<string, never> | null;
+            } | unknown | unknown);
+            /**
+             * Set
+             * @description Dotted path to value, SI; all applied together before validation
+             */
+            set?: {
+                [key: string]: unknown;
+            };
+        };
+        /**
          * CheckRequest
          * @description A trajectory, and the scenario whose motor and controllers are to follow it.
          * @example {
@@ -2223,6 +2403,27 @@ export interface components {
             rating: components["schemas"]["Rating"] | null;
         };
         /**
+         * Difference
+         * @description A field of a scenario whose value is not the shipped one.
+         */
+        Difference: {
+            /**
+             * Path
+             * @description Dotted path, as with --set
+             */
+            path: string;
+            /**
+             * Shipped
+             * @description Value of the shipped scenario; null where it has none
+             */
+            shipped: unknown;
+            /**
+             * Value
+             * @description Value of this run; null where it has none
+             */
+            value: unknown;
+        };
+        /**
          * Dimension
          * @description One swept field: its values one by one, or a range of numbers.
          */
@@ -2621,6 +2822,57 @@ export interface components {
             value: number | null;
             /** Unit */
             unit: string;
+        };
+        /**
+         * Event
+         * @description What happened at a tick of a live session, or of its recording.
+         */
+        Event: {
+            /**
+             * Tick
+             * @description First tick at which it holds
+             */
+            tick: number;
+            /**
+             * Kind
+             * @enum {string}
+             */
+            kind: "change" | "push" | "stop" | "gap";
+            /**
+             * Set
+             * @description Of a change: path to value
+             */
+            set?: {
+                [key: string]: unknown;
+            };
+            /**
+             * Previous
+             * @description The values before
+             */
+            previous?: {
+                [key: string]: unknown;
+            };
+            /**
+             * Axis
+             * @description Of a push
+             */
+            axis?: ("x" | "y") | null;
+            /**
+             * Force
+             * @description Of a push, N
+             */
+            force?: number | null;
+            /**
+             * Ticks
+             * @description Ticks of a push, or missing in a gap
+             */
+            ticks?: number | null;
+            /**
+             * Reason
+             * @description Why ticks are missing
+             * @default
+             */
+            reason: string;
         };
         /**
          * EventConfig
@@ -4705,6 +4957,24 @@ export interface components {
             ][];
         };
         /**
+         * Page
+         * @description A page of a list of runs.
+         */
+        Page: {
+            /** Runs */
+            runs: components["schemas"]["Run"][];
+            /**
+             * Total
+             * @description Runs that the search finds
+             */
+            total: number;
+            /**
+             * Cursor
+             * @description Where the next page begins; null on the last
+             */
+            cursor: string | null;
+        };
+        /**
          * PaperDeformation
          * @description The paper's printed deformations of the platform.
          */
@@ -5944,6 +6214,11 @@ export interface components {
              * @description One for each interval between switches
              */
             segments: components["schemas"]["WindowMetrics"][];
+            /**
+             * Run
+             * @description Identifier of the run, where it was kept
+             */
+            run?: string | null;
         };
         /**
          * RippleOfThrust
@@ -6081,6 +6356,274 @@ export interface components {
                 number,
                 number
             ] | null;
+        };
+        /**
+         * Run
+         * @description A run, as lists show it.
+         */
+        Run: {
+            /** Id */
+            id: string;
+            /**
+             * Kind
+             * @enum {string}
+             */
+            kind: "simulation" | "live" | "measurement";
+            /**
+             * State
+             * @description partial: the recording ended before the run did
+             * @enum {string}
+             */
+            state: "recording" | "complete" | "partial";
+            /** Name */
+            name: string;
+            /**
+             * Scenario
+             * @description Name of its scenario; empty for a measurement
+             */
+            scenario: string;
+            /** Note */
+            note: string;
+            /** Tags */
+            tags: string[];
+            /**
+             * Pinned
+             * @description Never evicted
+             */
+            pinned: boolean;
+            /**
+             * Created
+             * @description When it began, seconds since 1970
+             */
+            created: number;
+            /**
+             * Deleted
+             * @description When it was deleted; it can be undone
+             */
+            deleted?: number | null;
+            /**
+             * Duration
+             * @description Recorded time, s
+             */
+            duration: number;
+            /**
+             * Ticks
+             * @description Recorded samples of each channel
+             */
+            ticks: number;
+            /**
+             * Period
+             * @description Time between two samples, s
+             */
+            period: number;
+            /**
+             * Size
+             * @description Bytes of its telemetry
+             */
+            size: number;
+            /**
+             * Reason
+             * @description Why it is partial
+             * @default
+             */
+            reason: string;
+            /** Variants */
+            variants: string[];
+            /**
+             * Labels
+             * @description Of each variant: what its controller is
+             */
+            labels: {
+                [key: string]: string;
+            };
+            /**
+             * Differences
+             * @description From the shipped scenario of its name
+             */
+            differences: components["schemas"]["Difference"][];
+            /**
+             * Metrics
+             * @description By variant, axis and metric, such as B.x.max_abs_following_error, SI
+             */
+            metrics: {
+                [key: string]: number;
+            };
+            /**
+             * Thumbnail
+             * @description Curves of 0 to 1000 by name: reference, and each variant; x, y, x, y ...
+             */
+            thumbnail: {
+                [key: string]: number[];
+            };
+        };
+        /**
+         * RunChange
+         * @description What can be changed of a run; what is left out stays.
+         * @example {
+         *       "pinned": true,
+         *       "tags": [
+         *         "rig"
+         *       ]
+         *     }
+         */
+        RunChange: {
+            /** Name */
+            name?: string | null;
+            /** Note */
+            note?: string | null;
+            /** Tags */
+            tags?: string[] | null;
+            /** Pinned */
+            pinned?: boolean | null;
+        };
+        /**
+         * RunDetail
+         * @description A run with all that makes it reproducible.
+         */
+        RunDetail: {
+            /** Id */
+            id: string;
+            /**
+             * Kind
+             * @enum {string}
+             */
+            kind: "simulation" | "live" | "measurement";
+            /**
+             * State
+             * @description partial: the recording ended before the run did
+             * @enum {string}
+             */
+            state: "recording" | "complete" | "partial";
+            /** Name */
+            name: string;
+            /**
+             * Scenario
+             * @description Name of its scenario; empty for a measurement
+             */
+            scenario: string;
+            /** Note */
+            note: string;
+            /** Tags */
+            tags: string[];
+            /**
+             * Pinned
+             * @description Never evicted
+             */
+            pinned: boolean;
+            /**
+             * Created
+             * @description When it began, seconds since 1970
+             */
+            created: number;
+            /**
+             * Deleted
+             * @description When it was deleted; it can be undone
+             */
+            deleted?: number | null;
+            /**
+             * Duration
+             * @description Recorded time, s
+             */
+            duration: number;
+            /**
+             * Ticks
+             * @description Recorded samples of each channel
+             */
+            ticks: number;
+            /**
+             * Period
+             * @description Time between two samples, s
+             */
+            period: number;
+            /**
+             * Size
+             * @description Bytes of its telemetry
+             */
+            size: number;
+            /**
+             * Reason
+             * @description Why it is partial
+             * @default
+             */
+            reason: string;
+            /** Variants */
+            variants: string[];
+            /**
+             * Labels
+             * @description Of each variant: what its controller is
+             */
+            labels: {
+                [key: string]: string;
+            };
+            /**
+             * Differences
+             * @description From the shipped scenario of its name
+             */
+            differences: components["schemas"]["Difference"][];
+            /**
+             * Metrics
+             * @description By variant, axis and metric, such as B.x.max_abs_following_error, SI
+             */
+            metrics: {
+                [key: string]: number;
+            };
+            /**
+             * Thumbnail
+             * @description Curves of 0 to 1000 by name: reference, and each variant; x, y, x, y ...
+             */
+            thumbnail: {
+                [key: string]: number[];
+            };
+            /**
+             * Seed
+             * @description null for a measurement
+             */
+            seed: number | null;
+            /** Version */
+            version: string;
+            /**
+             * Model
+             * @description Hash of the model's sources
+             */
+            model: string;
+            /**
+             * Processor
+             * @description Processor that its code was compiled for
+             */
+            processor: string;
+            /**
+             * Maps
+             * @description Force maps it used, with their hashes
+             */
+            maps: {
+                [key: string]: unknown;
+            };
+            /**
+             * Scenario Document
+             * @description The resolved scenario; null for a measurement
+             */
+            scenario_document: {
+                [key: string]: unknown;
+            } | null;
+            /**
+             * Events
+             * @description Changes, pushes, the stop, gaps, by tick
+             */
+            events: components["schemas"]["Event"][];
+            /**
+             * Result
+             * @description Metrics: of a simulation its result document, of a live session those of its latest two periods or ten seconds
+             */
+            result: {
+                [key: string]: unknown;
+            };
+            /**
+             * Columns
+             * @description Name, unit and meaning of each channel
+             */
+            columns: {
+                [key: string]: string;
+            }[];
         };
         /**
          * Scenario
@@ -6263,6 +6806,16 @@ export interface components {
              * @description Path of its websocket
              */
             stream: string;
+            /**
+             * Run
+             * @description Run that is being recorded; null before the first tick
+             */
+            run: string | null;
+            /**
+             * Unrecorded
+             * @description Why nothing can be recorded now; empty when all is well
+             */
+            unrecorded: string;
             /**
              * Watchers
              * @description Streams and 3-D views that are open
@@ -6564,7 +7117,7 @@ export interface components {
         };
         /**
          * SimulateRequest
-         * @description A scenario and changes to it.
+         * @description A scenario to run, and whether the run is kept.
          * @example {
          *       "scenario": "circle",
          *       "set": {
@@ -6633,6 +7186,18 @@ export interface components {
             set?: {
                 [key: string]: unknown;
             };
+            /**
+             * Keep
+             * @description Keep it as a run; docs/runs.md
+             * @default false
+             */
+            keep: boolean;
+            /**
+             * Name
+             * @description What the kept run is called
+             * @default
+             */
+            name: string;
         };
         /**
          * SimulationJob
@@ -7153,6 +7718,58 @@ export interface components {
             step: number;
             /** Count */
             count: number;
+        };
+        /**
+         * Storage
+         * @description What all runs take, and what there is.
+         */
+        Storage: {
+            /** Runs */
+            runs: number;
+            /**
+             * Size
+             * @description Bytes of telemetry
+             */
+            size: number;
+            /**
+             * Pinned Size
+             * @description Of these, bytes that are never evicted
+             */
+            pinned_size: number;
+            /**
+             * Quota
+             * @description Bytes beyond which the oldest unpinned run is evicted
+             */
+            quota: number;
+            /**
+             * Free Least
+             * @description Bytes that are left free on the disk
+             */
+            free_least: number;
+            /**
+             * Undo
+             * @description Time for which a deletion can be undone, s
+             */
+            undo: number;
+            /**
+             * Tags
+             * @description Runs by tag, the most used first
+             */
+            tags: {
+                [key: string]: number;
+            };
+            /** Scenarios */
+            scenarios: {
+                [key: string]: number;
+            };
+            /** Kinds */
+            kinds: {
+                [key: string]: number;
+            };
+            /** States */
+            states: {
+                [key: string]: number;
+            };
         };
         /**
          * StribeckCurve
@@ -8932,6 +9549,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Insufficient Storage */
+            507: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     listJobs: {
@@ -9843,7 +10469,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["SimulateRequest"];
+                "application/json": components["schemas"]["ChangedScenario"];
             };
         };
         responses: {
@@ -10994,7 +11620,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["SimulateRequest"];
+                "application/json": components["schemas"]["ChangedScenario"];
             };
         };
         responses: {
@@ -14277,6 +14903,642 @@ export interface operations {
             };
             /** @description Forbidden */
             403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listRuns: {
+        parameters: {
+            query?: {
+                /** @description Search, such as tag:rig B.x.max<3um */
+                q?: string;
+                /** @description created, name, duration, size or B.x.max; - first */
+                sort?: string;
+                /** @description Runs on the page */
+                limit?: number;
+                /** @description Of the page before */
+                cursor?: string | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Page"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getRunStorage: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Storage"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getRun: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Identifier of a run */
+                run_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RunDetail"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    deleteRun: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Identifier of a run */
+                run_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Run"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    changeRun: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Identifier of a run */
+                run_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["RunChange"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Run"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Insufficient Storage */
+            507: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    restoreRun: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Identifier of a run */
+                run_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Run"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getRunWindow: {
+        parameters: {
+            query: {
+                /** @description Names of channels, comma between them */
+                columns: string;
+                /** @description First sample */
+                from?: number;
+                /** @description Sample after the last */
+                to?: number | null;
+                /** @description Bins at most */
+                points?: number;
+            };
+            header?: never;
+            path: {
+                /** @description Identifier of a run */
+                run_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Minima and maxima over equal bins; docs/runs.md */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/octet-stream": string;
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
                 headers: {
                     [name: string]: unknown;
                 };
