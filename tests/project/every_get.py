@@ -41,7 +41,9 @@ def look_at_everything(ask: Ask) -> list[str]:
         if collection in NAMED:
             return NAMED[collection]
         content = json.loads(got(collection))
-        entry = content["runs"][0] if "runs" in content else content[0]
+        if "runs" in content:  # of those that are being recorded nothing can be read
+            content = [run for run in content["runs"] if run["state"] == "complete"]
+        entry = content[0]
         return entry.get("id") or entry["name"]
 
     asked: list[str] = []
