@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 from motionlab import __version__
 from motionlab.cli import (
+    exchange,
     run,
     runs,
     serve,
@@ -18,7 +19,7 @@ from motionlab.cli import (
 from motionlab.cli.exit_codes import BAD_INPUT, DONE, FAILED
 from motionlab.errors import ConfigError, Infeasible, MotionLabError
 
-_COMMANDS = (run, runs, study, serve)
+_COMMANDS = (run, runs, exchange, study, serve)
 """In the order of the help page."""
 
 

@@ -37,6 +37,7 @@ from motionlab.service.routes import (
     loop_response,
     maps,
     paper,
+    run_files,
     runs,
     scenarios,
     scene,
@@ -167,6 +168,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         maps,
         identification_plan,
         paper,
+        run_files,
         runs,
     ):
         app.include_router(module.router, prefix=PREFIX)

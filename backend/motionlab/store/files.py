@@ -103,7 +103,7 @@ def _mode(target: Path) -> int:
     return 0o666 & ~mask
 
 
-def check_target(path: str, *suffixes: str) -> None:
+def check_target(path: str, *suffixes: str, loc: str = "--out") -> None:
     """Refuse a file that could not be written, before slow work begins.
 
     Raises
@@ -114,17 +114,17 @@ def check_target(path: str, *suffixes: str) -> None:
     target = Path(path)
     if target.suffix not in suffixes:
         allowed = "names ending in " + " or ".join(suffixes)
-        raise ConfigError(FieldError("--out", "unknown kind of file", path, allowed))
+        raise ConfigError(FieldError(loc, "unknown kind of file", path, allowed))
     folder = target.absolute().parent
     if not folder.is_dir():
-        raise ConfigError(FieldError("--out", "its folder does not exist", path))
+        raise ConfigError(FieldError(loc, "its folder does not exist", path))
     try:
         if target.exists() and not target.is_file():
-            raise ConfigError(FieldError("--out", "is there already and is no regular file", path))
+            raise ConfigError(FieldError(loc, "is there already and is no regular file", path))
     except OSError as error:
-        raise ConfigError(FieldError("--out", f"cannot be: {error.strerror}", path)) from None
+        raise ConfigError(FieldError(loc, f"cannot be: {error.strerror}", path)) from None
     if not os.access(folder, os.W_OK):
-        raise ConfigError(FieldError("--out", "cannot be written", path))
+        raise ConfigError(FieldError(loc, "cannot be written", path))
 
 
 def remove_leftovers(root: Path) -> None:

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import asyncio
-import contextlib
 from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
 import tomli_w
-from fastapi import APIRouter, HTTPException, Query, Request, Response
+from fastapi import APIRouter, Query, Request, Response
 
-from motionlab.service.http.download import Download, temporary_folder
+from motionlab.service.file_download import WRITE_SECONDS, file_download
 from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute
 from motionlab.service.live.document import SessionMetrics
-from motionlab.service.memory_budget import MemoryBudget
 from motionlab.service.routes.sessions import FoundSession
 from motionlab.service.worker_answers import called
 from motionlab.service.workers.worker import Call
@@ -24,9 +21,6 @@ from motionlab.telemetry import recorder
 from motionlab.telemetry.recording import as_recording
 
 router = APIRouter(prefix="/sessions", tags=["sessions"], route_class=JsonRoute)
-_RETRY_SECONDS = 5
-_WAIT_SECONDS = 60.0
-_WRITE_SECONDS = 120.0
 _SAMPLES = "samples.npy"
 _FILE_SHARE = {"csv": 4, "parquet": 3}
 """Memory for writing a file, in sizes of the ring: a copy of it, a row group, and the file. The
@@ -70,50 +64,35 @@ async def get_telemetry(
     format: Annotated[Literal["csv", "parquet"], Query()] = "parquet",
 ) -> Response:
     """Return the contents of the ring, 30 s at most, as a file."""
-    state = request.app.state
-    memory: MemoryBudget = state.memory
-    slots: asyncio.Semaphore = state.downloads
-    if slots.locked() and state.downloads_waiting >= state.settings.downloads_waiting_max:
-        raise _too_many(f"{state.downloads_waiting} files are waited for already")
-    state.downloads_waiting += 1
-    try:
-        async with asyncio.timeout(_WAIT_SECONDS):
-            await slots.acquire()
-    except TimeoutError:
-        most = state.settings.downloads_max
-        raise _too_many(f"{most} files are being sent, and none has ended since") from None
-    finally:
-        state.downloads_waiting -= 1
     about = metadata(session.prepared.scenario)
-    name = f"{session.prepared.scenario.name}-{session.tick}.{format}"
-    async with contextlib.AsyncExitStack() as held:
-        held.callback(slots.release)
-        held.enter_context(memory.hold(_FILE_SHARE[format] * session.history.ring.size))
-        with temporary_folder() as folder:
-            async with state.writing:
-                start, failed = await session.save(folder / _SAMPLES)
-                written = folder / f"telemetry.{format}"
-                arguments = (str(written), start, failed, about)
-                (await called(request, _write, *arguments, seconds=_WRITE_SECONDS)).close()
-            file = written.open("rb")
-        return Download(
-            file,
-            media_type=_TELEMETRY[format],
-            headers={"Content-Disposition": f'attachment; filename="{name}"'},
-            held=held.pop_all(),
-        )
 
+    async def write(path: Path) -> None:
+        start, failed = await session.save(path.with_name(_SAMPLES))
+        arguments = (str(path), format, start, failed, about)
+        (await called(request, _write, *arguments, seconds=WRITE_SECONDS)).close()
 
-def _too_many(detail: str) -> HTTPException:
-    return HTTPException(429, detail, {"Retry-After": f"{_RETRY_SECONDS}"})
+    return await file_download(
+        request,
+        write,
+        name=f"{session.prepared.scenario.name}-{session.tick}.{format}",
+        media_type=_TELEMETRY[format],
+        size=_FILE_SHARE[format] * session.history.ring.size,
+    )
 
 
 def _write(
-    _: Call, path: str, start: int, failed: dict[str, int | None], about: dict[str, str]
+    _: Call,
+    path: str,
+    format: str,
+    start: int,
+    failed: dict[str, int | None],
+    about: dict[str, str],
 ) -> None:
     """Write a file of the samples in its folder; runs in a worker."""
     data = np.load(Path(path).parent / _SAMPLES, mmap_mode="r")
-    recorder.write(as_recording(start, data, failed), path, metadata=about)
+    written = Path(path).with_suffix(f".{format}")
+    recorder.write(as_recording(start, data, failed), str(written), metadata=about)
+    written.rename(path)
 
 
 @router.get(

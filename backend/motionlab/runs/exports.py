@@ -1,0 +1,308 @@
+"""Runs as files of other tools: CSV, Parquet, MAT and MCAP."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import tomli_w
+from pyarrow import csv, parquet
+
+from motionlab.errors import ConfigError, FieldError
+from motionlab.runs.mcap_files import Extras, identifiers, write_mcap
+from motionlab.runs.run import RunDetail
+from motionlab.runs.telemetry import check_columns
+from motionlab.store.files import failure
+from motionlab.telemetry.recorder import ROWS, parquet_writer
+
+FORMATS = {
+    "csv": "text/csv",
+    "parquet": "application/vnd.apache.parquet",
+    "mat": "application/x-matlab-data",
+    "mcap": "application/octet-stream",
+}
+"""Media types by format, which is also the ending of a file's name."""
+
+MAT_MAX = 2**31 - 2**20
+"""Most bytes of a variable in a MAT file of format 5, and some room for what describes it."""
+
+_FILE_SHARE = {"csv": 3, "parquet": 1, "mat": 1, "mcap": 2}  # of the samples
+_CSV_ROWS = 4096  # made text at a time
+_ALWAYS = ("tick", "time")
+_FIELD_MAX = 63  # characters of a field's name in MATLAB
+_RESERVED = ("time", "tick", "units", "metadata", "channels", "fields")
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Which part of a run is exported.
+
+    Attributes
+    ----------
+    columns : tuple of str
+        Names of channels, in the order of the file; all of them when empty.
+    start, stop : int
+        Samples [start, stop), counted from the first; `stop` None for all to the end.
+    """
+
+    columns: tuple[str, ...] = ()
+    start: int = 0
+    stop: int | None = None
+
+
+@dataclass(frozen=True)
+class Source:
+    """Telemetry that is exported, and what is known of it.
+
+    Attributes
+    ----------
+    file : ParquetFile
+        Holds it.
+    created : float
+        Instant of time 0, seconds since 1970.
+    about : dict of str to str
+        Metadata: of the run, its scenario, seed and versions.
+    """
+
+    file: parquet.ParquetFile
+    created: float
+    about: dict[str, str]
+
+    @classmethod
+    def of(cls, file: parquet.ParquetFile, run: RunDetail) -> Source:
+        """Return the telemetry of a run."""
+        own = {"run": run.id, "name": run.name, "kind": run.kind, "state": run.state}
+        return cls._with(file, run.created, own)
+
+    @classmethod
+    def of_file(cls, path: Path) -> Source:
+        """Return the telemetry of a Parquet file that ``motionlab run --out`` or an export wrote.
+
+        Raises
+        ------
+        ConfigError
+            If it is no such file.
+        """
+        try:
+            file = parquet.ParquetFile(path)
+        except (OSError, pa.ArrowInvalid) as error:
+            raise ConfigError(FieldError("RUN", f"is no run: {error}", str(path))) from None
+        if file.schema_arrow.names[:2] != list(_ALWAYS):
+            file.close()
+            raise ConfigError(FieldError("RUN", "does not begin with tick and time", str(path)))
+        created = (file.schema_arrow.metadata or {}).get(b"created")
+        instant = (
+            path.stat().st_mtime
+            if created is None
+            else datetime.fromisoformat(created.decode()).timestamp()
+        )
+        return cls._with(file, instant, {})
+
+    @classmethod
+    def _with(cls, file: parquet.ParquetFile, created: float, own: dict[str, str]) -> Source:
+        kept = {k.decode(): v.decode() for k, v in (file.schema_arrow.metadata or {}).items()}
+        kept.pop("ARROW:schema", None)
+        when = datetime.fromtimestamp(created, UTC).isoformat()
+        return cls(file, created, kept | own | {"created": when})
+
+
+def check_selection(source: Source, selection: Selection) -> Selection:
+    """Return a selection with every column and the end of its range named.
+
+    Raises
+    ------
+    ConfigError
+        If a column is not there, or no sample lies in the range.
+    """
+    check_columns(source.file, selection.columns)
+    schema, rows = source.file.schema_arrow, source.file.metadata.num_rows
+    wanted = set(selection.columns)
+    columns = tuple(
+        name for name in schema.names if name not in _ALWAYS and (not wanted or name in wanted)
+    )
+    stop = rows if selection.stop is None else min(selection.stop, rows)
+    if selection.start >= stop:
+        bounds: dict[str, float] = {"minimum": 0, "exclusive_maximum": stop}
+        raise ConfigError(
+            FieldError("from", "no sample lies there", selection.start, bounds=bounds)
+        )
+    return Selection(columns, selection.start, stop)
+
+
+def size_of(selection: Selection, format: str) -> int:
+    """Return how many bytes the file of a checked selection has at most, about."""
+    return _FILE_SHARE[format] * memory_of(selection)
+
+
+def memory_of(selection: Selection) -> int:
+    """Return how many bytes the samples of a checked selection are."""
+    assert selection.stop is not None
+    return (selection.stop - selection.start) * (4 * len(selection.columns) + 16)
+
+
+def export(source: Source, selection: Selection, path: Path, format: str) -> None:
+    """Write a part of a run; its float32 values come back equal from every format.
+
+    Parameters
+    ----------
+    source : Source
+        What is exported.
+    selection : Selection
+        Of `check_selection`.
+    path : Path
+        File to write.
+    format : str
+        One of FORMATS.
+
+    Raises
+    ------
+    ConfigError
+        If a MAT file cannot hold as much.
+    StoreError
+        If the file cannot be written.
+    """
+    writers = {"csv": _write_csv, "parquet": _write_parquet, "mat": _write_mat} | {
+        "mcap": _write_mcap
+    }
+    try:
+        writers[format](source, selection, path)
+    except OSError as error:
+        raise failure(f"{path}: cannot be written", error) from error
+
+
+def batches(source: Source, selection: Selection, rows: int = ROWS) -> Iterator[pa.RecordBatch]:
+    """Yield ``tick``, ``time`` and the columns of a selection, `rows` at a time at most."""
+    file, metadata = source.file, source.file.metadata
+    assert selection.stop is not None
+    groups, first, row = [], 0, 0
+    for group in range(metadata.num_row_groups):
+        length = metadata.row_group(group).num_rows
+        if row + length > selection.start and row < selection.stop:
+            first = first if groups else row
+            groups.append(group)
+        row += length
+    names = [*_ALWAYS, *selection.columns]
+    row = first
+    for batch in file.iter_batches(rows, groups, names, use_threads=False):
+        begin, end = max(selection.start, row), min(selection.stop, row + batch.num_rows)
+        if begin < end:
+            yield batch.select(names).slice(begin - row, end - begin)
+        row += batch.num_rows
+
+
+def _units(source: Source, columns: Sequence[str]) -> dict[str, str]:
+    schema = source.file.schema_arrow
+    metadata = {name: schema.field(name).metadata or {} for name in columns}
+    return {name: each.get(b"unit", b"").decode() for name, each in metadata.items()}
+
+
+def _write_csv(source: Source, selection: Selection, path: Path) -> None:
+    schema = source.file.schema_arrow
+    names = [*_ALWAYS, *selection.columns]
+    fields = [
+        pa.field(f"{name} [{unit}]", schema.field(name).type)
+        for name, unit in _units(source, names).items()
+    ]
+    renamed = pa.schema(fields)
+    with csv.CSVWriter(path, renamed) as writer:
+        for batch in batches(source, selection, _CSV_ROWS):
+            writer.write(pa.RecordBatch.from_arrays(batch.columns, schema=renamed))
+
+
+def _write_parquet(source: Source, selection: Selection, path: Path) -> None:
+    schema = source.file.schema_arrow
+    names = [*_ALWAYS, *selection.columns]
+    fields = pa.schema([schema.field(name) for name in names], metadata=source.about)
+    with parquet_writer(path, fields) as writer:
+        for batch in batches(source, selection):
+            whole = pa.RecordBatch.from_arrays(batch.columns, schema=fields)
+            writer.write_batch(whole, row_group_size=ROWS)
+
+
+def _write_mat(source: Source, selection: Selection, path: Path) -> None:
+    from scipy.io import savemat  # noqa: PLC0415 - a server starts without it
+
+    assert selection.stop is not None
+    rows = selection.stop - selection.start
+    size = memory_of(selection)
+    if size > MAT_MAX:
+        raise ConfigError(
+            FieldError(
+                "format",
+                "a variable of a MAT file cannot hold as much: export fewer columns, a shorter "
+                "range, or Parquet",
+                size,
+                unit="bytes",
+                bounds={"maximum": MAT_MAX},
+            )
+        )
+    tick, time = np.empty(rows, np.int64), np.empty(rows)
+    values = {name: np.empty(rows, np.float32) for name in selection.columns}
+    row = 0
+    for batch in batches(source, selection):
+        part = slice(row, row + batch.num_rows)
+        for name, into in ({"tick": tick, "time": time} | values).items():
+            into[part] = batch[name].to_numpy(zero_copy_only=False)
+        row = part.stop
+    fields = identifiers(selection.columns, _FIELD_MAX, _RESERVED)
+    units = _units(source, selection.columns).values()
+    labels = identifiers(list(source.about), _FIELD_MAX)
+    content: dict[str, Any] = {
+        "time": time,
+        "tick": tick,
+        "units": {"time": "s", "tick": "1"} | dict(zip(fields, units, strict=True)),
+        "metadata": dict(zip(labels, source.about.values(), strict=True)),
+        "channels": np.array(selection.columns, dtype=object),
+        "fields": np.array(fields, dtype=object),
+    } | dict(zip(fields, values.values(), strict=True))
+    with path.open("wb") as file:
+        savemat(file, {"run": content}, format="5", long_field_names=True, oned_as="column")
+
+
+def _write_mcap(source: Source, selection: Selection, path: Path) -> None:
+    scenario = source.about.get("scenario")
+    attachments = []
+    if scenario is not None:
+        tables = _without_nulls(json.loads(scenario))
+        attachments.append(("scenario.toml", "application/toml", tomli_w.dumps(tables).encode()))
+    extras = Extras(
+        {name: text for name, text in source.about.items() if name != "scenario"}, attachments
+    )
+    units = _units(source, selection.columns)
+    with path.open("wb") as file:
+        write_mcap(file, batches(source, selection), units, source.created, extras)
+
+
+def _without_nulls(value: Any) -> Any:
+    """Return tables without what is null, which TOML does not know."""
+    if isinstance(value, dict):
+        return {key: _without_nulls(item) for key, item in value.items() if item is not None}
+    return [_without_nulls(item) for item in value] if isinstance(value, list) else value
+
+
+def within(
+    source: Source, selection: Selection, start: float | None, end: float | None
+) -> Selection:
+    """Return a selection of the samples of times [start, end], s.
+
+    Raises
+    ------
+    ConfigError
+        If a time is not finite.
+    """
+    for loc, time in (("--from", start), ("--to", end)):
+        if time is not None and not np.isfinite(time):
+            raise ConfigError(FieldError(loc, "is not finite", time))
+    first, after = 0, 0
+    for batch in source.file.iter_batches(ROWS, columns=["time"], use_threads=False):
+        times = batch["time"].to_numpy()
+        first += 0 if start is None else int(np.searchsorted(times, start, "left"))
+        after += len(times) if end is None else int(np.searchsorted(times, end, "right"))
+    return dataclasses.replace(selection, start=first, stop=after)

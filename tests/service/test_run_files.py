@@ -1,0 +1,105 @@
+"""Runs as files over REST: exported, imported."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+
+import httpx
+import numpy as np
+import pyarrow.csv as pa_csv
+import pyarrow.parquet as pq
+import pytest
+import scipy.io
+from mcap.reader import make_reader
+
+from motionlab.runs.library import library
+from motionlab.runs.run import RunDetail
+from motionlab.service.settings import Settings
+from tests.service.conftest import MakeServer
+from tests.service.live import API
+from tests.service.servers import PATIENCE
+from tests.simulated import SHORT, play
+
+COLUMNS = "x.position_reference,A.x.following_error"
+
+
+@pytest.fixture(scope="module")
+def run() -> Iterator[RunDetail]:
+    """Return a kept run."""
+    from motionlab.simulation.result import document
+
+    played = play("circle", SHORT)
+    result = document(played.prepared, played.recording)
+    kept = library().keep(played.prepared, played.recording, result)
+    yield kept
+    library().delete(kept.id)
+
+
+@pytest.mark.parametrize("format", ["csv", "parquet", "mat", "mcap"])
+def test_a_download_of_each_format(client: httpx.Client, run: RunDetail, format: str) -> None:
+    part = {"format": format, "columns": COLUMNS, "from": 100, "to": 300}
+    answer = client.get(f"{API}/runs/{run.id}/telemetry", params=part)
+    assert answer.status_code == 200, answer.text
+    name = f'attachment; filename="{run.id}.{format}"'
+    assert answer.headers["content-disposition"] == name
+    content = io.BytesIO(answer.content)
+    with library().files.open(run.id) as file:
+        wanted = file.read(["A.x.following_error"])["A.x.following_error"].to_numpy()[100:300]
+    match format:
+        case "csv":
+            found = pa_csv.read_csv(content)["A.x.following_error [m]"].to_numpy()
+        case "parquet":
+            found = pq.read_table(content)["A.x.following_error"].to_numpy()
+        case "mat":
+            found = scipy.io.loadmat(content)["run"][0, 0]["A_x_following_error"].ravel()
+        case _:
+            messages = list(make_reader(content).iter_messages("/A/x"))
+            assert messages[0][2].log_time == round(run.created * 1e6) * 1000 + 50_000_000
+            found = np.concatenate([np.frombuffer(m.data[1:], "<f4") for _, _, m in messages])
+    np.testing.assert_array_equal(np.asarray(found).astype(np.float32), wanted)
+
+
+def test_everything_is_parquet_when_nothing_is_asked_for(
+    client: httpx.Client, run: RunDetail
+) -> None:
+    answer = client.get(f"{API}/runs/{run.id}/telemetry")
+    table = pq.read_table(io.BytesIO(answer.content))
+    assert table.num_rows == run.ticks
+    assert table.column_names[2:] == [column["name"] for column in run.columns]
+    assert table.schema.metadata[b"run"].decode() == run.id
+
+
+@pytest.mark.parametrize(
+    ("query", "loc"),
+    [
+        ({"format": "xlsx"}, "format"),
+        ({"columns": "A.x.nothing"}, "columns.0"),
+        ({"columns": "A.x.K,A.x.K"}, "columns.1"),
+        ({"from": 10_000_000}, "from"),
+        ({"from": 7, "to": 7}, "from"),
+        ({"from": -1}, "from"),
+    ],
+)
+def test_a_selection_of_nothing(
+    client: httpx.Client, run: RunDetail, query: dict[str, str | int], loc: str
+) -> None:
+    answer = client.get(f"{API}/runs/{run.id}/telemetry", params=query)
+    assert answer.status_code == 422
+    assert [error["loc"] for error in answer.json()["errors"]] == [loc]
+
+
+def test_a_run_that_is_none(client: httpx.Client) -> None:
+    for unknown in ("r-aaaaaaaaaaaa", "..", "x"):
+        assert client.get(f"{API}/runs/{unknown}/telemetry").status_code == 404
+
+
+def test_more_than_there_is_memory_for(make_server: MakeServer, run: RunDetail) -> None:
+    server = make_server(Settings(memory_max=1_000_000))
+    address = f"{server.url}{API}/runs/{run.id}/telemetry"
+    answer = httpx.get(address, timeout=PATIENCE)
+    assert answer.status_code == 422
+    (error,) = answer.json()["errors"]
+    assert error["bounds"] == {"maximum": 1_000_000}
+    assert "motionlab export" in error["message"]
+    assert httpx.get(address, params={"columns": COLUMNS}, timeout=PATIENCE).status_code == 200
