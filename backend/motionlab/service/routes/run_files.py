@@ -37,10 +37,15 @@ class ExportQuery(BaseModel):
         default="parquet", description="docs/exchange.md describes each"
     )
     columns: str = Field(
-        default="", max_length=20_000, description="Names of channels, comma between them; or all"
+        default="",
+        max_length=5_000,
+        description="Names of channels, comma between them; or all",
+        examples=["A.x.following_error,x.position_reference"],
     )
-    start: int = Field(default=0, alias="from", ge=0, description="First sample")
-    stop: int | None = Field(default=None, alias="to", ge=1, description="Sample after the last")
+    start: int = Field(default=0, alias="from", ge=0, description="First sample", examples=[0])
+    stop: int | None = Field(
+        default=None, alias="to", ge=1, description="Sample after the last", examples=[2000]
+    )
 
 
 @router.get(
