@@ -126,6 +126,7 @@ class Session:
         self._threads = threads
         self._recorder = recorder
         self._record: SessionRecorder | None = None
+        self._told_of_record: tuple[str | None, str] = (None, "")
         self._changes = ChangeLog(prepared.scenario)
         self._lock = threading.Lock()
         self._waiting = 0  # commands that want the lock
@@ -151,6 +152,7 @@ class Session:
     @property
     def status(self) -> SessionStatus:
         """Status of the session."""
+        run, unrecorded = self._record_state
         return SessionStatus(
             id=self.id,
             revision=self.revision,
@@ -160,8 +162,8 @@ class Session:
             time=self.tick * CONTROL_PERIOD,
             speed=self.speed,
             stream=f"/api/v1/sessions/{self.id}/stream",
-            run=None if self._record is None else self._record.run,
-            unrecorded="" if self._record is None else self._record.problem,
+            run=run,
+            unrecorded=unrecorded,
             watchers=len(self.listeners),
             ends=self.simulation.timeline.end,
             diverged={
@@ -351,10 +353,17 @@ class Session:
         if self.runs:
             self._advance(ticks, state)
 
+    @property
+    def _record_state(self) -> tuple[str | None, str]:
+        """The run that is being recorded, and why nothing is."""
+        return (None, "") if self._record is None else (self._record.run, self._record.problem)
+
     def publish(self) -> None:
         """Notify all listeners; runs on the event loop."""
-        if self._untold:
+        record = self._record_state
+        if self._untold or record != self._told_of_record:
             self._untold = False
+            self._told_of_record = record
             self._tell_state()
         for listener in self.listeners:
             listener.notify()
