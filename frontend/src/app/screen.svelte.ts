@@ -6,6 +6,7 @@ import { fromAddress } from './storage';
 export const SCREENS = [
   { screen: 'lab', title: 'Lab' },
   { screen: 'trajectories', title: 'Trajectories' },
+  { screen: 'runs', title: 'Runs' },
   { screen: 'identify', title: 'Identify' },
   { screen: 'tune', title: 'Tune' },
   { screen: 'sweep', title: 'Sweep' },
@@ -17,13 +18,20 @@ export type Screen = (typeof SCREENS)[number]['screen'];
 
 class ScreenChoice {
   current = $state<Screen>(addressed());
+  /** Counts up when the address has another history entry: what a screen reads there may differ. */
+  visits = $state(0);
 
-  go(screen: Screen): void {
-    if (screen === this.current) return;
+  /** Shows a screen, with what its address says besides. */
+  go(screen: Screen, parameters: Record<string, string> = {}): void {
+    const more = Object.entries(parameters);
+    if (screen === this.current && more.length === 0) return;
     const url = new URL(location.href);
-    url.searchParams.set('screen', screen);
+    for (const [key, value] of [['screen', screen] as const, ...more]) {
+      url.searchParams.set(key, value);
+    }
     history.pushState(null, '', url);
     this.current = screen;
+    this.visits += 1;
   }
 
   get title(): string {
@@ -31,15 +39,16 @@ class ScreenChoice {
   }
 
   /** Follows a link without loading the page anew, unless it is to open elsewhere. */
-  follow(event: MouseEvent, screen: Screen): void {
+  follow(event: MouseEvent, screen: Screen, parameters?: Record<string, string>): void {
     if (event.ctrlKey || event.metaKey || event.shiftKey || event.button !== 0) return;
     event.preventDefault();
-    this.go(screen);
+    this.go(screen, parameters);
   }
 
   /** Takes what the address says, after the browser's back or forward. */
   read(): void {
     this.current = addressed();
+    this.visits += 1;
   }
 }
 

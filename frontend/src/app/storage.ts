@@ -39,10 +39,13 @@ export function discard(key: string): void {
   }
 }
 
-/** Puts parameters into the address, so that a reload or a copied link finds the same view. */
+/** Puts parameters into the address, so that a reload or a copied link finds the same view; '' goes. */
 export function setAddress(parameters: Record<string, string>): void {
   const url = new URL(location.href);
-  for (const [key, value] of Object.entries(parameters)) url.searchParams.set(key, value);
+  for (const [key, value] of Object.entries(parameters)) {
+    if (value === '') url.searchParams.delete(key);
+    else url.searchParams.set(key, value);
+  }
   if (url.href !== location.href) history.replaceState(null, '', url);
 }
 

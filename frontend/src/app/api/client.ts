@@ -5,12 +5,10 @@ import type { Answer, Method, Operation, Options, PathOf, RequestOf } from './op
 import type {
   Axis,
   Changes,
-  GainSet,
   JobKind,
   Metrics,
   Problem,
   ReportOf,
-  Scenario,
   SessionInfo,
   Trajectory,
 } from './types';
@@ -113,11 +111,6 @@ export class Api {
     return whole((await this.send('post', '/trajectories/check', { body })).arrayBuffer());
   }
 
-  gainSets = () => this.json('get', '/gain-sets', {}) as Promise<unknown> as Promise<GainSet[]>;
-  keepGainSet = (name: string, body: { scenario: Scenario; values: Changes; note: string }) =>
-    this.json('put', '/gain-sets/{name}', { path: { name }, body });
-  dropGainSet = (name: string) => this.json('delete', '/gain-sets/{name}', { path: { name } });
-
   platform = (body: RequestOf<'/design/platform'>) =>
     this.json('post', '/design/platform', { body });
   design = (body: RequestOf<'/design'>) => this.json('post', '/design', { body });
@@ -160,7 +153,8 @@ export class Api {
     await this.attempt('post', '/logout', {});
   }
 
-  private async json<M extends Method, P extends PathOf<M>>(
+  /** Any call that is answered as JSON; screens have those here that only they make. */
+  async json<M extends Method, P extends PathOf<M>>(
     method: M,
     path: P,
     options: Options<Operation<M, P>>,
@@ -168,6 +162,11 @@ export class Api {
     const response = await this.send(method, path, options as Sent);
     if (response.status === 204) return undefined as Answer<Operation<M, P>>;
     return (await whole(response.json())) as Answer<Operation<M, P>>;
+  }
+
+  /** A call that is answered in bytes. */
+  async bytes<P extends PathOf<'get'>>(path: P, options: Options<Operation<'get', P>>) {
+    return whole((await this.send('get', path, options as Sent)).arrayBuffer());
   }
 
   private async send(

@@ -34,11 +34,6 @@ export interface Slowed extends Omit<Schemas['SlowedTrajectory'], 'trajectory'> 
   trajectory: Trajectory;
 }
 
-/** Named values of controllers, with what they achieved when they were saved. */
-export interface GainSet extends Omit<Schemas['GainSet'], 'values'> {
-  values: Changes;
-}
-
 export type SessionInfo = Schemas['SessionInfo'];
 
 /** How far the loops are from instability. */
@@ -123,3 +118,10 @@ export type MonteCarlo = Schemas['MonteCarloDocument'];
 
 /** Metrics over a grid or a list of values of fields. */
 export type SweepResult = Schemas['SweepDocument'];
+
+/** A run, as lists show it, and with all that makes it reproducible. */
+export type Run = Schemas['Run'];
+export type RunDetail = Schemas['RunDetail'];
+export type RunEvent = Schemas['Event'];
+export type RunStorage = Schemas['Storage'];
+export type RunDifference = Schemas['Difference'];

@@ -5,6 +5,7 @@ import type { Difference } from '../../../app/stream/ring';
 import type { Trace, Traces } from '../../../plot/scope-chart';
 import { differenceName } from '../../../plot/source';
 import type { Look } from '../../../plot/types';
+import { looksOf } from '../../../plot/variant-looks';
 
 export interface Scope extends Traces {
   id: ScopeId;
@@ -30,11 +31,6 @@ const PHASES: readonly ({ phase: string } & Look)[] = [
   { phase: 'b', ink: 'phase-b', dash: 'dash' },
   { phase: 'c', ink: 'phase-c', dash: 'dot' },
 ];
-
-/** How the first variant and the second look: markers tell B from A without colour. */
-export function looksOf(variant: number): Look {
-  return variant === 1 ? { ink: 'b', marker: 'dot' } : { ink: 'a' };
-}
 
 /** Traces of one channel for A and B. */
 function both(variants: readonly string[], rest: string): Trace[] {

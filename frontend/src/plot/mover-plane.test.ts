@@ -1,6 +1,6 @@
 import { expect, it, vi } from 'vitest';
-import { recorder } from '../../../plot/recorder';
-import { StillSource } from '../../../plot/source';
+import { recorder } from './recorder';
+import { StillSource } from './source';
 import { magnification, PlaneView } from './mover-plane';
 
 it('magnifies errors to a visible, round size', () => {

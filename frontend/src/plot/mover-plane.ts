@@ -3,11 +3,11 @@
  * thousandth of the path, so they are magnified: a mover is drawn at reference − factor × error.
  */
 
-import type { Canvas } from '../../../plot/canvas';
-import type { Ink } from '../../../plot/palette';
-import { Plane } from '../../../plot/plane';
-import { roundStep, type Range } from '../../../plot/range';
-import type { Source } from '../../../plot/source';
+import type { Canvas } from './canvas';
+import type { Ink } from './palette';
+import { Plane } from './plane';
+import { roundStep, type Range } from './range';
+import type { Source } from './source';
 
 const POINTS = 1000;
 const MARGIN = 0.04;

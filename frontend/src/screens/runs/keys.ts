@@ -1,0 +1,67 @@
+/** Keys of the Runs screen. */
+
+import type { KeyTable } from '../../app/keys';
+import { actions } from './actions.svelte';
+import { plots } from './plots';
+import { runs } from './runs.svelte';
+
+/** Rows of a page. */
+const PAGE = 10;
+
+export const RUNS_KEYS: KeyTable = {
+  title: 'Runs',
+  keys: [
+    { keys: '/', does: 'Search' },
+    { keys: '↑ ↓', does: 'Previous, next run; with shift select on the way' },
+    { keys: 'PgUp, PgDn', does: 'Ten runs further up, down' },
+    { keys: 'Space', does: 'Select, or not any more' },
+    { keys: 'Ctrl+A', does: 'Select all that are listed' },
+    { keys: 'Enter', does: 'Open in the Lab' },
+    { keys: 'p', does: 'Pin' },
+    { keys: 't', does: 'Tag, in place of light or dark' },
+    { keys: 'Del', does: 'Delete; a notice offers Undo' },
+    { keys: '+ −', does: 'Zoom the curves of the run' },
+    { keys: ', .', does: 'Move along the curves' },
+    { keys: '0', does: 'The whole run' },
+  ],
+};
+
+/** Returns what the keys do; `search` and `open` are given by the screen. */
+export function runsActions(search: () => void, open: () => void): Record<string, () => void> {
+  const some = () => runs.selected.filter((run) => run.deleted === null);
+  const zoom = (ratio: number) => plots.current?.zoomBy(ratio);
+  return {
+    '/': search,
+    Enter: open,
+    p: () => void runs.pin(some()),
+    t: () => actions.open('tag'),
+    Delete: () => void (some().length > 0 && runs.remove(some())),
+    ' ': () => runs.choose(runs.selection.at, 'toggle'),
+    '+': () => zoom(0.5),
+    '=': () => zoom(0.5),
+    '-': () => zoom(2),
+    ',': () => plots.current?.moveBy(-0.25),
+    '.': () => plots.current?.moveBy(0.25),
+    '0': () => plots.current?.reset(),
+  };
+}
+
+/** Moves through the list; whether the key was one of these. */
+export function listKey(event: KeyboardEvent): boolean {
+  if ((event.ctrlKey || event.metaKey) && event.key === 'a') {
+    runs.chooseAll();
+    return true;
+  }
+  const way: Record<string, number> = {
+    ArrowUp: -1,
+    ArrowDown: 1,
+    PageUp: -PAGE,
+    PageDown: PAGE,
+    Home: Number.NEGATIVE_INFINITY,
+    End: Number.POSITIVE_INFINITY,
+  };
+  const by = way[event.key];
+  if (by === undefined || event.ctrlKey || event.metaKey || event.altKey) return false;
+  runs.move(by, event.shiftKey);
+  return true;
+}

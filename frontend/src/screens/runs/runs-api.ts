@@ -1,0 +1,34 @@
+/** Calls that only the Runs screen makes. */
+
+import { app } from '../../app/store.svelte';
+
+/** What can be changed of a run. */
+export interface RunChange {
+  name?: string;
+  note?: string;
+  tags?: string[];
+  pinned?: boolean;
+}
+
+export interface ListRequest {
+  q: string;
+  sort: string;
+  limit: number;
+  cursor?: string;
+}
+
+const { api } = app;
+const of = (run_id: string) => ({ path: { run_id } });
+
+export const listRuns = (query: ListRequest) => api.json('get', '/runs', { query });
+export const runStorage = () => api.json('get', '/runs/storage', {});
+export const getRun = (id: string) => api.json('get', '/runs/{run_id}', of(id));
+export const changeRun = (id: string, body: RunChange) =>
+  api.json('patch', '/runs/{run_id}', { ...of(id), body });
+export const deleteRun = (id: string) => api.json('delete', '/runs/{run_id}', of(id));
+export const restoreRun = (id: string) => api.json('post', '/runs/{run_id}/restore', of(id));
+/** Minima and maxima of columns over samples [from, to). */
+export const runWindow = (
+  id: string,
+  query: { columns: string; from: number; to: number; points: number },
+) => api.bytes('/runs/{run_id}/window', { ...of(id), query });

@@ -1,0 +1,72 @@
+/** The search over runs as text: views, filters and the field share its terms; docs/runs.md. */
+
+/** One term as it is typed: quotes keep blanks together. */
+const TERM = /(?:[^\s"']|"[^"]*"?|'[^']*'?)+/g;
+const WEEK = 7 * 24 * 3600 * 1000;
+
+export type ViewId = 'all' | 'pinned' | 'week' | 'measurements' | 'partial' | 'deleted';
+
+export interface QuickView {
+  id: ViewId;
+  name: string;
+  title: string;
+  term: string;
+}
+
+/** Returns the quick views; the term of a week depends on the day. */
+export function viewsAt(now: number): readonly QuickView[] {
+  const day = new Date(now - WEEK).toISOString().slice(0, 10);
+  return [
+    { id: 'all', name: 'All', title: 'All runs', term: '' },
+    { id: 'pinned', name: 'Pinned', title: 'Never evicted', term: 'is:pinned' },
+    { id: 'week', name: 'This week', title: 'Of the last seven days', term: `after:${day}` },
+    { id: 'measurements', name: 'Measurements', title: 'Imported', term: 'kind:measurement' },
+    { id: 'partial', name: 'Partial', title: 'Recorded in part', term: 'state:partial' },
+    { id: 'deleted', name: 'Deleted', title: 'Can be restored for a while', term: 'is:deleted' },
+  ];
+}
+
+/** Returns the terms of a search without their quotes. */
+export function termsOf(query: string): string[] {
+  return (query.match(TERM) ?? []).map(plain);
+}
+
+export function hasTerm(query: string, term: string): boolean {
+  return termsOf(query).includes(term);
+}
+
+/** Returns the search with a term added at its end, or without it if it was there. */
+export function toggled(query: string, term: string): string {
+  return hasTerm(query, term) ? without(query, [term]) : joined([query.trim(), quoted(term)]);
+}
+
+/** Returns the search with another quick view and all its other terms. */
+export function withView(query: string, view: QuickView, views: readonly QuickView[]): string {
+  const rest = without(
+    query,
+    views.map(({ term }) => term),
+  );
+  return joined([view.term, rest]);
+}
+
+/** Returns the quick view that a search is of. */
+export function viewOf(query: string, views: readonly QuickView[]): ViewId {
+  const terms = termsOf(query);
+  return views.find(({ term }) => term !== '' && terms.includes(term))?.id ?? 'all';
+}
+
+function without(query: string, terms: readonly string[]): string {
+  return joined((query.match(TERM) ?? []).filter((term) => !terms.includes(plain(term))));
+}
+
+function joined(parts: readonly string[]): string {
+  return parts.filter((part) => part !== '').join(' ');
+}
+
+function plain(term: string): string {
+  return term.replace(/["']/g, '');
+}
+
+function quoted(term: string): string {
+  return /[\s"'\\]/.test(term) ? `"${term.replace(/["\\]/g, '')}"` : term;
+}

@@ -1,0 +1,205 @@
+"""The Runs screen: what was played or kept is found, named, deleted, linked and opened again."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+
+import pytest
+from playwright.sync_api import Browser, Locator, Page, expect
+
+from tests.e2e.actions import API, LONG, button, region, serious, session, state, wait_for_clock
+from tests.e2e.conftest import Server
+
+GAIN = "variants.B.controller.x.k_p"
+
+
+def keep(page: Page, server: Server, **body: object) -> str:
+    """Keep a simulation; return its identifier."""
+    asked = {"scenario": "circle", "keep": True} | body
+    answer = page.request.post(f"{server.url}{API}/simulate", data=asked, timeout=LONG)
+    return answer.json()["run"]
+
+
+def open_runs(page: Page, server: Server, rest: str = "") -> Locator:
+    page.goto(f"{server.url}/?screen=runs{rest}")
+    page.get_by_text("connected", exact=True).wait_for()
+    return page.get_by_role("grid", name="List of runs")
+
+
+def row(page: Page, name: str) -> Locator:
+    return page.get_by_role("row", name=re.compile(rf"Select {name}"))
+
+
+@pytest.fixture
+def two(page: Page, server: Server) -> Iterator[list[str]]:
+    """Two kept simulations, which are gone afterwards."""
+    kept = [
+        keep(page, server, name="stiffer", set={GAIN: 312e3}),
+        keep(page, server, name="shipped"),
+    ]
+    yield kept
+    for run in kept:
+        page.request.delete(f"{server.url}{API}/runs/{run}")
+
+
+def test_a_session_is_found_tagged_pinned_deleted_and_linked(
+    page: Page, server: Server, browser: Browser, refusals: list[str]
+) -> None:
+    refusals.append("404")  # asked for before the index has it
+    page.keyboard.press("Space")
+    wait_for_clock(page, 2.0)
+    recording = page.get_by_role("contentinfo").get_by_role("link", name=re.compile("^r-"))
+    expect(recording).to_be_visible()
+    run = recording.inner_text()
+    assert session(page, server)["run"] == run
+    recording.click()
+    detail = region(page, "Run")
+    expect(detail).to_contain_text("recording")
+    page.keyboard.press("Escape")
+    state(page, "stopped")
+    screens = page.get_by_role("navigation", name="Screens")
+    screens.get_by_role("link", name="Lab", exact=True).click()
+    page.keyboard.press("r")
+    state(page, "paused")
+    screens.get_by_role("link", name="Runs", exact=True).click()
+    expect(detail).to_contain_text("STOP", timeout=LONG)
+    expect(detail.get_by_role("region", name="Following error x")).to_be_visible()
+
+    page.keyboard.press("t")
+    page.keyboard.type("rig")
+    page.keyboard.press("Enter")
+    expect(row(page, "circle").get_by_text("rig", exact=True)).to_be_visible()
+    page.keyboard.press("/")
+    page.keyboard.type("tag:rig")
+    runs = region(page, "Runs")
+    expect(runs.get_by_role("heading")).to_contain_text("Runs 1")
+    page.get_by_role("grid").focus()
+    page.keyboard.press("p")
+    expect(row(page, "circle").get_by_role("button", name="Unpin circle")).to_be_visible()
+    page.keyboard.press("Delete")
+    expect(runs).to_contain_text("No run meets all of tag:rig.")
+    button(page, "Undo")
+    expect(row(page, "circle")).to_be_visible()
+
+    with browser.new_context() as context:
+        other = context.new_page()
+        other.goto(f"{server.url}/?screen=runs&run={run}")
+        expect(region(other, "Run")).to_contain_text(run, timeout=LONG)
+        expect(region(other, "Metrics of the run")).to_contain_text("max |e")
+        other.close()
+
+
+def test_the_search_is_refused_in_place_and_filters_write_into_it(
+    page: Page, server: Server, two: list[str], refusals: list[str]
+) -> None:
+    refusals.append("422")
+    open_runs(page, server)
+    search = page.get_by_role("textbox", name="Search")
+    search.fill("kind:car")
+    find = region(page, "Find runs")
+    expect(find.get_by_role("alert")).to_contain_text("“kind:car” unknown. Allowed: one of")
+    search.fill("stiffer")
+    expect(region(page, "Runs").get_by_role("heading")).to_contain_text("Runs 1 of")
+    expect(find.get_by_role("alert")).to_have_count(0)
+    expect(row(page, "stiffer")).to_contain_text("k_p x".replace("_p", "p"))
+    expect(row(page, "stiffer")).to_contain_text("200.3 → 312 N/mm")
+    page.get_by_role("checkbox", name=re.compile("^simulated")).check()
+    expect(search).to_have_value("stiffer kind:simulation")
+    find.get_by_role("button", name=re.compile("^Pinned")).click()
+    expect(search).to_have_value("is:pinned stiffer kind:simulation")
+    button(page, "Clear the search")
+    expect(search).to_have_value("")
+
+
+def test_several_are_changed_at_once_and_come_back(
+    page: Page, server: Server, two: list[str]
+) -> None:
+    open_runs(page, server)
+    row(page, "shipped").click()
+    page.keyboard.press("Shift+ArrowDown")
+    bar = region(page, "Runs").locator("footer")
+    expect(bar).to_contain_text("2 selected")
+    bar.get_by_role("button", name="Tag…").click()
+    page.keyboard.type("No Tag")
+    page.keyboard.press("Enter")
+    expect(bar.get_by_role("alert")).to_contain_text("lower-case")
+    page.get_by_role("textbox", name="Tag", exact=True).fill("pair")
+    page.keyboard.press("Enter")
+    for name in ("shipped", "stiffer"):
+        expect(row(page, name).get_by_text("pair", exact=True)).to_be_visible()
+    bar.get_by_role("button", name="Delete").click()
+    expect(row(page, "shipped")).to_have_count(0)
+    region(page, "Find runs").get_by_role("button", name=re.compile("^Deleted")).click()
+    page.locator(f"#row-{two[1]}").click()
+    page.locator(f"#row-{two[0]}").click(modifiers=["Control"])
+    bar.get_by_role("button", name="Restore").click()
+    expect(page.locator(f"#row-{two[0]}")).to_have_count(0)
+    region(page, "Find runs").get_by_role("button", name=re.compile("^All")).click()
+    expect(row(page, "stiffer")).to_be_visible()
+    assert serious(page, within="main") == []
+
+
+def test_a_run_opens_in_the_lab_and_its_copies_give_the_same_numbers(
+    page: Page, server: Server, two: list[str]
+) -> None:
+    page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    open_runs(page, server, f"&run={two[0]}")
+    detail = region(page, "Run")
+    expect(detail.get_by_role("heading", name="stiffer")).to_be_visible()
+    button(page, "Copy as Python")
+    text = page.evaluate("navigator.clipboard.readText()")
+    made = subprocess.run([sys.executable, "-c", text], capture_output=True, check=True, text=True)
+    kept = page.request.get(f"{server.url}{API}/runs/{two[0]}").json()
+    assert json.loads(made.stdout) == kept["result"]["variants"]
+
+    button(page, "Open in Lab")
+    expect(region(page, "Scenario")).to_be_visible()
+    assert session(page, server)["scenario"] == kept["scenario_document"]
+    button(page, "Back to Runs")
+    expect(detail.get_by_role("heading", name="stiffer")).to_be_visible()
+
+
+def test_a_zoom_asks_for_finer_curves(page: Page, server: Server, two: list[str]) -> None:
+    open_runs(page, server, f"&run={two[0]}")
+    detail = region(page, "Run")
+    expect(detail.get_by_role("region", name="Following error y")).to_be_visible()
+    detail.get_by_role("button", name="Table").click()
+    with page.expect_request(
+        re.compile(r"/window\?from=\d+&to=\d+&columns=A\.x\.following")
+    ) as asked:
+        page.get_by_role("grid").focus()
+        page.keyboard.press("+")
+    assert "from=5250&to=15751" in asked.value.url
+    table = detail.get_by_role("region", name="Scopes of the run as numbers")
+    expect(table.locator("tbody th").first).to_have_text("3")
+    page.keyboard.press("0")
+    expect(table.locator("tbody th").first).to_have_text("0")
+
+
+def test_a_what_if_is_kept(page: Page, server: Server) -> None:
+    expect(region(page, "Metrics")).to_contain_text("exact", timeout=LONG)
+    button(page, "Keep")
+    page.get_by_role("button", name="Show it").click()
+    detail = region(page, "Run")
+    expect(detail).to_contain_text("simulated", timeout=LONG)
+    name = page.evaluate("new URL(location.href).searchParams.get('run')")
+    assert page.request.get(f"{server.url}{API}/runs/{name}").json()["scenario"] == "circle"
+
+
+def test_without_runs_the_screen_says_how_to_begin(
+    browser: Browser, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    server = Server(tmp_path_factory.mktemp("data"))
+    try:
+        with browser.new_context() as context:
+            page = context.new_page()
+            open_runs(page, server)
+            runs = region(page, "Runs")
+            expect(runs).to_contain_text("No runs yet. Press Play in the Lab", timeout=LONG)
+            page.close()
+    finally:
+        server.stop()
