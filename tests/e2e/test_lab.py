@@ -109,7 +109,7 @@ def test_force_sharing_and_force_map_are_chosen_and_kept_in_a_set(page: Page) ->
     button(page, "Discard")
     expect(sharing).to_have_value("least-norm")
     button(page, "Sets…")
-    button(page, "Use")
+    button(page, "Use sine")
     expect(sharing).to_have_value("sine")
     page.get_by_text("More imperfections").click()
     page.get_by_role("combobox", name="Force map of the plant").select_option("new-design")
@@ -163,7 +163,7 @@ def test_stop_acts_at_once_and_only_a_reset_leaves_it(page: Page) -> None:
     button(page, "Play")
     wait_for_clock(page, 0.5)
     button(page, "Sets…")
-    expect(page.get_by_role("dialog", name="Named sets")).to_be_visible()
+    expect(page.get_by_role("dialog", name="Gain sets")).to_be_visible()
     button(page, "STOP")
     state(page, "stopped")
     button(page, "Close")
@@ -285,18 +285,21 @@ def test_a_scenario_tells_its_schedule_and_where_the_model_errs(page: Page) -> N
 def test_named_sets_are_kept_and_used(page: Page) -> None:
     set_field(page, "B k_p x, N/mm", "400")
     button(page, "Sets…")
-    sheet = page.get_by_role("dialog", name="Named sets")
+    sheet = page.get_by_role("dialog", name="Gain sets")
     sheet.get_by_role("textbox", name="Name of the set").fill("stiff")
     sheet.get_by_role("button", name="Save present values").click()
     sheet.get_by_role("button", name="Close").click()
     button(page, "Discard")
     expect(region(page, "Changes")).to_contain_text("None")
     button(page, "Sets…")
-    sheet.get_by_role("button", name="Use").click()
+    stiff = sheet.get_by_role("article", name="Gain set stiff")
+    expect(stiff).to_contain_text("B kp x 400 N/mm", timeout=LONG)
+    expect(stiff).to_contain_text("max |ex|")
+    sheet.get_by_role("button", name="Use stiff").click()
     expect(region(page, "Changes")).to_contain_text("400")
     button(page, "Sets…")
     sheet.get_by_role("button", name="Delete stiff").click()
-    expect(sheet).to_contain_text("No set yet")
+    expect(stiff).to_have_count(0, timeout=LONG)
 
 
 def test_a_reload_loses_nothing(page: Page, server: Server) -> None:
@@ -344,7 +347,7 @@ def test_axe_finds_nothing_serious(page: Page, theme: str) -> None:
     for toggle in page.get_by_role("button", name="Table").all():
         toggle.click()
     button(page, "Sets…")
-    expect(page.get_by_role("dialog", name="Named sets")).to_be_visible()
+    expect(page.get_by_role("dialog", name="Gain sets")).to_be_visible()
     assert serious(page) == []
 
 

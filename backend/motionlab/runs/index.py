@@ -23,7 +23,7 @@ from motionlab.runs.run import Page, Run, RunDetail
 from motionlab.runs.search import HEADLINE, SORTS, Search, metric_name
 from motionlab.runs.tables import DOCUMENTS, METRICS, RUNS, TAGS
 
-VERSION = "0001"
+VERSION = "0002"
 """Version of the tables; migrations/versions has the way there."""
 
 LIMIT_MAX = 200
@@ -62,6 +62,18 @@ class Index:
     def close(self) -> None:
         """Close its connections."""
         self._engine.dispose()
+
+    @contextmanager
+    def begin(self) -> Iterator[sa.Connection]:
+        """Give a connection whose changes are kept together at its end, or not at all.
+
+        Raises
+        ------
+        StoreError
+            If the index cannot be reached; `StoreFull` where its disk is full.
+        """
+        with _failures(), self._engine.begin() as connection:
+            yield connection
 
     def put(self, run: RunDetail) -> None:
         """Insert a run, or replace what is known of it."""

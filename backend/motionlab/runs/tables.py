@@ -64,3 +64,11 @@ METRICS = Table(
     Column("value", Float(53), nullable=False),
     Index("run_metrics_value", "metric", "value", "run"),
 )
+
+GAIN_SETS = Table(
+    "gain_sets",
+    METADATA,
+    Column("name", String(60), primary_key=True),
+    Column("created", Float(53), nullable=False),
+    Column("document", JSON, nullable=False),
+)

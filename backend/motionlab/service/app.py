@@ -30,6 +30,7 @@ from motionlab.service.preload import warm_up
 from motionlab.service.prometheus import Monitor
 from motionlab.service.routes import (
     fields,
+    gain_sets,
     identification_plan,
     jobs,
     login,
@@ -170,6 +171,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         paper,
         run_files,
         runs,
+        gain_sets,
     ):
         app.include_router(module.router, prefix=PREFIX)
     app.include_router(scene.router)

@@ -5,10 +5,12 @@ import type { Answer, Method, Operation, Options, PathOf, RequestOf } from './op
 import type {
   Axis,
   Changes,
+  GainSet,
   JobKind,
   Metrics,
   Problem,
   ReportOf,
+  Scenario,
   SessionInfo,
   Trajectory,
 } from './types';
@@ -110,6 +112,11 @@ export class Api {
   async check(body: RequestOf<'/trajectories/check'>) {
     return whole((await this.send('post', '/trajectories/check', { body })).arrayBuffer());
   }
+
+  gainSets = () => this.json('get', '/gain-sets', {}) as Promise<unknown> as Promise<GainSet[]>;
+  keepGainSet = (name: string, body: { scenario: Scenario; values: Changes; note: string }) =>
+    this.json('put', '/gain-sets/{name}', { path: { name }, body });
+  dropGainSet = (name: string) => this.json('delete', '/gain-sets/{name}', { path: { name } });
 
   platform = (body: RequestOf<'/design/platform'>) =>
     this.json('post', '/design/platform', { body });

@@ -1227,6 +1227,70 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/gain-sets": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Gain Sets
+         * @description Return all gain sets, the newest first.
+         */
+        get: operations["listGainSets"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gain-sets/{name}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Put Gain Set
+         * @description Save values of controllers under a name, with the metrics and margins that they have.
+         */
+        put: operations["putGainSet"];
+        post?: never;
+        /**
+         * Delete Gain Set
+         * @description Delete a gain set.
+         */
+        delete: operations["deleteGainSet"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gain-sets/{name}/scenario.toml": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Gain Set File
+         * @description Return a gain set as a TOML file; ``motionlab run`` takes it where its scenario ships.
+         */
+        get: operations["getGainSetFile"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
 }
 export type webhooks = Record<string, never>;
 export interface components {
@@ -3648,6 +3712,131 @@ export interface components {
             saturated: number | null;
         };
         /**
+         * GainSet
+         * @description A named set of controller values.
+         */
+        GainSet: {
+            /** Name */
+            name: string;
+            /**
+             * Created
+             * @description When it was saved, seconds since 1970
+             */
+            created: number;
+            /** Note */
+            note: string;
+            /**
+             * Scenario
+             * @description Scenario that it was saved with
+             */
+            scenario: string;
+            /**
+             * Values
+             * @description Dotted path of the scenario to value, SI
+             */
+            values: {
+                [key: string]: unknown;
+            };
+            /**
+             * Metrics
+             * @description By variant, axis and metric, of that scenario; empty of one too long to run
+             */
+            metrics: {
+                [key: string]: number;
+            };
+            /**
+             * Margins
+             * @description By variant and axis, such as B.x; none of a law without linearisation
+             */
+            margins: {
+                [key: string]: components["schemas"]["LoopMargins"];
+            };
+        };
+        /**
+         * GainSetRequest
+         * @description Values of controllers, and the scenario in which they are measured.
+         * @example {
+         *       "scenario": "circle",
+         *       "values": {
+         *         "variants.B.controller.x.k_p": 312000
+         *       }
+         *     }
+         */
+        GainSetRequest: {
+            /**
+             * Scenario
+             * @description Name of a shipped scenario, or its tables as in a TOML file; see /schema
+             * @default circle
+             */
+            scenario: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                /** @enum {string} */
+                base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                /**
+                 * Name
+                 * @description Short name
+                 * @default custom
+                 */
+                name: string;
+                /**
+                 * Title
+                 * @description One line for people
+                 * @default
+                 */
+                title: string;
+                /**
+                 * Description
+                 * @description What it shows and whose choice its numbers are
+                 * @default
+                 */
+                description: string;
+                /**
+                 * Seed
+                 * @description Seed of every noise source
+                 * @default 2019
+                 */
+                seed: number;
+                /**
+                 * Settling Band
+                 * @description Following error below which a move counts as settled
+                 * @default 0.000002
+                 */
+                settling_band: number;
+                /**
+                 * Divergence Error
+                 * @description Following error beyond which a variant has diverged
+                 * @default 0.02
+                 */
+                divergence_error: number;
+                plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
+                trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                variants?: {
+                    [key: string]: Record<string, never>;
+                };
+                load?: Record<string, never>;
+                schedule?: Record<string, never>[];
+                window?: Record<string, never> | null;
+            } | unknown | unknown);
+            /**
+             * Set
+             * @description Dotted path to value, SI; all applied together before validation
+             */
+            set?: {
+                [key: string]: unknown;
+            };
+            /**
+             * Values
+             * @description Dotted path to value, SI
+             */
+            values: {
+                [key: string]: unknown;
+            };
+            /**
+             * Note
+             * @default
+             */
+            note: string;
+        };
+        /**
          * GainsConfig
          * @description PD gains of one axis; the paper prints them in N/mm and N s/mm.
          */
@@ -4418,6 +4607,22 @@ export interface components {
             variants: {
                 [key: string]: components["schemas"]["LoopOfVariant"];
             };
+        };
+        /**
+         * LoopMargins
+         * @description Margins of the loop of one axis while it slides; null where there is no such crossing.
+         */
+        LoopMargins: {
+            /**
+             * Gain Margin
+             * @description Factor > 1 up to the stability boundary
+             */
+            gain_margin: number | null;
+            /**
+             * Phase Margin
+             * @description rad
+             */
+            phase_margin: number | null;
         };
         /**
          * LoopOfAxis
@@ -15666,6 +15871,349 @@ export interface operations {
             };
             /** @description Conflict */
             409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listGainSets: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["GainSet"][];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    putGainSet: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Name of a gain set */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["GainSetRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["GainSet"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Insufficient Storage */
+            507: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    deleteGainSet: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Name of a gain set */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getGainSetFile: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Name of a gain set */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Tables of a scenario; docs/scenarios.md */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/plain": string;
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
                 headers: {
                     [name: string]: unknown;
                 };

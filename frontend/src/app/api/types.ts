@@ -34,6 +34,11 @@ export interface Slowed extends Omit<Schemas['SlowedTrajectory'], 'trajectory'> 
   trajectory: Trajectory;
 }
 
+/** Named values of controllers, with what they achieved when they were saved. */
+export interface GainSet extends Omit<Schemas['GainSet'], 'values'> {
+  values: Changes;
+}
+
 export type SessionInfo = Schemas['SessionInfo'];
 
 /** How far the loops are from instability. */

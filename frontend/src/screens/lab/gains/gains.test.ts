@@ -1,6 +1,6 @@
 import { expect, it } from 'vitest';
 import type { Loops, Scenario } from '../../../app/api/types';
-import { gainLimits, snapshot, switchNotch, toChange } from './gains';
+import { achieved, gainLimits, savedOn, setName, snapshot, switchNotch, toChange } from './gains';
 
 const controller = {
   x: { k_p: 1, k_d: 2, notch: { frequency: 250, damping: 0.5, gain: 0.2 } },
@@ -68,4 +68,39 @@ it('reads the limits that there are', () => {
     variants: { A: { axes: { x: loop }, note: null }, B: { axes: {}, note: 'no linearisation' } },
   };
   expect(gainLimits(answer)).toEqual({ 'variants.A.controller.x.k_p': 3.3e6 });
+});
+
+it('makes a name that the server takes', () => {
+  expect(setName('  stiff, 2 (x/y) ')).toBe('stiff, 2 (x-y)');
+  expect(setName('ÄÖ')).toBe('');
+});
+
+it('says what a set achieved, variant by variant', () => {
+  const set = {
+    metrics: { 'B.x.max_abs_following_error': 1.72e-6, 'A.x.max_abs_following_error': 20.5e-6 },
+    margins: { 'B.x': { gain_margin: 3, phase_margin: Math.PI / 4 } },
+  };
+  const rows = achieved({
+    name: 's',
+    created: 0,
+    note: '',
+    scenario: 'circle',
+    values: {},
+    ...set,
+  });
+  expect(rows).toEqual([
+    { variant: 'A', figures: [{ label: 'max |e_x|', number: '20.5', unit: 'µm' }] },
+    {
+      variant: 'B',
+      figures: [
+        { label: 'max |e_x|', number: '1.72', unit: 'µm' },
+        { label: 'PM x', number: '45.0', unit: '°' },
+      ],
+    },
+  ]);
+});
+
+it('writes when a set was saved', () => {
+  const noon = new Date(2026, 10, 22, 14, 5).getTime() / 1e3;
+  expect(savedOn(noon)).toBe('2026-11-22 14:05');
 });

@@ -1,8 +1,16 @@
 /** Ranges of the sliders, and what can be kept as a named set. */
 
 import { at, equal, numberAt } from '../../../app/api/scenario-paths';
-import { AXES, type Axis, type Changes, type Loops, type Scenario } from '../../../app/api/types';
+import {
+  AXES,
+  type Axis,
+  type Changes,
+  type GainSet,
+  type Loops,
+  type Scenario,
+} from '../../../app/api/types';
 import type { Scale } from '../../../ui/log-slider';
+import { digits, quantity, type Quantity } from '../../../ui/units';
 
 export type Gain = 'k_p' | 'k_d';
 
@@ -112,4 +120,44 @@ export function gainLimits({ variants }: Loops): Record<string, number> {
     }
   }
   return known;
+}
+
+/** Returns a name that the server takes: what it does not know becomes a hyphen. */
+export function setName(text: string): string {
+  const known = text.trim().replace(/[^A-Za-z0-9 ._,()+-]/g, '-');
+  return known.replace(/^[^A-Za-z0-9]+/, '').slice(0, 60);
+}
+
+export interface Figure extends Quantity {
+  label: string;
+}
+
+/** Returns what a set achieved when it was saved: of each variant the errors and phase margins. */
+export function achieved(set: GainSet): { variant: string; figures: Figure[] }[] {
+  const names = [...Object.keys(set.metrics), ...Object.keys(set.margins)];
+  const variants = [...new Set(names.map((name) => name.split('.')[0] ?? ''))].sort();
+  return variants.map((variant) => {
+    const figures: Figure[] = [];
+    for (const axis of AXES) {
+      const error = set.metrics[`${variant}.${axis}.max_abs_following_error`];
+      if (error !== undefined) figures.push({ label: `max |e_${axis}|`, ...quantity(error, 'm') });
+    }
+    for (const axis of AXES) {
+      const margin = set.margins[`${variant}.${axis}`]?.phase_margin ?? null;
+      if (margin !== null) figures.push({ label: `PM ${axis}`, ...degrees(margin) });
+    }
+    return { variant, figures };
+  });
+}
+
+function degrees(angle: number): Quantity {
+  return { number: digits((angle * 180) / Math.PI), unit: '°' };
+}
+
+/** Returns day and minute, as 2026-11-22 14:05. */
+export function savedOn(seconds: number): string {
+  const when = new Date(seconds * 1e3);
+  const two = (n: number) => String(n).padStart(2, '0');
+  const day = [when.getFullYear(), two(when.getMonth() + 1), two(when.getDate())].join('-');
+  return `${day} ${two(when.getHours())}:${two(when.getMinutes())}`;
 }
