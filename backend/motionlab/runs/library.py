@@ -402,7 +402,7 @@ class _Code(NamedTuple):
 
 def _latest(run: RunDetail, part: Path, ticks: int) -> tuple[dict[str, Any], dict[str, list[int]]]:
     """Return metrics and picture of the latest two periods, or ten seconds, of a live run."""
-    prepared = prepare(load_scenario(run.scenario_document or {}))
+    prepared = prepare(load_scenario(run.scenario_document or {}), checked=True)
     period = prepared.reference.period
     length = min(ticks, 2 * period if period else to_ticks(METRICS_SECONDS))
     with parquet.ParquetFile(part) as file:

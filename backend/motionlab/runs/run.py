@@ -50,6 +50,9 @@ class Event(BaseModel):
     kind: Literal["change", "push", "stop", "gap"]
     set: dict[str, Any] = Field(default_factory=dict, description="Of a change: path to value")
     previous: dict[str, Any] = Field(default_factory=dict, description="The values before")
+    checked: int | None = Field(
+        default=None, description="Of a change: tick at which it was checked, before it took effect"
+    )
     axis: Literal["x", "y"] | None = Field(default=None, description="Of a push")
     force: float | None = Field(default=None, description="Of a push, N")
     ticks: int | None = Field(default=None, description="Ticks of a push, or missing in a gap")

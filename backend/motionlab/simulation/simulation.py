@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.scenario import Scenario
+from motionlab.config.timing import to_ticks
 from motionlab.kernel.build import (
     LANES_PER_VARIANT,
     VARIANTS_PER_BLOCK,
@@ -31,6 +32,9 @@ ReadyEpoch = tuple[int, Scenario, Array]
 _FAILED = state_row("failed")
 BRAKING = 0.5
 """Share of the largest acceleration with which a stop brakes."""
+
+_RELEASE_TICKS = to_ticks(0.05)
+"""Ticks from a stop's rest until the currents, commanded to zero, are taken to be gone."""
 
 
 @dataclass(frozen=True)
@@ -68,9 +72,12 @@ class Simulation:
         self.prepared = prepared
         self.timeline = Timeline(prepared.reference, prepared.load, endless=endless)
         self.tick = 0 if start is None else start.tick
+        self._rest: int | None = None  # tick at which the reference of a stop is at rest
         self._released = False
         self._forget_pages()
         self._changes = ready(prepared.epochs)
+        if endless:  # beyond the trajectory's end too
+            self._load(self._changes)
         self._apply_changes()
         if start is None:
             x, y = prepared.reference.position[0]
@@ -80,6 +87,8 @@ class Simulation:
 
     def advance(self, samples: NDArray[np.float32]) -> int:
         """Advance until the page, the run or the present parameters end, or `samples` is full.
+
+        A stop ends the run when the currents are gone.
 
         Parameters
         ----------
@@ -95,6 +104,10 @@ class Simulation:
         stop = min((page + 1) * PAGE, self.tick + samples.shape[1])
         if self.timeline.end is not None:
             stop = min(stop, self.timeline.end)
+        if self._rest is not None:
+            if self.tick >= self._rest:
+                self._release()
+            stop = min(stop, self._rest + _RELEASE_TICKS if self._released else self._rest)
         if self._changes:
             stop = min(stop, self._changes[0][0])
         count = stop - self.tick
@@ -134,9 +147,7 @@ class Simulation:
         """
         loads = [scenario.load for _, scenario, _ in changes]
         if loads != [self._scenario.load, *(scenario.load for _, scenario, _ in self._changes)]:
-            for tick, scenario, _ in changes:
-                force = functools.partial(load_force, scenario.load)
-                self.timeline.load(max(tick, self.tick), force)
+            self._load(changes)
         self._changes = list(changes)
         self._apply_changes()
 
@@ -145,17 +156,17 @@ class Simulation:
         self.timeline.push(self.tick, axis=axis, force=-force, ticks=ticks)
         self._forget_pages()
 
-    def stop(self) -> int:
-        """Brake the reference to rest and return the tick of standstill."""
+    def stop(self) -> None:
+        """Brake the reference to rest, then command no current."""
         plant = self._scenario.plant
         limits = (BRAKING * plant.x.acceleration_max, BRAKING * plant.y.acceleration_max)
         self._forget_pages()
-        return self.timeline.stop(self.tick, limits)
+        self._rest = self.timeline.stop(self.tick, limits)
 
-    def release(self) -> None:
-        """Command no current from now on."""
-        self._released = True
-        self._parameters[:, FORCE_LIMIT_ROW] = 0.0
+    @property
+    def stopped(self) -> bool:
+        """Whether a stop has come to its end."""
+        return self._rest is not None and self.tick >= self._rest + _RELEASE_TICKS
 
     def asked(self, start: int, stop: int) -> NDArray[np.float32]:
         """Return the reference over some ticks of one page; a view.
@@ -188,6 +199,15 @@ class Simulation:
             if self._released:
                 self._parameters[:, FORCE_LIMIT_ROW] = 0.0
             self._forget_pages()
+
+    def _load(self, changes: Sequence[ReadyEpoch]) -> None:
+        for tick, scenario, _ in changes:
+            force = functools.partial(load_force, scenario.load)
+            self.timeline.load(max(tick, self.tick), force)
+
+    def _release(self) -> None:
+        self._released = True
+        self._parameters[:, FORCE_LIMIT_ROW] = 0.0
 
     def _forget_pages(self) -> None:
         self._page = (-1, np.empty(0))

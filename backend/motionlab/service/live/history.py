@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from motionlab.config.planar import AXES
 from motionlab.config.timing import to_ticks
-from motionlab.simulation.simulation import Simulation, sample_page, variant_columns
-from motionlab.telemetry.channels import CHANNELS, REFERENCES, stream_columns
+from motionlab.simulation.record import record
+from motionlab.simulation.simulation import Simulation, sample_page
+from motionlab.telemetry.channels import REFERENCES, stream_columns
 from motionlab.telemetry.recording import Recording, as_recording
 from motionlab.telemetry.ring import Ring
 
@@ -58,18 +59,9 @@ class History:
         """Advance a simulation by some ticks, or to its end, and keep every sample."""
         until = simulation.tick + ticks
         while simulation.tick < until:
-            start = simulation.tick
-            room = self.ring.room(until - start)
-            count = simulation.advance(self._page[:, : room.shape[1]])
+            count = record(simulation, self._page, self.ring.room(until - simulation.tick))
             if count == 0:
                 break
-            room[:_SHARED, :count] = simulation.asked(start, start + count)
-            own = room[_SHARED:, :count].reshape(-1, len(AXES), len(CHANNELS), count)
-            for variant, failed in enumerate(simulation.failed_ticks):
-                rows = own[variant]
-                rows[:] = variant_columns(self._page, variant, count).transpose(1, 0, 2)
-                if failed is not None:
-                    rows[..., max(0, failed - start) :] = np.nan
             self.ring.fill(count)
 
     def payload(self, rows: tuple[int, ...], start: int, stop: int) -> bytes:

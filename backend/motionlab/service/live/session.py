@@ -23,11 +23,12 @@ from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.results.latest import latest_metrics
 from motionlab.runs.run import Event
-from motionlab.service.live.change_log import Change, ChangeLog, changed
+from motionlab.service.live.change_log import ChangeLog
 from motionlab.service.live.clock import Clock
 from motionlab.service.live.history import History
 from motionlab.service.live.notification import Listener
 from motionlab.service.live.run_recorder import RunRecorder, SessionRecorder
+from motionlab.simulation.change import Change, changed
 from motionlab.simulation.prepare import Prepared
 from motionlab.simulation.simulation import Simulation, ready
 from motionlab.telemetry.recording import Recording
@@ -35,9 +36,6 @@ from motionlab.telemetry.recording import Recording
 METRICS_SECONDS = 10.0
 CATCH_UP_SECONDS = 0.25
 """Time that may pass between two frames and count; beyond it a session falls behind the clock."""
-
-_RELEASE_TICKS = to_ticks(0.05)
-"""Ticks from a stop's rest until the currents, commanded to zero, are taken to be gone."""
 
 _SLICE_LANES = 2048
 """Ticks times blocks of lanes that advance at a time: some 2 ms, and so long a command waits."""
@@ -133,7 +131,6 @@ class Session:
         self._order = asyncio.Lock()
         self._last = 0.0  # until when the clock has been followed
         self._owed = 0.0  # ticks that the clock is ahead, less than one
-        self._rest_tick = 0
         self._announced = (-1, "")
         self._texts: dict[str, tuple[Any, str]] = {}
         self._untold = False  # whether the state has changed since listeners were notified
@@ -249,7 +246,7 @@ class Session:
         if self.state in {"stopping", "stopped"}:
             return
         with self._claimed():
-            self._rest_tick = self.simulation.stop()
+            self.simulation.stop()
             self._note(Event(tick=self.tick, kind="stop"))
             self.state = "stopping"
             self._follow_clock()
@@ -421,13 +418,16 @@ class Session:
             after, change = changed(scenario, changes, tick)
             return change, ready(tuple(epochs(after, tick)))
 
-        change, made_ready = await self._in_thread(prepared, self.simulation.scenario, self.tick)
+        with self._claimed():  # parameters and the tick at which they hold
+            scenario, checked = self.simulation.scenario, self.tick
+        change, made_ready = await self._in_thread(prepared, scenario, checked)
         with self._claimed():
             self._refuse_when_closed()
             self.simulation.adopt(made_ready)
             self._scenario = self.simulation.scenario
             tick = self.tick
-            self._note(Event(tick=tick, kind="change", set=change.set, previous=change.previous))
+            facts = change.model_dump(include={"set", "previous"})
+            self._note(Event(tick=tick, kind="change", checked=checked, **facts))
         await self._in_thread(self._changes.keep, change.model_copy(update={"tick": tick}))
         return tick
 
@@ -465,27 +465,16 @@ class Session:
             self._record.note(event)
 
     def _advance_slice(self, ticks: int) -> None:
-        if self.state == "stopping":
-            self._come_to_rest(ticks)
-        else:
-            self.history.record(self.simulation, ticks)
+        self.history.record(self.simulation, ticks)
         failed, scenario = self.simulation.failed_ticks, self.simulation.scenario
-        if self.tick == self.simulation.timeline.end:
+        if self.simulation.stopped:
+            self.state = "stopped"
+        elif self.tick == self.simulation.timeline.end:
             self.state = "finished"
-        elif failed == self._failed and scenario is self._scenario and self.state != "stopped":
+        elif failed == self._failed and scenario is self._scenario:
             return
         self._failed, self._scenario = failed, scenario
         self._untold = True
-
-    def _come_to_rest(self, ticks: int) -> None:
-        """Advance a stop: brake until the reference rests, then let the currents die away."""
-        until = min(self.tick + ticks, self._rest_tick + _RELEASE_TICKS)
-        self.history.record(self.simulation, min(until, self._rest_tick) - self.tick)
-        if self.tick >= self._rest_tick:
-            self.simulation.release()
-            self.history.record(self.simulation, until - self.tick)
-        if self.tick == self._rest_tick + _RELEASE_TICKS:
-            self.state = "stopped"
 
     def _refuse_when(self, *states: State) -> None:
         if self.state in states:
