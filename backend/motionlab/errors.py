@@ -185,5 +185,9 @@ class Busy(StoreError):
     """A record that cannot be changed while it is being written."""
 
 
+class NotReplayable(StoreError):
+    """A run that cannot be simulated again from its record."""
+
+
 class ExperimentFailed(MotionLabError):
     """An experiment on the motor without data to evaluate."""

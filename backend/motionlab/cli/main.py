@@ -10,7 +10,9 @@ from collections.abc import Sequence
 
 from motionlab import __version__
 from motionlab.cli import (
+    compare,
     exchange,
+    replay,
     run,
     runs,
     serve,
@@ -19,7 +21,7 @@ from motionlab.cli import (
 from motionlab.cli.exit_codes import BAD_INPUT, DONE, FAILED
 from motionlab.errors import ConfigError, Infeasible, MotionLabError
 
-_COMMANDS = (run, runs, exchange, study, serve)
+_COMMANDS = (run, runs, compare, replay, exchange, study, serve)
 """In the order of the help page."""
 
 

@@ -23,6 +23,7 @@ from motionlab.errors import (
     FieldError,
     Infeasible,
     MotionLabError,
+    NotReplayable,
     StoreError,
     StoreFull,
     Unknown,
@@ -174,7 +175,8 @@ def install(app: FastAPI) -> None:
     @app.exception_handler(StoreError)
     async def refuse_to_keep(_: Request, error: StoreError) -> JSONResponse:
         statuses = {StoreFull: HTTPStatus.INSUFFICIENT_STORAGE, Unknown: HTTPStatus.NOT_FOUND} | {
-            Busy: HTTPStatus.CONFLICT
+            Busy: HTTPStatus.CONFLICT,
+            NotReplayable: HTTPStatus.CONFLICT,
         }
         status = statuses.get(type(error), HTTPStatus.SERVICE_UNAVAILABLE)
         return problem(status, str(error))

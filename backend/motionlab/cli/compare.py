@@ -1,0 +1,167 @@
+"""The command ``motionlab compare``."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from typing import TYPE_CHECKING, Any
+
+from motionlab.cli.exit_codes import DONE, FAILED
+from motionlab.studies.options import add_json
+
+if TYPE_CHECKING:
+    from motionlab.runs.compare import ChannelComparison, Comparing, Comparison
+
+EXAMPLES = """\
+examples:
+  motionlab compare r-gpd6hecc7x3n r-cb3v3zvyllhu
+  motionlab compare baseline.parquet candidate.csv --tolerance 1e-9,1e-6
+  motionlab compare a.parquet b.parquet --tolerance '*.following_error=2e-6,0' --only '*_error'
+  motionlab compare a.parquet b.parquet --align reference --time-tolerance 0.002
+
+The exit code is 1 if a channel is beyond its tolerance or could not be compared;
+docs/runs-compare.md.
+"""
+
+
+def add(commands: Any) -> None:
+    """Add ``motionlab compare``."""
+    parser = commands.add_parser(
+        "compare",
+        help="compare two runs, channel by channel",
+        description="Compare every channel of run B with that of run A, the baseline.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    for name, what in (("a", "baseline"), ("b", "candidate")):
+        parser.add_argument(
+            name,
+            metavar=name.upper(),
+            help=f"{what}: identifier of a run, or telemetry, .parquet or .csv",
+        )
+    parser.add_argument(
+        "--align",
+        choices=("time", "reference", "index"),
+        default="time",
+        help="reference: by lap and arc length of the position reference (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--offset", metavar="S", type=float, default=0.0, help="with time: move B by so much, s"
+    )
+    parser.add_argument(
+        "--samples",
+        choices=("union", "intersection"),
+        default="union",
+        help="compare at the samples of either run, or only at those of both (%(default)s)",
+    )
+    parser.add_argument(
+        "--tolerance",
+        metavar="[CHANNEL=]ABS,REL",
+        action="append",
+        default=[],
+        help="max(ABS, REL |baseline|) in SI, of all channels or of those that fit a name such as "
+        "'*.following_error' (repeatable; 0,0)",
+    )
+    parser.add_argument(
+        "--time-tolerance",
+        metavar="S",
+        type=float,
+        default=0.0,
+        help="time by which a value may come earlier or later, s (%(default)s)",
+    )
+    parser.add_argument(
+        "--only", metavar="CHANNEL", action="append", default=[], help="compare these alone"
+    )
+    add_json(parser)
+    parser.set_defaults(command=_compare)
+
+
+def _compare(options: argparse.Namespace) -> int:
+    from motionlab.runs.columns import of_file_or_run
+    from motionlab.runs.compare import compare
+
+    how = _how(options)
+    found = compare(of_file_or_run(options.a), of_file_or_run(options.b), how)
+    print(
+        json.dumps(found.model_dump(mode="json"), allow_nan=False)
+        if options.json
+        else _report(found)
+    )
+    return DONE if found.holds else FAILED
+
+
+def _how(options: argparse.Namespace) -> Comparing:
+    from pydantic import ValidationError
+
+    from motionlab.config.validation_errors import field_errors
+    from motionlab.errors import ConfigError
+    from motionlab.runs.compare import Comparing
+
+    every: dict[str, float] = {}
+    channels: dict[str, dict[str, float]] = {}
+    for text in options.tolerance:
+        name, equals, numbers = text.rpartition("=")
+        if equals:
+            channels[name] = _tolerance(numbers, text)
+        else:
+            every = _tolerance(numbers, text)
+    try:
+        return Comparing.model_validate(
+            {
+                "align": options.align,
+                "offset": options.offset,
+                "samples": options.samples,
+                "tolerance": every | {"time": options.time_tolerance},
+                "channels": channels,
+                "only": options.only,
+            }
+        )
+    except ValidationError as error:
+        raise ConfigError(*field_errors(error, Comparing)) from None
+
+
+def _tolerance(numbers: str, text: str) -> dict[str, float]:
+    from motionlab.errors import ConfigError, FieldError
+
+    try:
+        absolute, relative = (float(number) for number in numbers.split(","))
+    except ValueError:
+        allowed = "ABS,REL or CHANNEL=ABS,REL"
+        raise ConfigError(FieldError("--tolerance", "is no tolerance", text, allowed)) from None
+    return {"absolute": absolute, "relative": relative}
+
+
+def _report(found: Comparison) -> str:
+    rows = [
+        ("channel", "verdict", "largest", "rms", "unit", "beyond", "at"),
+        *map(_row, found.channels),
+    ]
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]) - 1)]
+    lines = [
+        "  ".join(
+            [*(cell.ljust(w) for cell, w in zip(row, widths, strict=False)), row[-1]]
+        ).rstrip()
+        for row in rows
+    ]
+    overlap = found.note
+    if found.start is not None and found.end is not None:
+        overlap = (
+            f"{found.instants} instants from {found.start.time:.4f} s to {found.end.time:.4f} s of "
+            f"{found.a.name}"
+        )
+    return "\n".join([*lines, "", f"{found.headline}; {overlap}"])
+
+
+def _row(channel: ChannelComparison) -> tuple[str, ...]:
+    unit = channel.unit or channel.candidate_unit or ""
+    if channel.verdict == "units-differ":
+        unit = f"{channel.unit or '?'} and {channel.candidate_unit or '?'}"
+    largest = rms = beyond = at = ""
+    if channel.largest is not None and channel.rms is not None and channel.at is not None:
+        largest, rms = f"{channel.largest:.4g}", f"{channel.rms:.4g}"
+        at = f"{channel.at.time:.4f} s"
+        if channel.at.arc is not None:
+            at += f", lap {channel.at.lap}, {channel.at.arc:.6g} m"
+    if channel.beyond is not None:
+        beyond = f"{100 * channel.beyond:.3g} %"
+    return channel.name, channel.verdict, largest, rms, unit, beyond, at

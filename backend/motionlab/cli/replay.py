@@ -1,0 +1,70 @@
+"""The command ``motionlab replay``."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from typing import TYPE_CHECKING, Any
+
+from motionlab.cli.exit_codes import DONE, FAILED
+from motionlab.cli.progress import share_done
+from motionlab.studies.options import add_json
+
+if TYPE_CHECKING:
+    from motionlab.runs.replay import Replay
+
+_NAMED = 6  # channels that are listed
+
+
+def add(commands: Any) -> None:
+    """Add ``motionlab replay``."""
+    parser = commands.add_parser(
+        "replay",
+        help="simulate a kept run again and compare every bit",
+        description="Simulate a kept run again from its record and compare every channel, bit for "
+        "bit. The exit code is 1 unless all are the same.",
+    )
+    parser.add_argument("run", metavar="RUN", help="identifier of a run; motionlab runs lists them")
+    add_json(parser)
+    parser.set_defaults(command=_replay)
+
+
+def _replay(options: argparse.Namespace) -> int:
+    from motionlab.runs.library import library
+    from motionlab.runs.replay import again, replay
+
+    kept = library()
+    wanted = again(kept.complete(options.run))
+    with kept.files.open(options.run) as file, share_done("replay") as progress:
+        found = replay(wanted, file, progress)
+    print(
+        json.dumps(found.model_dump(mode="json"), allow_nan=False)
+        if options.json
+        else _report(found)
+    )
+    return DONE if found.identical else FAILED
+
+
+def _report(found: Replay) -> str:
+    extent = f"{found.channels} channels, {found.ticks} ticks"
+    if found.missing:
+        extent += f", {found.missing} not recorded"
+    if found.identical:
+        return f"identical: {extent}"
+    lines = [f"not identical: {extent}"]
+    if found.first is not None:
+        first = found.first
+        size = (
+            "" if first.difference is None else f", difference {first.difference:.6g} {first.unit}"
+        )
+        lines += [
+            f"first at tick {first.tick}, t = {first.time:.4f} s: {first.channel} was "
+            f"{_value(first.recorded)}, is {_value(first.simulated)}{size}",
+            f"{found.samples} samples differ, of {', '.join(found.differing[:_NAMED])}"
+            + (f" and {len(found.differing) - _NAMED} more" if found.differing[_NAMED:] else ""),
+        ]
+    return "\n".join([*lines, *found.reasons])
+
+
+def _value(value: float | str | None) -> str:
+    return "missing" if value is None else f"{float(value):.9g}"

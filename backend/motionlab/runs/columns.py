@@ -1,0 +1,170 @@
+"""Whole columns of telemetry on an equidistant grid, of a run or of a file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+from pyarrow import parquet
+
+from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.errors import ConfigError, FieldError, StoreError
+from motionlab.runs.align import Grid
+from motionlab.runs.files import read_ticks
+from motionlab.runs.library import library
+from motionlab.runs.run import is_id
+from motionlab.telemetry.recorder import SUFFIXES, Column, read
+
+_FLOAT = np.dtype(np.float32).itemsize
+
+
+class Columns:
+    """Columns of one run; threads may read some each.
+
+    Parameters
+    ----------
+    name : str
+        What the run is called: its identifier, or its file.
+    open_file : callable
+        Opens its Parquet file.
+
+    Attributes
+    ----------
+    grid : Grid
+        Its samples; a tick that was not recorded is missing.
+    units : dict of str to str
+        Of each channel, in the order of the file.
+
+    Raises
+    ------
+    StoreError
+        If it cannot be read, or has no ``tick`` or ``time``.
+    """
+
+    def __init__(self, name: str, open_file: Callable[[], parquet.ParquetFile]) -> None:
+        self.name = name
+        self._open = open_file
+        self._places: NDArray[np.int64] | None = None
+        with open_file() as file:
+            schema = file.schema_arrow
+            if {"tick", "time"} - set(schema.names):
+                raise StoreError(f"{name} is no telemetry: it has no columns tick and time")
+            self.units = {
+                field.name: (field.metadata or {}).get(b"unit", b"").decode()
+                for field in schema
+                if pa.types.is_floating(field.type) and field.name != "time"
+            }
+            self._rows = file.metadata.num_rows
+            self.grid = self._grid(file)
+
+    def read(self, names: Sequence[str]) -> NDArray[np.float32]:
+        """Return some columns, shape (columns, ticks); missing samples are NaN."""
+        with self._open() as file:
+            samples = read_ticks(file, names, 0, self._rows)
+        if self._places is None:
+            return samples
+        columns = np.full((len(names), self.grid.ticks), np.nan, dtype=np.float32)
+        columns[:, self._places] = samples
+        return columns
+
+    def size(self, columns: int) -> int:
+        """Return the memory that reading so many columns takes, bytes."""
+        read_twice = 2  # as Arrow has it, and as an array
+        return read_twice * columns * self.grid.ticks * _FLOAT
+
+    def _grid(self, file: parquet.ParquetFile) -> Grid:
+        if self._rows == 0:
+            return Grid(0.0, CONTROL_PERIOD, 0)
+        (begin, start), (end, stop) = (
+            (int(ends["tick"][0].as_py()), float(ends["time"][0].as_py()))
+            for ends in (
+                file.read_row_group(group, columns=["tick", "time"]).slice(row, 1)
+                for group, row in _ends(file)
+            )
+        )
+        ticks = end - begin + 1
+        period = (stop - start) / (ticks - 1) if ticks > 1 else CONTROL_PERIOD
+        self._check(ticks >= self._rows and period > 0.0)
+        if ticks != self._rows:
+            places = file.read(columns=["tick"])["tick"].to_numpy() - begin
+            self._check(bool((np.diff(places) > 0).all()))
+            self._places = places
+        return Grid(start, period, ticks)
+
+    def _check(self, ordered: bool) -> None:
+        if not ordered:
+            raise StoreError(f"{self.name} is no telemetry: its ticks or times do not grow")
+
+
+class _Table(Columns):
+    """Columns of a CSV file, which is read as a whole."""
+
+    def __init__(self, path: str) -> None:
+        self._table = read(path)
+        if {"tick", "time"} - set(self._table):
+            raise StoreError(f"{path} is no telemetry: it has no columns tick and time")
+        self.name = path
+        self.units = {
+            name: column.unit
+            for name, column in self._table.items()
+            if name not in {"tick", "time"}
+        }
+        ticks, times = self._table["tick"].values, self._table["time"].values
+        self._check(bool((np.diff(ticks) == 1).all()))
+        period = (times[-1] - times[0]) / (len(times) - 1) if len(times) > 1 else CONTROL_PERIOD
+        self.grid = Grid(float(times[0]) if len(times) else 0.0, float(period), len(ticks))
+
+    def read(self, names: Sequence[str]) -> NDArray[np.float32]:
+        columns: list[Column] = [self._table[name] for name in names]
+        return np.stack([column.values for column in columns])
+
+
+def of_run(run_id: str) -> Columns:
+    """Return the columns of a kept run.
+
+    Raises
+    ------
+    Unknown
+        If there is none of that identifier.
+    Busy
+        If it is still being recorded.
+    """
+    kept = library()
+    kept.complete(run_id)
+    return Columns(run_id, lambda: kept.files.open(run_id))
+
+
+def of_file_or_run(name: str) -> Columns:
+    """Return the columns of a kept run by its identifier, or those of a telemetry file.
+
+    Raises
+    ------
+    ConfigError
+        If it is neither.
+    StoreError
+        If it cannot be read.
+    """
+    if is_id(name):
+        return of_run(name)
+    if not name.endswith(SUFFIXES):
+        allowed = f"r- and 12 characters, or a file that ends in {' or '.join(SUFFIXES)}"
+        raise ConfigError(FieldError("run", "is no identifier and no telemetry", name, allowed))
+    if name.endswith(".csv"):
+        return _Table(name)
+
+    def opened() -> parquet.ParquetFile:
+        try:
+            return parquet.ParquetFile(Path(name))
+        except (OSError, pa.ArrowInvalid) as error:
+            raise StoreError(f"{name} cannot be read: {error}") from error
+
+    return Columns(name, opened)
+
+
+def _ends(file: parquet.ParquetFile) -> tuple[tuple[int, int], tuple[int, int]]:
+    """Return row group and row of the first and of the last sample."""
+    groups = [g for g in range(file.num_row_groups) if file.metadata.row_group(g).num_rows]
+    return (groups[0], 0), (groups[-1], file.metadata.row_group(groups[-1]).num_rows - 1)
