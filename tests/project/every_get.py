@@ -55,6 +55,8 @@ def look_at_everything(ask: Ask) -> list[str]:
     assert report["state"] == "done", report
     kept, _ = ask("POST", "/api/v1/simulate", {"set": SHORT, "keep": True})
     assert kept == 200
+    gains = {"values": {"variants.B.controller.x.k_p": 312000.0}, "set": SHORT}
+    assert ask("PUT", "/api/v1/gain-sets/kept", gains)[0] == 200
     session = f"/api/v1/sessions/{_created(ask, '/api/v1/sessions', {}, 201)}"
     assert ask("POST", f"{session}/step", {"ticks": 20})[0] == 200
     for path, operations in json.loads(got("/openapi.json"))["paths"].items():

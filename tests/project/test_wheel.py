@@ -86,5 +86,5 @@ def test_nothing_that_the_wheel_serves_fails(installed: Path, tmp_path: Path) ->
         server.stop()
     for path in [*UNDESCRIBED, *(path for path, each in described.items() if "get" in each)]:
         form = re.sub(r"\\\{\w+\\\}", "[^/]+", re.escape(path))
-        assert any(re.fullmatch(form, found) for found in asked), path
+        assert any(re.fullmatch(form, found.partition("?")[0]) for found in asked), path
     assert any(path.endswith(".css") for path in asked)
