@@ -1,6 +1,6 @@
 /**
- * One job at a time, or a few, and of those that wait only the newest: what a slider asks for while
- * an answer is on its way replaces what it asked before.
+ * One job at a time, or a few, and of those that wait only the newest: a slider's request while an
+ * answer is on its way replaces the one before.
  */
 export class LatestWins<T> {
   private running = 0;

@@ -4,7 +4,7 @@ export type Theme = 'light' | 'dark';
 
 const KEY = 'motionlab.theme';
 
-/** The colour theme: the system's, until a person chooses. */
+/** The colour theme: the system's, until the user chooses. */
 class ThemeChoice {
   private readonly system = new MediaQuery('(prefers-color-scheme: dark)');
   private chosen = $state<Theme | null>(null);

@@ -145,7 +145,7 @@ export function clock(seconds: number): string {
 }
 
 /**
- * Reads a number that a person typed, in displayed units. A decimal comma is taken as a point.
+ * Reads a typed number, in displayed units. A decimal comma is taken as a point.
  *
  * @returns the number, or null when the text is none
  */
@@ -163,7 +163,7 @@ export function clean(value: number): number {
 
 const GREEK: Readonly<Record<string, string>> = { sigma: 'σ', tau: 'τ', lambda: 'λ', gamma: 'γ' };
 
-/** Writes a text of the server, which keeps to ASCII, as people do. */
+/** Writes an ASCII text of the server with its symbols. */
 export function pretty(text: string): string {
   return text
     .replace(/\bum\b/g, 'µm')

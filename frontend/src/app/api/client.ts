@@ -21,7 +21,7 @@ const ROOT = '/api/v1';
 export const UNREACHABLE = 0;
 
 export class ApiError extends Error {
-  /** @param retryAfter ms after which the server wants to be asked again; null where it names none */
+  /** @param retryAfter ms to wait before a retry, as the server states; null if it states none */
   constructor(
     readonly problem: Problem,
     readonly retryAfter: number | null = null,
@@ -58,7 +58,7 @@ export type StudyPath = Extract<
 >;
 
 export class Api {
-  /** Asks for the token when the server wants one; resolves once a token was accepted. */
+  /** Prompts for the token when the server requires one; resolves once it is accepted. */
   onUnauthorized: (() => Promise<void>) | null = null;
 
   health = () => this.json('get', '/health', {});

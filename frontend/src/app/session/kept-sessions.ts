@@ -7,7 +7,7 @@ import { discard, load, save } from '../storage';
 /** Paths of a session whose names are known. */
 const PATHS = 4;
 
-/** Sessions that are kept; the oldest goes when another one comes. */
+/** Number of sessions kept; the oldest is dropped for another one. */
 const MOST = 8;
 
 /** A path that was taken from the Trajectories screen, by its saved name; a drawn one has none. */

@@ -2,12 +2,12 @@
 
 import { at, equal, numberAt } from '../../../app/api/scenario-paths';
 import { AXES, type Axis, type Changes, type Loops, type Scenario } from '../../../app/api/types';
-import type { Scale } from '../../../ui/log-slider';
+import type { SliderScale } from '../../../ui/log-slider';
 
 export type Gain = 'k_p' | 'k_d';
 
 /** Three decades around what the paper uses: 200 to 6000 N/mm and 1.08 to 3 N s/mm. */
-export const SCALES: Record<Gain, Scale> = {
+export const SCALES: Record<Gain, SliderScale> = {
   k_p: { least: 1e4, most: 1e7 },
   k_d: { least: 1e2, most: 1e5 },
 };

@@ -1,4 +1,4 @@
-/** What a Monte Carlo study says, as the page shows it: bands, quantiles, and how sure a spec is. */
+/** Results of a Monte Carlo study for display: bands, quantiles, probability of meeting a spec. */
 
 import type { Axis, MonteCarlo } from '../../../app/api/types';
 import { AXES } from '../../../app/api/types';
