@@ -1473,12 +1473,12 @@ export interface components {
             steady_state_error: number | null;
             /**
              * Settling Time
-             * @description from the end of command until abs(e) stays within settling_band to the end of the hold, the longest of all holds; null without a hold or where one never settles
+             * @description time from the end of command until abs(e) stays within settling_band, the longest of all holds
              */
             settling_time: number | null;
             /**
              * Overshoot
-             * @description how far the measured position goes past the target during a hold, in the direction of the move that led there, the largest of all holds; null without such a hold
+             * @description largest excursion past the target during a hold, in the direction of the move before it
              */
             overshoot: number | null;
             /**
