@@ -23,7 +23,11 @@ class ThemeChoice {
     this.chosen = next;
     document.documentElement.dataset.theme = next;
     // Plain text, as index.html reads it before any script of the page has run.
-    localStorage.setItem(KEY, next);
+    try {
+      localStorage.setItem(KEY, next);
+    } catch {
+      // Forbidden: the choice lasts until the page is left.
+    }
   }
 }
 

@@ -13,7 +13,7 @@
 import { ApiError, type Api, type StudyPath } from '../api/client';
 import type { RequestOf } from '../api/operations';
 import type { JobKind, JobReport, JobSummary, ReportOf } from '../api/types';
-import { load, save } from '../storage';
+import { listOf, load, save } from '../storage';
 
 /** Ids kept of each kind; the server keeps fewer records. */
 const OWN_MAX = 200;
@@ -115,7 +115,7 @@ export class JobStore<K extends JobKind> {
 
   /** Ids of jobs that this browser has started, the newest first; other tabs add theirs. */
   private get own(): readonly string[] {
-    return load<readonly string[]>(this.ownKey, []);
+    return load<readonly string[]>(this.ownKey, [], listOf(''));
   }
 
   private async list(): Promise<void> {

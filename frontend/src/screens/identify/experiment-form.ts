@@ -3,6 +3,7 @@
 import { at } from '../../app/api/scenario-paths';
 import type { Axis, Changes, ProblemField, Scenario } from '../../app/api/types';
 import { fieldOf, permitted, served, shownIn, type Entries } from '../../app/fields/fields.svelte';
+import { listOf, nullOr, oneOf, partOf } from '../../app/storage';
 import { parseNumber, quantity } from '../../ui/units';
 
 export type Spacing = 'log' | 'linear';
@@ -32,6 +33,25 @@ export interface ExperimentForm {
   share: number;
   places: number;
 }
+
+/** The form of the settings that a browser keeps. */
+export const KEPT = partOf({
+  source: '',
+  motor: '',
+  axis: oneOf('x', 'y', 'both'),
+  variant: '',
+  applyTo: '',
+  slowest: 0,
+  fastest: 0,
+  speeds: 0,
+  spacing: oneOf('log', 'linear'),
+  timeMax: 0,
+  pitchesMax: nullOr(0),
+  ramps: true,
+  rates: listOf(0),
+  share: 0,
+  places: 0,
+});
 
 /** Fields of the request, which are there before the screen is. */
 export function fields(): Entries {

@@ -25,6 +25,7 @@ import {
   complaints,
   defaults,
   formOf,
+  KEPT,
   settings,
   type Body,
   type ExperimentForm,
@@ -47,7 +48,7 @@ class Experiment {
   readonly given = new AppliedChanges();
   givenTo = $state.raw<readonly string[]>([]);
   /** The user's settings; all else is the server's default. */
-  private entered = $state.raw<Partial<ExperimentForm>>(load('identify', {}));
+  private entered = $state.raw<Partial<ExperimentForm>>(load('identify', {}, KEPT));
   readonly form = $derived<ExperimentForm>({ ...defaults(), ...this.entered });
   /** The shipped scenario that the form names. */
   private chosen = $state.raw<Scenario | null>(null);

@@ -3,6 +3,7 @@
 import { at } from '../../app/api/scenario-paths';
 import type { ProblemField, Scenario, Value } from '../../app/api/types';
 import { choicesOf, fieldOf, ownerOf, refusal, show } from '../../app/fields/fields.svelte';
+import { listOf, oneOf } from '../../app/storage';
 import { clean, parseNumber } from '../../ui/units';
 
 /** One swept field; numbers as they are typed, in the unit of the screen. */
@@ -25,6 +26,21 @@ export interface SweepForm {
   combine: Combine;
   fields: readonly SweptField[];
 }
+
+/** The form of the sweep that a browser keeps. */
+export const KEPT = {
+  source: '',
+  combine: oneOf('grid', 'list'),
+  fields: listOf({
+    path: '',
+    by: oneOf('range', 'values'),
+    values: '',
+    start: '',
+    stop: '',
+    count: '',
+    scale: oneOf('linear', 'log'),
+  }),
+};
 
 export const FIELDS_MAX = 6;
 const WORDS = new Set(['title', 'description', 'label', 'name', 'source']);

@@ -5,9 +5,9 @@ import { equal, withChanges } from '../../app/api/scenario-paths';
 import type { Axis, Scenario, SweepResult } from '../../app/api/types';
 import { sourceOf, wholeOf, type ScenarioSource } from '../../app/jobs/job-request';
 import { JobStore } from '../../app/jobs/job-store.svelte';
-import { load, save } from '../../app/storage';
+import { load, oneOf, save } from '../../app/storage';
 import { app } from '../../app/store.svelte';
-import { FIELDS_MAX, formOf, gridOf, Refused, refusedFields, sweptOf } from './sweep-form';
+import { FIELDS_MAX, formOf, gridOf, KEPT, Refused, refusedFields, sweptOf } from './sweep-form';
 import type { SweepForm, SweptField } from './sweep-form';
 
 const FIRST = 'variants.B.controller.x.k_p';
@@ -21,10 +21,14 @@ interface Shown {
 
 class Sweep {
   readonly job = new JobStore(app.api, 'sweep', (request) => void this.restore(request));
-  form = $state.raw<SweepForm>(load('sweep', EMPTY));
+  form = $state.raw<SweepForm>(load('sweep', EMPTY, KEPT));
   /** Which of the metrics is drawn. */
   shown = $state.raw<Shown>(
-    load('sweep.shown', { metric: 'max_abs_following_error', axis: 'x', variant: 'B' }),
+    load(
+      'sweep.shown',
+      { metric: 'max_abs_following_error', axis: 'x', variant: 'B' },
+      { metric: '', axis: oneOf('x', 'y'), variant: '' },
+    ),
   );
   /** What is refused, by swept field, and of the request as a whole. */
   problems = $state.raw<Readonly<Record<number, readonly string[]>>>({});

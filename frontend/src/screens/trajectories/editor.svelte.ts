@@ -6,8 +6,8 @@ import type { Changes, ProblemField, Trajectory } from '../../app/api/types';
 import { fieldErrorsText, errorText } from '../../app/error-text';
 import { LatestWins, Turns } from '../../app/latest-wins';
 import { messages } from '../../app/messages.svelte';
-import type { GivenPath } from '../../app/session/kept-sessions';
-import { load, save } from '../../app/storage';
+import { GIVEN_PATH, type GivenPath } from '../../app/session/kept-sessions';
+import { load, nullOr, save } from '../../app/storage';
 import { app } from '../../app/store.svelte';
 import { WhatIf } from '../../app/whatif/whatif.svelte';
 import {
@@ -42,7 +42,7 @@ export class Editor {
   step = $state(load('path-step', 1e-3));
   name = $state(load('path-name', ''));
   /** What was opened or saved last, and as what. */
-  private saved = $state.raw<GivenPath | null>(load('path-saved', null));
+  private saved = $state.raw<GivenPath | null>(load('path-saved', null, nullOr(GIVEN_PATH)));
   /** What the server found about `checkedOf`. */
   found = $state.raw<Checked | null>(null);
   private checkedOf = $state.raw<Table | null>(null);

@@ -6,6 +6,7 @@ import type { components } from '../../app/api/schema';
 import type { Axis, ProblemField, Scenario } from '../../app/api/types';
 import type { ScenarioSource } from '../../app/jobs/job-request';
 import { fieldOf, nameOf, refusal, served, type Entries } from '../../app/fields/fields.svelte';
+import { listOf, nullOr, oneOf, partOf, recordOf } from '../../app/storage';
 import { clean } from '../../ui/units';
 
 type Schemas = components['schemas'];
@@ -35,6 +36,22 @@ export interface SearchForm {
   starts: number;
   evaluations: number;
 }
+
+/** The form of the settings that a browser keeps. */
+export const KEPT = partOf({
+  source: '',
+  variant: '',
+  axis: oneOf('x', 'y', 'both'),
+  weights: recordOf(0),
+  limits: recordOf(nullOr(0)),
+  k_p: [0, 0],
+  k_d: [0, 0],
+  observer: true,
+  plants: listOf(''),
+  window: nullOr([0, 0]),
+  starts: 0,
+  evaluations: 0,
+});
 
 /** Fields of the request, which are there before the screen is. */
 export function fields(): Entries {

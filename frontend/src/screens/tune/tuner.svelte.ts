@@ -25,6 +25,7 @@ import {
   complaint,
   defaults,
   formOf,
+  KEPT,
   landscapeBody,
   settings,
   tuneBody,
@@ -43,7 +44,7 @@ class Tuner {
   /** Gains that were given to the Lab. */
   readonly given = new AppliedChanges();
   /** The user's settings; all else is the server's default. */
-  private entered = $state.raw<Partial<SearchForm>>(load('tune', {}));
+  private entered = $state.raw<Partial<SearchForm>>(load('tune', {}, KEPT));
   readonly form = $derived<SearchForm>({ ...defaults(), ...this.entered });
   /** The shipped scenario that the form names. */
   private named = $state.raw<Scenario | null>(null);

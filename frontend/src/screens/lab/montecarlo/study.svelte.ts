@@ -4,7 +4,7 @@ import { equal } from '../../../app/api/scenario-paths';
 import type { Axis, MonteCarlo } from '../../../app/api/types';
 import { sourceOf, wholeOf, type ScenarioSource } from '../../../app/jobs/job-request';
 import { JobStore } from '../../../app/jobs/job-store.svelte';
-import { load, save } from '../../../app/storage';
+import { load, oneOf, partOf, save } from '../../../app/storage';
 import { app } from '../../../app/store.svelte';
 import type { QuantileBand } from '../../../plot/quantile-band';
 import type { SampleSource } from '../../../plot/source';
@@ -16,9 +16,9 @@ class Study {
   readonly job = new JobStore(app.api, 'monte-carlo', ({ cases }) => {
     if (typeof cases === 'number') this.setCases(cases);
   });
-  cases = $state<number>(load('montecarlo.cases', 300));
+  cases = $state<number>(load('montecarlo.cases', 300, oneOf(...CASES)));
   /** Largest following error allowed, m. */
-  spec = $state.raw<Spec>(load('montecarlo.spec', {}));
+  spec = $state.raw<Spec>(load('montecarlo.spec', {}, partOf({ x: 0, y: 0 })));
   /** Whether the bands are drawn. */
   drawn = $state(load('montecarlo.drawn', true));
   readonly result = $derived<MonteCarlo | null>(this.job.report?.result ?? null);

@@ -2,7 +2,7 @@
 
 import { AXES, type Axis } from '../../../app/api/types';
 import { nameOf } from '../../../app/fields/fields.svelte';
-import { fromAddress, load, save, setAddress } from '../../../app/storage';
+import { fromAddress, listOf, load, save, setAddress } from '../../../app/storage';
 import { app } from '../../../app/store.svelte';
 import { Ring } from '../../../app/stream/ring';
 import type { Pointer } from '../../../plot/chart-pointer';
@@ -256,7 +256,7 @@ function keptStatistic(): Statistic {
 
 function keptScopes(): readonly ScopeId[] {
   const address = fromAddress('scopes')?.split(',');
-  const wanted: readonly string[] = address ?? load<string[]>('scopes', [...DEFAULT_SCOPES]);
+  const wanted: readonly string[] = address ?? load('scopes', DEFAULT_SCOPES, listOf(''));
   const known = SCOPES.map((scope) => scope.id).filter((id) => wanted.includes(id));
   return known.length > 0 ? known : DEFAULT_SCOPES;
 }

@@ -6,7 +6,7 @@ import { errorText } from '../../../app/error-text';
 import { JobStore } from '../../../app/jobs/job-store.svelte';
 import { LatestWins } from '../../../app/latest-wins';
 import { messages } from '../../../app/messages.svelte';
-import { fromAddress, load, save, setAddress } from '../../../app/storage';
+import { fromAddress, load, recordOf, save, setAddress } from '../../../app/storage';
 import { app } from '../../../app/store.svelte';
 import { numberIn, refusals, type Numbers } from '../quantity-fields';
 import { changesFrom, FIELDS, type Accuracy, type Design } from './geometry-fields';
@@ -26,7 +26,9 @@ type Shown = MapTables & { preview: boolean };
 
 class Maps {
   readonly job = new JobStore(app.api, 'map');
-  geometry = $state.raw<Numbers>(load<{ set: Numbers }>(KEPT, { set: {} }).set);
+  geometry = $state.raw<Numbers>(
+    load<{ set: Numbers }>(KEPT, { set: {} }, { set: recordOf(0) }).set,
+  );
   accuracy = $state<Accuracy>('default');
   shown = $state.raw<Shown | null>(null);
   list = $state.raw<readonly MapEntry[]>([]);

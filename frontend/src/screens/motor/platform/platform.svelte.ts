@@ -3,18 +3,24 @@
 import { ApiError, UNREACHABLE } from '../../../app/api/client';
 import type { Axis, MapEntry, PlatformDocument } from '../../../app/api/types';
 import { LatestWins } from '../../../app/latest-wins';
-import { load, save } from '../../../app/storage';
+import { load, oneOf, recordOf, save } from '../../../app/storage';
 import { app } from '../../../app/store.svelte';
 import { refusals, type Numbers } from '../quantity-fields';
-import { bodyOf, FIELDS, valueIn, type Asked, type Support } from './platform-fields';
+import { bodyOf, FIELDS, SUPPORTS, valueIn, type Asked, type Support } from './platform-fields';
 
 const KEPT = 'motor.platform';
 const INITIAL: Asked = { axis: 'y', set: {}, support: 'carriages', map: '' };
+const FORM = {
+  axis: oneOf('x', 'y'),
+  set: recordOf(0),
+  support: oneOf(...SUPPORTS),
+  map: '',
+};
 /** Time without another number before the server is asked, ms. */
 const PAUSE = 80;
 
 class Platform {
-  asked = $state.raw<Asked>({ ...INITIAL, ...load(KEPT, INITIAL) });
+  asked = $state.raw<Asked>(load(KEPT, INITIAL, FORM));
   found = $state.raw<PlatformDocument | null>(null);
   /** Maps that can pull at the platforms. */
   maps = $state.raw<readonly MapEntry[]>([]);

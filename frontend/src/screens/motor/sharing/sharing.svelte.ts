@@ -4,7 +4,7 @@ import { ApiError } from '../../../app/api/client';
 import type { MapEntry, MapFit } from '../../../app/api/types';
 import { errorText } from '../../../app/error-text';
 import { LatestWins } from '../../../app/latest-wins';
-import { load, save } from '../../../app/storage';
+import { listOf, load, oneOf, save } from '../../../app/storage';
 import { app } from '../../../app/store.svelte';
 import { refusals, type Field } from '../quantity-fields';
 import { LAWS, requests, type Asked, type Law, type Run } from './sharing-runs';
@@ -30,9 +30,18 @@ const DEFAULT: Asked = {
   overlap: 1 / 6,
 };
 
+const FORM = {
+  machines: listOf(''),
+  laws: listOf(''),
+  belief: oneOf('same', 'fit'),
+  force: 0,
+  current_limit: 0,
+  overlap: 0,
+};
+
 /** What was kept, as far as it is still known. */
 function kept(): Asked {
-  const found = load(KEPT, DEFAULT);
+  const found = load(KEPT, DEFAULT, FORM);
   const laws = LAWS.filter((law) => found.laws.includes(law));
   return { ...found, laws: laws.length > 0 ? laws : DEFAULT.laws };
 }
