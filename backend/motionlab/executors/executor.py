@@ -24,6 +24,7 @@ _FORMS = "threads, processes, processes:N, tls://HOST:PORT or tcp://127.0.0.1:PO
 _POLL = 0.1  # s between reports of progress, in which the work may be cancelled
 _PARTS = 4  # tasks for each worker, so that all end at about the same time
 _PROCESSES_MOST = 4
+_FIRST = 64  # items of the first task of this process
 
 TaskT = TypeVar("TaskT")
 ResultT = TypeVar("ResultT")
@@ -90,8 +91,12 @@ class InProcess(Executor):
     threads = None
 
     def parts(self, count: int, most: int) -> list[slice]:
-        """Return as few slices as there may be."""
-        return _slices(count, most)
+        """Return slices of growing size: the first results come early, and few are small."""
+        found, size, first = [], min(_FIRST, most), 0
+        while first < count:
+            found.append(slice(first, min(first + size, count)))
+            first, size = found[-1].stop, min(2 * size, most)
+        return found
 
     def map(
         self,
