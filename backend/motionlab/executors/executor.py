@@ -133,6 +133,9 @@ class Pool(Executor):
     def result(self, future: Any) -> Any:
         """Return the result of a future that is done; TimeoutError if it has been lost since."""
 
+    def check(self) -> None:
+        """Raise WorkerLost if no result can come any more; called while results are awaited."""
+
     @abstractmethod
     def abandon(self, futures: Sequence[Any]) -> None:
         """Cancel unfinished tasks and drop the others."""
@@ -159,6 +162,7 @@ class Pool(Executor):
             while following < len(tasks):
                 if progress is not None:
                     progress(arrived / len(tasks))
+                self.check()
                 try:
                     index = done.get(timeout=_POLL)
                 except queue.Empty:
