@@ -20,7 +20,8 @@ import {
   type Table,
 } from './drawn-path';
 import { readChecked, type Checked } from './feasibility';
-import { converted, shape, type Shape } from './shapes';
+import { polygon } from './geometry';
+import { shape, type Shape } from './shapes';
 import { History } from './undo-history';
 
 export type Tool = 'edit' | 'add' | 'move';
@@ -71,6 +72,15 @@ export class Editor {
   /** Whether what the server found is of the path as it stands. */
   readonly fresh = $derived(this.checkedOf === this.table);
 
+  /** The curve of the path: a smooth one as the server last answered. */
+  readonly outline = $derived.by(() => {
+    if (this.path?.geometry !== 'spline') return this.path && polygon(this.path);
+    return this.refused === '' ? (this.found?.outline ?? null) : null;
+  });
+
+  /** The figure as a path whose points can be dragged. */
+  readonly convertible = $derived(this.fresh ? (this.found?.drawn ?? null) : null);
+
   readonly feasible = $derived(this.fresh && this.refused === '' && this.found?.feasible === true);
 
   /** Replaces the trajectory; changes of one named gesture in quick succession are undone as one. */
@@ -112,8 +122,7 @@ export class Editor {
 
   /** Makes an editable path of a figure. */
   convert(): void {
-    const path = converted(this.table);
-    if (path) this.edit(path);
+    if (this.convertible) this.set(this.convertible);
   }
 
   setStep(step: number): void {
