@@ -4,7 +4,7 @@ import { ApiError } from '../../app/api/client';
 import { equal } from '../../app/api/scenario-paths';
 import type { Changes, ProblemField, Trajectory } from '../../app/api/types';
 import { fieldErrorsText, errorText } from '../../app/error-text';
-import { LatestWins, Turns } from '../../app/latest-wins';
+import { LatestWins } from '../../app/latest-wins';
 import { messages } from '../../app/messages.svelte';
 import { GIVEN_PATH, type GivenPath } from '../../app/session/kept-sessions';
 import { load, nullOr, save } from '../../app/storage';
@@ -32,9 +32,6 @@ const LONGEST = { moving: 10, resting: 120 };
 /** Bins of the profiles: about one for each pixel of their width. */
 const POINTS = 400;
 
-/** Checks on their way at once: the server is at one while the other is read and drawn. */
-const CHECKS = 2;
-
 export class Editor {
   table = $state.raw<Table>(keptTable(load('path', null)) ?? asTable(shape('rhombus')));
   selected = $state<number | null>(null);
@@ -58,8 +55,7 @@ export class Editor {
   problem = $state('');
   private moving = false;
   private readonly history = new History<Table>();
-  private readonly checks = new LatestWins<Table>((table) => this.check(table), CHECKS);
-  private readonly turns = new Turns();
+  private readonly checks = new LatestWins<Table>((table) => this.check(table));
 
   readonly path = $derived(asPath(this.table));
 
@@ -190,30 +186,28 @@ export class Editor {
   }
 
   private async check(table: Table): Promise<void> {
-    const turn = this.turns.next();
     const lacking = lacks(asPath(table));
     if (lacking !== '') {
-      this.show(turn, table, null, lacking);
+      this.show(table, null, lacking);
       return;
     }
     try {
       const found = readChecked(await app.api.check(this.request(table)));
-      if (!this.show(turn, table, found, '') || !found.feasible) return;
+      this.show(table, found, '');
+      if (!found.feasible) return;
       this.lastFeasible = table;
       if (!this.moving || found.duration <= LONGEST.moving) this.simulate(table);
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
-      this.show(turn, table, this.found, errorText(error));
+      this.show(table, this.found, errorText(error));
     }
   }
 
-  /** Takes what was found of a table, unless what a later check found is shown already. */
-  private show(turn: number, table: Table, found: Checked | null, refused: string): boolean {
-    if (!this.turns.take(turn)) return false;
+  /** Takes what was found of a table. */
+  private show(table: Table, found: Checked | null, refused: string): void {
     this.found = found;
     this.checkedOf = table;
     this.refused = refused;
-    return true;
   }
 
   /** Asks what A and B make of the path. */
