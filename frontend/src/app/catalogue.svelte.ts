@@ -1,7 +1,7 @@
 /** Shipped scenarios and parts of scenarios. */
 
 import type { Api } from './api/client';
-import type { JobKind, Parts, Scenario, ScenarioEntry, Value } from './api/types';
+import type { Parts, Scenario, ScenarioEntry, StudyKind, Value } from './api/types';
 import { served } from './fields/fields.svelte';
 
 export class Catalogue {
@@ -23,10 +23,10 @@ export class Catalogue {
   }
 
   /** Loads the fields of studies' requests, unless they are there. */
-  async loadRequests(kinds: readonly JobKind[]): Promise<void> {
+  async loadRequests(kinds: readonly StudyKind[]): Promise<void> {
     const unknown = kinds.filter((kind) => !(kind in served.requests));
     if (unknown.length === 0) return;
-    const load = async (kind: JobKind) => [kind, await this.api.requestFields(kind)] as const;
+    const load = async (kind: StudyKind) => [kind, await this.api.requestFields(kind)] as const;
     const found = Object.fromEntries(await Promise.all(unknown.map(load)));
     served.requests = { ...served.requests, ...found };
   }

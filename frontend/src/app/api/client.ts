@@ -10,6 +10,7 @@ import type {
   Problem,
   ReportOf,
   SessionInfo,
+  StudyKind,
   Trajectory,
 } from './types';
 
@@ -65,7 +66,7 @@ export class Api {
   scenarios = () => this.json('get', '/scenarios', {});
   scenario = (name: string) => this.json('get', '/scenarios/{name}', { path: { name } });
   fields = () => this.json('get', '/fields', {});
-  requestFields = (kind: JobKind) => this.json('get', '/fields/{kind}', { path: { kind } });
+  requestFields = (kind: StudyKind) => this.json('get', '/fields/{kind}', { path: { kind } });
   parts = () => this.json('get', '/parts', {});
   paper = () => this.json('get', '/paper', {});
   parse = (toml: string) => this.json('post', '/scenarios/parse', { body: toml });

@@ -41,6 +41,8 @@ export type Loops = Schemas['LoopDocument'];
 
 export type JobSummary = Schemas['JobSummary'];
 export type JobKind = JobSummary['kind'];
+/** Kinds of studies whose requests have fields; some are answered at once. */
+export type StudyKind = JobKind | 'design' | 'platform' | 'sharing';
 export type JobReport =
   paths['/api/v1/jobs/{job_id}']['get']['responses']['200']['content']['application/json'];
 /** Report of a job of one kind. */

@@ -1,6 +1,6 @@
 import { expect, it } from 'vitest';
 import type { Loops, Scenario } from '../../../app/api/types';
-import { gainLimits, snapshot, switchNotch, toChange } from './gains';
+import { gainLimits, scaleOf, snapshot, switchNotch, toChange } from './gains';
 
 const controller = {
   x: { k_p: 1, k_d: 2, notch: { frequency: 250, damping: 0.5, gain: 0.2 } },
@@ -68,4 +68,9 @@ it('reads the limits that there are', () => {
     variants: { A: { axes: { x: loop }, note: null }, B: { axes: {}, note: 'no linearisation' } },
   };
   expect(gainLimits(answer)).toEqual({ 'variants.A.controller.x.k_p': 3.3e6 });
+});
+
+it('slides over the range that the server gives', () => {
+  const path = 'variants.B.controller.x.k_p';
+  expect(scaleOf(path)).toEqual({ least: 1e4, most: 1e7 });
 });

@@ -2,18 +2,19 @@
 
 import { ApiError, UNREACHABLE } from '../../../app/api/client';
 import type { Axis, MapEntry, PlatformDocument } from '../../../app/api/types';
+import { choicesOf, served } from '../../../app/fields/fields.svelte';
 import { LatestWins } from '../../../app/latest-wins';
 import { load, oneOf, recordOf, save } from '../../../app/storage';
 import { app } from '../../../app/store.svelte';
 import { refusals, type Numbers } from '../quantity-fields';
-import { bodyOf, FIELDS, SUPPORTS, valueIn, type Asked, type Support } from './platform-fields';
+import { bodyOf, platformFields, valueIn, type Asked } from './platform-fields';
 
 const KEPT = 'motor.platform';
 const INITIAL: Asked = { axis: 'y', set: {}, support: 'carriages', map: '' };
 const FORM = {
   axis: oneOf('x', 'y'),
   set: recordOf(0),
-  support: oneOf(...SUPPORTS),
+  support: oneOf(...choicesOf('new.support', served.requests.platform).map(({ value }) => value)),
   map: '',
 };
 /** Time without another number before the server is asked, ms. */
@@ -62,7 +63,7 @@ class Platform {
     this.ask({ axis, set: {} });
   }
 
-  hold(support: Support): void {
+  hold(support: string): void {
     this.ask({ support });
   }
 
@@ -89,7 +90,7 @@ class Platform {
       const { errors, detail } = error.problem;
       this.problems =
         errors.length > 0 && error.status !== UNREACHABLE
-          ? refusals(errors, FIELDS, this.last)
+          ? refusals(errors, platformFields(), this.last)
           : { '': detail };
     }
   }
