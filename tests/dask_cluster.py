@@ -19,9 +19,10 @@ _PATIENCE = 60.0  # s
 
 
 class Lab(NamedTuple):
-    """What runs: its address and the processes of its workers."""
+    """What runs: its address and the processes of scheduler and workers."""
 
     address: str
+    scheduler: subprocess.Popen[str]
     workers: list[subprocess.Popen[str]]
 
 
@@ -77,7 +78,7 @@ def cluster(
                 *options,
                 ready="Starting established|Registered to",
             )
-        yield Lab(address, began[1:])
+        yield Lab(address, began[0], began[1:])
     finally:
         for process in reversed(began):
             process.kill()

@@ -1,3 +1,7 @@
 // A classic script: the page runs it before it paints.
-const theme = localStorage.getItem('motionlab.theme');
-if (theme === 'light' || theme === 'dark') document.documentElement.dataset.theme = theme;
+try {
+  const theme = localStorage.getItem('motionlab.theme');
+  if (theme === 'light' || theme === 'dark') document.documentElement.dataset.theme = theme;
+} catch {
+  // Storage is forbidden: the system's theme stays.
+}

@@ -13,7 +13,15 @@ declare function SwaggerUIBundle(options: {
   validatorUrl: null;
 }): unknown;
 
-const theme = localStorage.getItem('motionlab.theme');
+function chosenTheme(): string | null {
+  try {
+    return localStorage.getItem('motionlab.theme');
+  } catch {
+    return null; // Storage is forbidden.
+  }
+}
+
+const theme = chosenTheme();
 const dark = theme ? theme === 'dark' : matchMedia('(prefers-color-scheme: dark)').matches;
 document.documentElement.classList.toggle('dark-mode', dark);
 

@@ -28,6 +28,7 @@ _JSON = {"Content-Type": "application/json"}
 _LAWS = ("minimum_jerk", "trapezoid", "jerk_limited", "constant_speed")
 # Corners at constant speed are infeasible wherever they are.
 _CASES = [("polyline", law) for law in _LAWS[:-1]] + [("spline", law) for law in _LAWS]
+_CURVE = 50  # ms
 _JERK = 20.0  # m/s^3
 _SHORT = 3.0  # s, the simulated time that the target for A and B is stated for
 
@@ -109,7 +110,7 @@ def _open(page: Page, server: Server, table: dict[str, Any]) -> None:
 def _drag(page: Page, what: str) -> Iterator[Row]:
     """Count animation frames, and answers that the profiles show, while a point moves."""
     page.evaluate(_DRAG_START)
-    frames, answers, drawn, seconds = page.evaluate(_DRAG, _MOVES)
+    frames, answers, drawn, seconds, waits = page.evaluate(_DRAG, _MOVES)
     yield Row(
         f"drag among {_POINTS}, {what}: frames",
         ">= 59 /s",
@@ -123,6 +124,14 @@ def _drag(page: Page, what: str) -> Iterator[Row]:
         f"{drawn / seconds:.1f} /s",
         f"answered: {answers / seconds:.1f} /s",
         met=drawn / seconds >= _FRAMES,
+    )
+    typical, slow = statistics.median(waits), _p95(waits)
+    yield Row(
+        "  from the hand to its curve",
+        "<= 50 ms",
+        f"{typical:.0f} ms",
+        f"p95 {slow:.0f} ms",
+        met=typical <= _CURVE,
     )
 
 
@@ -149,22 +158,26 @@ _DRAG_START = """() => {
     bubbles: true, button: 0, pointerId: 1, pointerType: 'mouse',
     clientX: box.x + px, clientY: box.y + py }));
   plane.setPointerCapture = plane.releasePointerCapture = () => {};
-  const scale = Math.min((x - 56) / 0.1785, (y - 34) / 0.3045);
-  window.grip = [(x + 24) / 2 + 0.055 * scale, (y - 10) / 2];
+  const scale = Math.min((x - 72) / 0.1785, (y - 26) / 0.3045);
+  window.grip = [(x + 44) / 2 + 0.055 * scale, (y - 14) / 2];
 }"""
 
 _DRAG = """moves => new Promise(done => {
   // A check is drawn when the profiles are, for the first time since its answer was read.
-  let [answers, drawn, waits] = [0, 0, false];
+  let [answers, drawn, waits] = [0, 0, 0];
+  // When the point went where the answer that is shown next has it.
+  let moved = 0;
+  const taken = [];
   const fetched = window.fetch;
   window.fetch = async (...given) => {
+    const at = moved;
     const response = await fetched(...given);
     if (String(given[0]).endsWith('/trajectories/check')) {
       const read = response.arrayBuffer.bind(response);
       response.arrayBuffer = async () => {
         const buffer = await read();
         answers += 1;
-        waits = true;
+        waits = at;
         return buffer;
       };
     }
@@ -175,7 +188,8 @@ _DRAG = """moves => new Promise(done => {
   CanvasRenderingContext2D.prototype.clearRect = function (...given) {
     if (this.canvas === profiles && waits) {
       drawn += 1;
-      waits = false;
+      taken.push(performance.now() - waits);
+      waits = 0;
     }
     return clearRect.apply(this, given);
   };
@@ -184,11 +198,14 @@ _DRAG = """moves => new Promise(done => {
   let i = 0;
   const step = () => {
     i += 1;
+    moved = performance.now();
     send('pointermove', grip[0] - (i % 40), grip[1] + (i % 23));
     if (i < moves) requestAnimationFrame(step);
     else {
       send('pointerup', ...grip);
-      done([i, answers, drawn, (performance.now() - begin) / 1e3]);
+      window.fetch = fetched;
+      CanvasRenderingContext2D.prototype.clearRect = clearRect;
+      done([i, answers, drawn, (performance.now() - begin) / 1e3, taken]);
     }
   };
   requestAnimationFrame(step);

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import stat
 import subprocess
@@ -55,6 +56,36 @@ def test_a_closed_stdout_is_told() -> None:
     done = shell(f"motionlab run circle --set '{SHORT}' >&-")
     assert done.returncode == 1
     assert "stdout is closed" in done.stderr
+
+
+SWEEP = f"motionlab sweep circle --set '{SHORT}' --grid plant.x.mass=5:6:2 --json"
+
+
+@pytest.mark.parametrize("stderr", ["2>&-", "2>/dev/full", "2> >(true)"])
+def test_no_stderr_ends_a_study(stderr: str) -> None:
+    done = shell(f"sleep 0.1; {SWEEP} {stderr}" if ">(" in stderr else f"{SWEEP} {stderr}")
+    assert done.returncode == 0
+    assert json.loads(done.stdout)["cases"] == 2  # and nothing else on stdout
+
+
+def test_a_refusal_keeps_its_code_without_stderr() -> None:
+    for stderr in ("2>&-", "2>/dev/full"):
+        done = shell(f"motionlab run circle --set seed=-1 {stderr}")
+        assert (done.returncode, done.stdout) == (2, "")
+
+
+def test_another_broken_pipe_than_that_of_stdout_is_a_failure() -> None:
+    broken = (
+        "import motionlab.cli.study as study; from motionlab.cli import main\n"
+        "def share_done(_): raise BrokenPipeError(32, 'Broken pipe')\n"
+        "study.share_done = share_done\n"
+        f"raise SystemExit(main(['sweep', 'circle', '--set', '{SHORT}', '--grid', 'seed=1,2']))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", broken], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 1
+    assert "Broken pipe" in done.stderr
 
 
 def test_a_letter_that_the_terminal_lacks_stops_nothing() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import typing
 from collections.abc import Iterator
 from typing import Any
 
@@ -81,3 +82,43 @@ def test_requests_have_the_defaults_of_their_models() -> None:
         example=2.0,
     )
     assert fields_of(BY_KIND["identify"].request_model)["presliding.share"].default == 0.5
+
+
+def test_sliders_symbols_and_switches() -> None:
+    controller = "variants.*.controller"
+    gain = FIELDS[f"{controller}.x.k_d"]
+    assert gain.usual == (1e2, 1e5)
+    notch = FIELDS[f"{controller}.y.notch.gain"]
+    assert (notch.default, notch.example) == (1.0, 0.1)
+    assert FIELDS[f"{controller}.x.notch.damping"].symbol == "zeta"
+    observer = FIELDS[f"{controller}.disturbance_observer.enabled"]
+    assert (observer.label, observer.symbol) == ("disturbance observer", "DOB")
+    for path in ("compensation.enabled", "feedforward", "x.notch", "compensation.law"):
+        assert FIELDS[f"{controller}.{path}"].description
+
+
+def test_every_number_of_the_motor_screen_is_shown_with_its_unit() -> None:
+    fields = {kind: fields_of(BY_KIND[kind].request_model) for kind in ("design", "map")}
+    stack = fields["design"]["dimensions.l_m"]
+    assert (stack.label, stack.symbol, stack.unit) == ("stack length", "l_m", "mm")
+    assert fields["map"]["geometry.l_m"].label == stack.label
+    for known in fields.values():
+        for path, field in known.items():
+            assert field.factor == FACTORS.get(field.unit, 1.0), path
+            assert field.unit != "m", path
+
+
+def test_choices_of_a_request_are_all_that_the_field_takes() -> None:
+    for kind, path in (
+        ("platform", "new.support"),
+        ("platform", "axis"),
+        ("map", "preset"),
+        ("design", "preset"),
+    ):
+        model: Any = BY_KIND[kind].request_model
+        *tables, name = path.split(".")
+        for table in tables:
+            model = model.model_fields[table].annotation
+        choices = fields_of(BY_KIND[kind].request_model)[path].choices or []
+        values = typing.get_args(model.model_fields[name].annotation)
+        assert [each.value for each in choices] == list(values), path

@@ -11,11 +11,11 @@ from motionlab.design.fem.cell import Cell
 from motionlab.design.fem.circuit import circuit
 from motionlab.design.fem.compute import compute
 from motionlab.design.fem.field import FieldModel
-from motionlab.design.fem.force_map import ForceMap
 from motionlab.design.fem.geometry import Geometry
 from motionlab.design.fem.mesh import Columns, Resolution, mover, stator
 from motionlab.design.fem.steel import MU_0, m19
 from motionlab.design.fem.trust import uncertainty
+from motionlab.store.maps import map_in
 from tests.design.carter import carter
 
 GEOMETRY = Geometry()
@@ -171,7 +171,7 @@ def test_the_splines_thrust_is_the_stress_tensors(small_map):
 
 @pytest.mark.parametrize("name", ["new-design", "previous-design"])
 def test_thrust_of_a_shipped_map_is_the_stress_tensors(name):
-    shipped = ForceMap.read(config_root() / "maps" / f"{name}.json")
+    shipped = map_in(config_root() / "maps" / f"{name}.json", name)
     d = shipped.document
     x, i = np.array(d.positions)[:, None], np.array(d.currents)[None, :]
     off = shipped.thrust(x, i) - d.thrust

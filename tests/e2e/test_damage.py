@@ -41,6 +41,60 @@ def test_the_page_opens_over_damaged_storage(page: Page, refusals: list[str], ke
     expect(region(page, "Path")).to_be_visible()
 
 
+SCREENS = {
+    "Lab": "Metrics",
+    "Trajectories": "Path",
+    "Identify": "Experiment",
+    "Tune": "Search",
+    "Sweep": "Swept fields",
+    "Motor": "Numbers",
+    "Paper": "Filter",
+}
+"""A panel of each screen."""
+
+ITEMS: dict[str, dict[str, object]] = {
+    "number": {"sweep": {"source": "", "combine": "grid", "fields": [5]}},
+    "null": {"sweep": {"source": "", "combine": "grid", "fields": [None]}},
+    "keys": {"sweep": {"source": "", "combine": "grid", "fields": [{"path": 5}]}},
+    "forms": {
+        "tune": {"k_p": 5, "limits": None, "plants": [None]},
+        "identify": {"rates": [None], "speeds": "many"},
+        "motor.sizing": {"preset": "paper", "set": {"requirements.x.force": None}},
+        "motor.platform": {"axis": "z", "set": 5, "support": "", "map": None},
+        "motor.sharing": {"machines": [None], "laws": 5},
+        "montecarlo.spec": {"x": "5"},
+        "scopes": [None],
+        "path-saved": {"name": 5},
+    },
+}
+
+
+@pytest.mark.parametrize("key", ITEMS)
+def test_each_screen_opens_over_damaged_items(page: Page, key: str) -> None:
+    entries = {f"motionlab.{name}": json.dumps(value) for name, value in ITEMS[key].items()}
+    page.evaluate("entries => Object.assign(localStorage, entries)", entries)
+    page.reload()
+    visit(page)
+
+
+def test_each_screen_opens_without_storage(page: Page) -> None:
+    page.add_init_script(
+        "Object.defineProperty(window, 'localStorage', { get() { throw new Error('forbidden') } })"
+    )
+    page.reload()
+    visit(page)
+    dark = page.evaluate("matchMedia('(prefers-color-scheme: dark)').matches")
+    page.get_by_role("button", name="Light theme" if dark else "Dark theme").click()
+    expect(page.locator("html")).to_have_attribute("data-theme", "light" if dark else "dark")
+
+
+def visit(page: Page) -> None:
+    """Open every screen."""
+    for link, panel in SCREENS.items():
+        page.get_by_role("link", name=link, exact=True).click()
+        expect(region(page, panel)).to_be_visible()
+
+
 def test_the_same_refusal_of_both_axes_is_shown_once(page: Page, refusals: list[str]) -> None:
     refusals += ["422"]
     for axis in "xy":

@@ -32,14 +32,14 @@ def tab(page: Page, name: str) -> None:
 
 
 def test_results_follow_the_numbers_while_they_are_typed(motor: Page) -> None:
-    field(motor, "Teeth per limb").fill("4")
+    field(motor, "teeth per limb").fill("4")
     expect(result(motor, "mover width")).to_contain_text("54 mm")
     motor.reload()
     expect(result(motor, "mover width")).to_contain_text("54 mm", timeout=LONG)
     button(motor, "Reset 1")
     expect(result(motor, "mover width")).to_contain_text("39.6 mm")
-    field(motor, "Thrust, N").press("ArrowUp")
-    expect(field(motor, "Thrust, N")).to_have_value("32.32")
+    field(motor, "thrust, N").press("ArrowUp")
+    expect(field(motor, "thrust, N")).to_have_value("32.32")
 
 
 def test_printed_stands_beside_corrected(motor: Page) -> None:
@@ -50,24 +50,24 @@ def test_printed_stands_beside_corrected(motor: Page) -> None:
 
 
 def test_dimensions_that_were_found_are_rated(motor: Page) -> None:
-    field(motor, "Thrust, N").fill("50")
+    field(motor, "thrust, N").fill("50")
     expect(result(motor, "stack length")).to_contain_text("66.09 mm")
     button(motor, "Rate them →")
     expect(result(motor, "thrust capacity")).to_contain_text("50 N")
-    expect(field(motor, "Stack length, mm")).to_have_value("66.0934")
+    expect(field(motor, "stack length, mm")).to_have_value("66.0934")
     motor.reload()
     expect(result(motor, "thrust capacity")).to_contain_text("50 N", timeout=LONG)
 
 
 def test_bad_geometry_is_named_at_its_field(motor: Page, refusals: list[str]) -> None:
     refusals.append("422")
-    tooth = field(motor, "Tooth, mm")
+    tooth = field(motor, "tooth, mm")
     tooth.fill("8")
     problem = region(motor, "Numbers").get_by_role("alert")
     expect(problem).to_contain_text("leaves no slot beside a tooth p = 0.008 m")
     expect(tooth).to_have_attribute("aria-invalid", "true")
-    motor.get_by_role("button", name="Tooth: back to the preset").click()
-    gap = field(motor, "Air gap, mm")
+    motor.get_by_role("button", name="tooth: back to the preset").click()
+    gap = field(motor, "air gap, mm")
     gap.fill("0")
     expect(problem).to_have_text("Is out of range: 0 mm. Allowed: 0.001 to 10 mm.")
     gap.fill("0.3")
@@ -75,8 +75,8 @@ def test_bad_geometry_is_named_at_its_field(motor: Page, refusals: list[str]) ->
 
 
 def test_the_previous_design_says_what_is_not_known_of_it(motor: Page) -> None:
-    tab(motor, "Previous")
-    expect(field(motor, "Pole pitch, mm")).to_have_value("9")
+    tab(motor, "previous")
+    expect(field(motor, "pole pitch, mm")).to_have_value("9")
     tab(motor, "Dimensions → limits")
     button(motor, "Take those of the paper's example")
     expect(result(motor, "acceleration")).to_contain_text("7.305 m/s²")
@@ -89,10 +89,10 @@ def test_the_preview_follows_the_geometry(motor: Page, refusals: list[str]) -> N
     ours = peaks.get_by_role("row", name="this preview")
     expect(ours).to_contain_text(re.compile(r"4[3-7]\.\d"), timeout=LONG)
     expect(peaks.get_by_role("row", name="paper, measured")).to_contain_text("38.4")
-    field(motor, "Air gap, mm").fill("0.5")
+    field(motor, "air gap, mm").fill("0.5")
     expect(peaks).to_contain_text("The paper prints no peaks for this geometry.", timeout=LONG)
     expect(ours).to_contain_text(re.compile(r"[23]\d\.\d"))
-    field(motor, "Tooth, mm").fill("7.2")
+    field(motor, "tooth, mm").fill("7.2")
     expect(region(motor, "Geometry").get_by_role("alert")).to_contain_text("eeth overlap")
     expect(motor.get_by_role("button", name="Compute")).to_be_disabled()
 
@@ -111,8 +111,8 @@ def test_a_preview_that_was_refused_is_asked_for_again(motor: Page, refusals: li
 
 def test_a_map_is_computed_kept_opened_and_deleted(motor: Page) -> None:
     tab(motor, "Force maps")
-    tab(motor, "Preview")
-    field(motor, "Air gap, mm").fill("0.4")
+    tab(motor, "preview")
+    field(motor, "air gap, mm").fill("0.4")
     button(motor, "Compute")
     stored = region(motor, "Stored maps").get_by_role("listitem").filter(has_text="g 400 µm")
     expect(stored).to_have_count(1, timeout=LONG)
@@ -121,14 +121,14 @@ def test_a_map_is_computed_kept_opened_and_deleted(motor: Page) -> None:
     motor.reload()
     row = region(motor, "Peaks").get_by_role("row", name=re.compile("this preview"))
     expect(row).to_be_visible(timeout=LONG)
-    expect(field(motor, "Air gap, mm")).to_have_value("0.4")
+    expect(field(motor, "air gap, mm")).to_have_value("0.4")
     stored.get_by_role("button", name=re.compile("Delete")).click()
     expect(stored).to_have_count(0)
 
 
 def test_a_map_that_runs_is_found_after_a_reload_and_cancelled(motor: Page) -> None:
     tab(motor, "Force maps")
-    field(motor, "Stack length, mm").fill("43")
+    field(motor, "stack length, mm").fill("43")
     button(motor, "Compute")
     progress = motor.get_by_role("progressbar", name="Force map, share done")
     expect(progress).to_be_visible(timeout=LONG)
@@ -147,7 +147,7 @@ def test_the_field_is_drawn_where_one_looks(motor: Page) -> None:
     motor.keyboard.press("Enter")
     section = region(motor, "Force map")
     expect(section).to_contain_text("flux linkage", timeout=LONG)
-    expect(field(motor, "Current, A")).to_have_value("5")
+    expect(field(motor, "current, A")).to_have_value("5")
     button(motor, "Table of Flux density")
     expect(motor.get_by_role("region", name="Flux density as numbers")).to_contain_text("|B|")
 
@@ -180,10 +180,10 @@ def test_currents_and_loss_change_with_the_law(motor: Page, refusals: list[str])
     currents = motor.get_by_role("region", name="cubic as numbers")
     expect(currents.get_by_role("cell").first).to_be_visible()
     before = currents.inner_text()
-    field(motor, "Force, N").fill("10")
+    field(motor, "force, N").fill("10")
     expect(compared(motor, "mean force")).to_contain_text("10", timeout=LONG)
     expect(currents).not_to_have_text(before, use_inner_text=True)
-    field(motor, "Current limit, A").fill("11")
+    field(motor, "current limit, A").fill("11")
     expect(region(motor, "Command and laws").get_by_role("alert")).to_contain_text("≤ 10 A")
 
 

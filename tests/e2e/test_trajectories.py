@@ -133,6 +133,16 @@ def test_everything_is_undone_and_done_again(paths: Page) -> None:
     expect(paths.get_by_role("textbox", name="laps", exact=True)).to_have_value("3")
 
 
+def test_a_click_on_the_smooth_curve_adds_a_point_there(paths: Page) -> None:
+    expect(limits(paths)).to_contain_text("170 mm in", timeout=LONG)
+    paths.get_by_role("radio", name="Smooth").click()
+    # The curve comes with the answer that has its length.
+    expect(limits(paths)).not_to_contain_text("170 mm in", timeout=LONG)
+    # By symmetry the curve crosses the diagonal at the radius of the spline, 8 mm off the chord.
+    click(paths, 0.021, 0.021)
+    shows(paths, [RHOMBUS[0], ("21", "21"), *RHOMBUS[1:]])
+
+
 def test_points_are_reached_and_moved_by_keys(paths: Page) -> None:
     plane = paths.get_by_role("application")
     plane.focus()

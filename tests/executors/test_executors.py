@@ -5,8 +5,11 @@ from __future__ import annotations
 import contextlib
 import json
 import shutil
+import signal
+import socket
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -223,11 +226,51 @@ def test_no_scheduler_and_no_workers_are_told(
 ) -> None:
     needs_dask()
     monkeypatch.setattr("motionlab.executors.cluster._SECONDS", 1.0)
-    with executing("tcp://127.0.0.1:1"), pytest.raises(WorkerLost, match="no scheduler answers"):
+    with (
+        executing("tcp://127.0.0.1:1"),
+        pytest.raises(WorkerLost, match="no Dask scheduler answers"),
+    ):
         list(current().map(slow, [1]))
     with cluster(0, folder=tmp_path) as lab, executing(lab.address):
         with pytest.raises(WorkerLost, match="has no workers"):
             list(current().map(slow, [1]))
+
+
+@pytest.mark.parametrize("says", [b"", b"HTTP/1.1 400 Bad Request\r\n\r\n"])
+def test_a_port_without_dask_is_told(says: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+    needs_dask()
+    monkeypatch.setattr("motionlab.executors.cluster._SECONDS", 1.0)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        threading.Thread(target=_greet, args=(server, says), daemon=True).start()
+        address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
+        with executing(address), pytest.raises(WorkerLost, match="no Dask scheduler answers"):
+            list(current().map(slow, [1]))
+
+
+def _greet(server: socket.socket, says: bytes) -> None:
+    with contextlib.suppress(OSError):
+        connection, _ = server.accept()
+        connection.sendall(says)
+        time.sleep(PATIENCE)
+
+
+@pytest.mark.parametrize("lost", ["workers", "scheduler stopped", "scheduler killed"])
+def test_a_study_ends_without_workers_or_scheduler(
+    lost: str, own: Lab, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("motionlab.executors.cluster._LOST_SECONDS", 3.0)
+
+    def lose(share: float) -> None:
+        if share > 0.0 and not gone:
+            gone.extend(own.workers if lost == "workers" else [own.scheduler])
+            for process in gone:
+                process.send_signal(signal.SIGSTOP if lost.endswith("stopped") else signal.SIGKILL)
+
+    gone: list[subprocess.Popen[str]] = []
+    said = "has no workers any more" if lost == "workers" else "does not answer|was lost"
+    with pytest.raises(WorkerLost, match=said), executing(own.address):
+        list(current().map(slow, range(200), lose))
+    assert capfd.readouterr().err == ""
 
 
 def test_commands_and_jobs_are_computed_there(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import importlib.util
 import io
+import json
 import os
 import re
 import shlex
@@ -20,6 +21,9 @@ import httpx
 import pytest
 
 from motionlab.cli import main
+from motionlab.config.load import load_scenario
+from motionlab.config.timing import to_ticks
+from motionlab.simulation.inputs import load_force
 from tests.paths import ROOT
 from tests.project.printed_output import same_text
 from tests.service.openapi import Contract
@@ -187,9 +191,10 @@ def in_this_process(text: str, folder: Path, _: Server) -> subprocess.CompletedP
     return subprocess.CompletedProcess(text, code, printed.getvalue(), said.getvalue())
 
 
-def scenario_of(page: str) -> str:
-    """Return the scenario that a page shows as TOML."""
+def scenario_of(page: str, name: str = "") -> str:
+    """Return the TOML of a page that follows a file name in parentheses, or its first."""
     text = next(path for path in PAGES if path.name == page).read_text()
+    text = text[max(text.find(f"{name}`)"), 0) :] if name else text
     return next(body for kind, body in FENCE.findall(text) if kind == "toml")
 
 
@@ -199,7 +204,7 @@ def test_it_runs_as_written(command: Command, tmp_path: Path, server: Server) ->
         if program in command.text:
             need(program)
     for name in re.findall(r"(?<= )[\w-]+\.toml", command.text):
-        (tmp_path / name).write_text(scenario_of(command.page))
+        (tmp_path / name).write_text(scenario_of(command.page, name))
     run = in_this_process if PLAIN.fullmatch(command.text) else bash
     done = run(command.text, tmp_path, server)
     expected = next(
@@ -303,6 +308,25 @@ def test_the_decoder_of_the_page_decodes(server: Server) -> None:
     lowest, highest = names["curves"]["B.x.following_error"]
     assert len(lowest) == len(highest) == names["count"]
     assert 2e-6 < float(highest.max()) < 3e-6
+
+
+def test_the_load_and_the_schedule_of_the_page(tmp_path: Path) -> None:
+    """The file with a load has the forces that its comments state; the schedule switches B."""
+    blocks = [body for _, body in FENCE.findall((ROOT / "docs" / "scenarios.md").read_text())]
+    loaded, switched = (tmp_path / "loaded.toml", tmp_path / "switched.toml")
+    loaded.write_text(next(body for body in blocks if "[load]" in body))
+    switched.write_text(next(body for body in blocks if "[[schedule]]" in body))
+    load = load_scenario(loaded).load
+    force = load_force(load, to_ticks(6.0))
+    at = {time: force[to_ticks(time)].tolist() for time in (0.0, 4.0, 5.0)}
+    assert at == {0.0: [1.5, 0.0], 4.0: [3.5, -1.0], 5.0: [1.5, -1.0]}
+    assert load.noise == 0.05
+    done = bash("motionlab run switched.toml --json", tmp_path)
+    before, after = (
+        segment["variants"]["B"]["axes"]["x"]["max_abs_following_error"]
+        for segment in json.loads(done.stdout)["segments"]
+    )
+    assert after < before / 4
 
 
 def test_the_path_of_the_page_can_be_followed(tmp_path: Path) -> None:

@@ -42,12 +42,15 @@ def check(
     head = json.loads(answer.content[8 : 8 + length])
     values = np.frombuffer(answer.content, "<f4", offset=8 + length)
     count = head["time"]["count"]
-    assert len(values) == 2 * count * len(head["columns"])
+    outline = head["outline"] or {"count": 0}
+    assert len(values) == 2 * count * len(head["columns"]) + 3 * outline["count"]
     columns = {
         f"{column['name']} {end}": values[column[end] : column[end] + count]
         for column in head["columns"]
         for end in ("minimum", "maximum")
     }
+    for name in ("x", "y", "edge") if head["outline"] else ():
+        columns[f"outline {name}"] = values[outline[name] :][: outline["count"]]
     return head, columns
 
 
@@ -60,6 +63,25 @@ def test_a_feasible_path_is_described(client: httpx.Client) -> None:
     assert head["time"]["count"] <= 200
     assert columns["x.position maximum"].max() == pytest.approx(0.03)
     assert columns["speed maximum"].max() == pytest.approx(0.08, rel=1e-2)
+
+
+def test_the_outline_of_a_smooth_path_is_what_runs(client: httpx.Client) -> None:
+    assert check(client, PATH)[0]["outline"] is None
+    head, columns = check(client, PATH | {"geometry": "spline"})
+    curve = np.column_stack([columns[f"outline {name}"] for name in "xy"])
+    assert np.hypot(*np.diff(curve, axis=0).T).sum() == pytest.approx(head["length"], rel=1e-3)
+    starts = [list(columns["outline edge"]).index(k) for k in range(4)]
+    assert curve[starts] == pytest.approx(np.array(PATH["points"]), abs=1e-8)
+
+
+def test_a_figure_is_given_as_a_path_of_points(client: httpx.Client) -> None:
+    assert check(client, PATH)[0]["drawn"] is None
+    figure = {"kind": "polygon", "vertices": PATH["points"], "frequency": 0.5, "laps": 2}
+    path = check(client, figure)[0]["drawn"]
+    assert (path["kind"], path["lap_time"], path["laps"]) == ("path", 2.0, 2)
+    assert path["points"] == PATH["points"]
+    assert check(client, path)[0]["duration"] == pytest.approx(4.0, rel=0.01)
+    assert check(client, {"kind": "dwell"})[0]["drawn"] is None
 
 
 def test_an_infeasible_path_is_described_too(client: httpx.Client) -> None:

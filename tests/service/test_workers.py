@@ -245,12 +245,12 @@ def _give_up(server: Server) -> None:
 
 _SERVED = """\
 import asyncio, sys
-from motionlab.service.memory_budget import Memory
+from motionlab.service.memory_budget import MemoryBudget
 from motionlab.service.workers.pool import Workers
 from tests.service import calls
 
 async def main():
-    workers = Workers(count=1, waiting_max=1, memory=Memory(10))
+    workers = Workers(count=1, waiting_max=1, memory=MemoryBudget(10))
     workers.start()
     pid = (await workers.run(calls.identity)).value
     print(workers.forks.pid, pid, flush=True)

@@ -60,7 +60,7 @@ def batch(
     name: str, cases: list[dict[str, Any]], *, threads: int | None = None, **tell: Any
 ) -> Batch:
     tables = load_scenario(name, SHORT if name == "circle" else {}).model_dump(mode="json")
-    return run_batch(CaseTask(tables, 0, cases, threads, {}), **tell)
+    return run_batch(CaseTask(tables, 0, cases, threads, {}, {}), **tell)
 
 
 @pytest.fixture(scope="module")
@@ -155,7 +155,7 @@ def test_what_is_wrong_with_a_case_is_named() -> None:
         batch("circle", [{}, {"plant.x.mass": -1.0}])
     with pytest.raises(ConfigError, match="needs at least one"):
         run_prepared([])
-    with pytest.raises(ConfigError, match=r"cases\.0\.trajectory: is too long"):
+    with pytest.raises(ConfigError, match=r"case 0: trajectory: is too long"):
         batch("circle", [{"trajectory.laps": 4000}])
     with pytest.raises(ConfigError, match="cannot add or remove a variant"):
         variants = load_scenario("circle").model_dump(mode="json")["variants"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -106,7 +107,7 @@ def test_a_result_names_its_maps_by_their_numbers(own_map: Path) -> None:
     shipped = named_map("new-design")
     assert record["content_hash"] == shipped.document.content_hash
     assert record["digest"] == named_map("mine").digest != shipped.digest
-    assert json.loads(metadata(prepared)["maps"].scenario) == found
+    assert json.loads(metadata(prepared.scenario)["maps"]) == found
 
 
 def test_another_file_under_a_name_is_another_map(own_map: Path) -> None:
@@ -121,6 +122,13 @@ def test_another_file_under_a_name_is_another_map(own_map: Path) -> None:
 def test_a_damaged_file_is_told(own_map: Path) -> None:
     own_map.write_text("{}")
     assert "plant.x.force_map: map 'mine' cannot be used" in refusal({"plant.force_map": "mine"})
+
+
+def test_a_pipe_or_a_link_to_itself_is_no_map(own_map: Path) -> None:
+    os.mkfifo(own_map.with_name("pipe.json"))
+    own_map.with_name("loop.json").symlink_to(own_map.with_name("loop.json"))
+    assert [entry.name for entry in map_entries() if not entry.shipped] == ["mine"]
+    assert "no force map of that name" in refusal({"plant.force_map": "pipe"})
 
 
 @pytest.mark.parametrize("value", [1e308, -1e308])

@@ -33,6 +33,12 @@ def test_a_pipe_is_no_record(tmp_path: Path) -> None:
     assert store.read("A" * 12) is None
 
 
+def test_a_link_to_itself_is_no_record(tmp_path: Path) -> None:
+    link = tmp_path / f"{'A' * 12}.jsonl"
+    link.symlink_to(link)
+    assert RecordStore(tmp_path).summaries() == []
+
+
 def test_the_oldest_go_first(tmp_path: Path) -> None:
     store = RecordStore(tmp_path, files_max=2)
     for age, letter in ((30, "C"), (20, "B"), (10, "A")):

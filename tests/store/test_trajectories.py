@@ -94,14 +94,16 @@ def test_a_folder_that_cannot_be_written_is_told(store, monkeypatch):
 
 def test_the_kind_is_read_without_the_points(store, monkeypatch):
     store.write("mine", TABLE)
-    monkeypatch.setattr(trajectories, "parse", None)
+    monkeypatch.setattr(trajectories, "parse_text", None)
     assert store.kind("mine") == "path"
 
 
 def test_a_file_is_looked_at_once_until_it_changes(store, monkeypatch):
     parsed = []
-    parse = trajectories.parse
-    monkeypatch.setattr(trajectories, "parse", lambda *a, **k: parsed.append(1) or parse(*a, **k))
+    parse = trajectories.parse_text
+    monkeypatch.setattr(
+        trajectories, "parse_text", lambda *a, **k: parsed.append(1) or parse(*a, **k)
+    )
     store.write("mine", TABLE)
     path = store._folder / "mine.toml"
     for text, kind in (('# by hand\nkind = "line"', "line"), ("damaged", ""), ("x = 1", "")):
@@ -121,6 +123,17 @@ def test_a_file_too_large_is_not_read(store):
     assert store.kind("mine") == ""
     with pytest.raises(ConfigError, match="mine: is too large"):
         store.read("mine")
+
+
+def test_a_pipe_or_a_link_to_itself_is_no_trajectory(store):
+    store.write("mine", TABLE)
+    os.mkfifo(store._folder / "pipe.toml")
+    (store._folder / "loop.toml").symlink_to(store._folder / "loop.toml")
+    for name in ("pipe", "loop"):
+        with pytest.raises(FileNotFoundError):
+            store.read(name)
+        with pytest.raises(OSError, match=r"not a file|symbolic links"):
+            store.kind(name)
 
 
 def test_an_index_is_bounded(tmp_path):

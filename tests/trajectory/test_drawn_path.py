@@ -12,7 +12,7 @@ from motionlab.config.timing import CONTROL_PERIOD as T_s
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.trajectory.motion_profile import jerk_limited, jerk_limited_ticks
 from motionlab.trajectory.reference import sample
-from motionlab.trajectory.spline import polyline, spline
+from motionlab.trajectory.spline import outline, polyline, spline
 
 ADAPTER = TypeAdapter(TrajectoryConfig)
 RHOMBUS = [[0.03, 0.0], [0.0, 0.03], [-0.03, 0.0], [0.0, -0.03]]
@@ -263,3 +263,19 @@ def test_refusals_say_why(change, message):
     table = {"kind": "path", "points": [[0, 0], [0.01, 0.0]], "v_max": 0.1, "a_max": 1.0}
     with pytest.raises(ValidationError, match=message):
         ADAPTER.validate_python(table | change)
+
+
+@pytest.mark.parametrize("closed", [False, True])
+@pytest.mark.parametrize("count", [3, 12, 700])
+def test_an_outline_lies_on_the_spline_and_names_its_edges(count, closed):
+    angles = np.arange(count) * 5.5 / count
+    corners = list(zip(0.05 * np.cos(angles), 0.03 * np.sin(2 * angles), strict=True))
+    places, edges = outline(corners, closed=closed)
+    curve = spline(corners, closed=closed)
+    fine, _, _ = curve.path(np.linspace(0.0, curve.length, 20_001))
+    away = [np.hypot(*(fine - place).T).min() for place in places]
+    assert max(away) < 0.51 * curve.length / 20_000
+    begins = np.flatnonzero(np.diff(edges, prepend=-1))
+    assert edges[begins] == pytest.approx(np.arange(count if closed else count - 1))
+    assert places[begins] == pytest.approx(np.array(corners)[: len(begins)], abs=1e-15)
+    assert places[-1] == pytest.approx(corners[0 if closed else -1])

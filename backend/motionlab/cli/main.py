@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import io
-import os
+import select
 import sys
 from collections.abc import Sequence
 
@@ -19,13 +19,14 @@ from motionlab.cli import (
     study,
 )
 from motionlab.cli.exit_codes import BAD_INPUT, DONE, FAILED
+from motionlab.cli.messages import discard, unbreakable_stderr
 from motionlab.errors import ConfigError, Infeasible, MotionLabError
 
 _COMMANDS = (run, runs, compare, replay, exchange, study, serve)
 """In the order of the help page."""
 
 
-def main(arguments: Sequence[str] | None = None) -> int:  # noqa: PLR0911 - one a failure
+def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code.
 
     Parameters
@@ -38,6 +39,11 @@ def main(arguments: Sequence[str] | None = None) -> int:  # noqa: PLR0911 - one 
     int
         0 done, 1 the run failed, 2 bad input.
     """
+    with unbreakable_stderr():
+        return _carry_out(arguments)
+
+
+def _carry_out(arguments: Sequence[str] | None) -> int:  # noqa: PLR0911 - one a failure
     if sys.stdout is None:
         return _complain("stdout is closed: there is nowhere to print a result", FAILED)
     try:
@@ -56,12 +62,10 @@ def main(arguments: Sequence[str] | None = None) -> int:  # noqa: PLR0911 - one 
         return _complain("interrupted", FAILED)
     except MemoryError as error:
         return _complain(f"not enough memory: {error}; shorten the run", FAILED)
-    except BrokenPipeError:  # the reader of stdout has exited, as in `motionlab run circle | head`
-        _discard_stdout()
-        return DONE
     except OSError as error:
-        _discard_stdout()
-        return _complain(str(error), FAILED)
+        left = isinstance(error, BrokenPipeError) and _reader_has_left()
+        discard(sys.stdout)
+        return DONE if left else _complain(str(error), FAILED)
 
 
 def _complain(message: str, code: int) -> int:
@@ -69,9 +73,11 @@ def _complain(message: str, code: int) -> int:
     return code
 
 
-def _discard_stdout() -> None:
-    """Discard output still buffered for stdout."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+def _reader_has_left() -> bool:
+    """Return whether the reader of stdout has exited, as in ``motionlab run circle | head``."""
+    stdout = select.poll()
+    stdout.register(sys.stdout.fileno(), 0)  # errors alone
+    return bool(stdout.poll(0))
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import groupby
 from typing import Any
 
@@ -76,24 +76,60 @@ def apply_changes(document: dict[str, Any], changes: Mapping[str, Any]) -> dict[
     Raises
     ------
     ConfigError
-        If a path has too many parts or leads nowhere, or a part is not there.
+        If a path has too many parts or leads nowhere, two name one field, or a part is not there.
     """
     too_long = [path for path in changes if path.count(".") >= DEPTH_MAX]
     if too_long:
         most: dict[str, float] = {"maximum": DEPTH_MAX}
         raise ConfigError(*(FieldError(p, "has too many parts", bounds=most) for p in too_long))
+    for path, other in twice(changes):
+        raise ConfigError(FieldError(path, f"is set twice, also as {other}", changes[path]))
     tables = copied(document)
     for dots, group in groupby(sorted(labelled(changes).items(), key=_dots), key=_dots):
         names_parts = False
         for path, value in group:
             if path == "base":
                 raise ConfigError(FieldError("base", "is not a field: name the scenario"))
-            set_path(tables, path.removesuffix(".base"), value)
+            set_path(tables, _field(path), value)
             # It may name a part, or hold one with a base.
             names_parts |= isinstance(value, str | dict) and dots < _PART_PARTS
         if names_parts:
             tables = resolve(tables)
     return tables
+
+
+def twice(paths: Iterable[str]) -> Iterator[tuple[str, str]]:
+    """Yield each path that names the field of an earlier one, such as ``plant.base``, and that."""
+    first: dict[str, str] = {}
+    for path in paths:
+        if _field(path) in first:
+            yield path, first[_field(path)]
+        first.setdefault(_field(path), path)
+
+
+def reapplied(shared: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return changes together with those of earlier ones that they would overwrite.
+
+    Applied to tables that `shared` has been applied to already, they give what all changes give
+    at once: a part that `changes` swaps keeps what `shared` sets inside it.
+
+    Parameters
+    ----------
+    shared, changes : mapping of str to value
+        Dotted path to value; of a field in both, `changes` wins.
+    """
+    depth = {path.split(".")[0]: DEPTH_MAX for path in changes}
+    for path in changes:
+        root = path.split(".")[0]
+        depth[root] = min(depth[root], _field(path).count("."))
+    swept = {_field(path) for path in changes}
+    kept = {
+        path: value
+        for path, value in shared.items()
+        if _field(path).count(".") >= depth.get(path.split(".")[0], DEPTH_MAX)
+        and _field(path) not in swept
+    }
+    return kept | dict(changes)
 
 
 def as_tables(changes: Mapping[str, Any]) -> dict[str, Any]:
@@ -105,8 +141,8 @@ def as_tables(changes: Mapping[str, Any]) -> dict[str, Any]:
         If one path lies inside of another that is set to a single value.
     """
     tables: dict[str, Any] = {}
-    for path, value in sorted(changes.items(), key=_dots):
-        set_path(tables, path, value)
+    for path in sorted(changes, key=lambda path: path.count(".")):
+        set_path(tables, path, changes[path])
     return tables
 
 
@@ -180,8 +216,13 @@ def set_path(tables: dict[str, Any], path: str, value: Any) -> None:
             )
 
 
+def _field(path: str) -> str:
+    """Return the path of a field, which ``.base`` names too."""
+    return path.removesuffix(".base")
+
+
 def _dots(change: tuple[str, Any]) -> int:
-    return change[0].count(".")
+    return _field(change[0]).count(".")
 
 
 def _parse_value(text: str) -> Any:

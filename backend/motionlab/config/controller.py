@@ -41,6 +41,7 @@ class NotchConfig(Config):
     frequency: float = quantity(
         "Frequency that is held back",
         label="notch frequency",
+        symbol="f",
         unit="Hz",
         source=OURS,
         default=250.0,
@@ -50,6 +51,7 @@ class NotchConfig(Config):
     damping: float = quantity(
         "Damping ratio of its poles: half its relative width",
         label="notch damping",
+        symbol="zeta",
         unit="1",
         source=OURS,
         default=0.5,
@@ -62,6 +64,7 @@ class NotchConfig(Config):
         unit="1",
         source=OURS,
         default=1.0,
+        example=0.1,
         ge=0,
         le=1,
     )
@@ -76,6 +79,7 @@ class GainsConfig(Config):
         shown="N/mm",
         unit="N/m",
         source=f"{PAPER}, Table 1",
+        usual=(1e4, 1e7),
         ge=0,
         le=1e9,
     )
@@ -85,10 +89,13 @@ class GainsConfig(Config):
         shown="N s/mm",
         unit="N s/m",
         source=f"{PAPER}, Table 1",
+        usual=(1e2, 1e5),
         ge=0,
         le=1e7,
     )
-    notch: NotchConfig = NotchConfig()
+    notch: NotchConfig = Field(
+        default=NotchConfig(), description="Notch filter on the feedback, against a resonance"
+    )
 
 
 class AxisModelConfig(Config):
@@ -174,7 +181,10 @@ class DisturbanceObserverConfig(Config):
     """Disturbance observer on the force balance, friction estimate excepted."""
 
     enabled: bool = Field(
-        title="disturbance observer", default=False, description="Add its estimate to the command"
+        title="disturbance observer",
+        default=False,
+        description="Disturbance observer: add what the force balance does not explain",
+        json_schema_extra={"symbol": "DOB"},
     )
     bandwidth: float = quantity(
         "Bandwidth of its filter",

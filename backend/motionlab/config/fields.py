@@ -21,6 +21,7 @@ class FieldEntry(BaseModel):
     """One field of a form."""
 
     label: str = Field(description="Name on the screen; subscripts follow an underscore")
+    symbol: str | None = Field(default=None, description="Letter in equations, or abbreviation")
     unit: str = Field(default="", description="Unit on the screen")
     factor: float = Field(default=1.0, description="Displayed number over SI number")
     whole: bool = Field(default=False, description="Whether it is a whole number")
@@ -31,7 +32,10 @@ class FieldEntry(BaseModel):
     )
     choices: list[Choice] | None = Field(default=None, description="Values that it can take")
     default: Any = None
-    example: Any = Field(default=None, description="A usual value where the default is none")
+    example: Any = Field(
+        default=None, description="A usual value where the default is none, or off"
+    )
+    usual: tuple[float, float] | None = Field(default=None, description="Range of a slider, SI")
     used_with: list[str] | None = Field(
         default=None, description="Choices of the field beside it with which it matters"
     )
@@ -113,6 +117,8 @@ def _entry(key: str, info: FieldInfo, axis: str, default: Any = None) -> FieldEn
         choices=choices,
         default=default,
         example=next(iter(info.examples or ()), None),
+        symbol=typing.cast("Any", extra.get("symbol")),
+        usual=typing.cast("Any", extra.get("usual")),
         used_with=typing.cast("Any", extra.get("used_with")),
     )
 

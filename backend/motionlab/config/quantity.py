@@ -26,6 +26,8 @@ FACTORS = {
     "°": 180.0 / math.pi,
     "%": 100.0,
     "% of pitch": 100.0,
+    "kA/m": 1e-3,
+    "GPa": 1e-9,
 }
 """Units on the screen: displayed number over SI number."""
 
@@ -59,6 +61,7 @@ def quantity(  # noqa: PLR0913 - one keyword for each fact about a field
     unit: str,
     source: str,
     label: str | None = None,
+    symbol: str = "",
     shown: str = "",
     default: Any = ...,
     ge: float | None = None,
@@ -66,6 +69,7 @@ def quantity(  # noqa: PLR0913 - one keyword for each fact about a field
     le: float | None = None,
     lt: float | None = None,
     example: Any = None,
+    usual: tuple[float, float] | None = None,
     used_with: list[str] | None = None,
 ) -> Any:
     """Declare a number with its unit, range, source and name on the screen.
@@ -80,6 +84,8 @@ def quantity(  # noqa: PLR0913 - one keyword for each fact about a field
         Where the number or its range comes from.
     label : str, optional
         Name on the screen, which JSON schema calls ``title``.
+    symbol : str
+        Letter of it in the equations, such as ``l_m``.
     shown : str
         Unit on the screen, one of `FACTORS`; empty for `unit` itself.
     default : Any
@@ -87,7 +93,9 @@ def quantity(  # noqa: PLR0913 - one keyword for each fact about a field
     ge, gt, le, lt : float, optional
         Bounds of the allowed range, in `unit`.
     example : Any
-        A usual value where the default is none.
+        A usual value where the default is none, or switches something off.
+    usual : tuple of float, optional
+        Range of a slider, in `unit`.
     used_with : list of str, optional
         Choices of the neighbouring field for which the number is used.
 
@@ -95,13 +103,14 @@ def quantity(  # noqa: PLR0913 - one keyword for each fact about a field
     -------
     Any
         A pydantic field whose JSON schema holds ``unit`` and ``source``, and ``display_unit`` and
-        ``display_factor`` where it is displayed in another unit.
+        ``display_factor`` where it is displayed in another unit, and ``symbol``, ``usual`` and
+        ``used_with`` where they are given.
     """
     extra: dict[str, Any] = {"unit": unit, "source": source}
     if shown:
         extra |= {"display_unit": shown, "display_factor": FACTORS[shown]}
-    if used_with:
-        extra["used_with"] = used_with
+    others = {"symbol": symbol, "usual": usual and list(usual), "used_with": used_with}
+    extra |= {name: value for name, value in others.items() if value}
     return Field(
         default,
         examples=None if example is None else [example],

@@ -105,6 +105,16 @@ def field_errors(error: ValidationError, model: type[BaseModel]) -> list[FieldEr
 
 def unit_of(path: str, model: BaseModel) -> str:
     """Return the unit of a field by its dotted path; empty for tables, names and switches."""
+    return unit_of_field(_field_at(path, model))
+
+
+def is_whole(path: str, model: BaseModel) -> bool:
+    """Return whether a field, by its dotted path, takes whole numbers alone."""
+    info = _field_at(path, model)
+    return info is not None and [strip(kind) for kind in members(info.annotation)] == [int]
+
+
+def _field_at(path: str, model: BaseModel) -> FieldInfo | None:
     at: Any = model
     info: FieldInfo | None = None
     for step in path.split("."):
@@ -116,8 +126,8 @@ def unit_of(path: str, model: BaseModel) -> str:
         elif isinstance(at, tuple):  # its items have the unit of the field
             at = at[int(step)]
         else:
-            return ""  # below what the scenario leaves out
-    return unit_of_field(info)
+            return None  # below what the scenario leaves out
+    return info
 
 
 def _field_error(item: dict[str, Any], model: type[BaseModel]) -> FieldError:

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
-from motionlab.config.quantity import Config, Whole, quantity
+from motionlab.config.quantity import Config, Whole, choices, quantity
 from motionlab.design.presets import PresetName
 
 PAPER = "Huang et al., IEEE Access 2019"
@@ -23,6 +23,8 @@ class Choices(Config):
 
     f_max: float = quantity(
         "Largest thrust that one phase is specified for",
+        label="thrust",
+        symbol="f_max",
         unit="N",
         source=SECTION,
         default=32.0,
@@ -30,16 +32,41 @@ class Choices(Config):
         le=1e5,
     )
     v_max: float = quantity(
-        "Largest velocity specified", unit="m/s", source=SECTION, default=1.0, ge=1e-3, le=100
+        "Largest velocity specified",
+        label="velocity",
+        symbol="v_max",
+        unit="m/s",
+        source=SECTION,
+        default=1.0,
+        ge=1e-3,
+        le=100,
     )
     i: float = quantity(
-        "Largest current of a phase", unit="A", source=SECTION, default=10.0, ge=1e-3, le=1000
+        "Largest current of a phase",
+        label="current",
+        symbol="i",
+        unit="A",
+        source=SECTION,
+        default=10.0,
+        ge=1e-3,
+        le=1000,
     )
     tau: float = quantity(
-        "Pole pitch, p + s", unit="m", source=SECTION, default=7.2e-3, ge=1e-4, le=0.1
+        "Pole pitch, p + s",
+        label="pole pitch",
+        symbol="tau",
+        shown="mm",
+        unit="m",
+        source=SECTION,
+        default=7.2e-3,
+        ge=1e-4,
+        le=0.1,
     )
     p: float | None = quantity(
         "Tooth width; left out: from tau and s or sigma",
+        label="tooth",
+        symbol="p",
+        shown="mm",
         unit="m",
         source=f"{SECTION}: 3.6 mm",
         default=None,
@@ -48,6 +75,9 @@ class Choices(Config):
     )
     s: float | None = quantity(
         "Slot width; left out: from tau and p or sigma",
+        label="slot",
+        symbol="s",
+        shown="mm",
         unit="m",
         source=f"{SECTION}: 3.6 mm",
         default=None,
@@ -56,6 +86,8 @@ class Choices(Config):
     )
     sigma: float | None = quantity(
         "Tooth over slot, p/s; left out with p and s: 1",
+        label="tooth over slot",
+        symbol="sigma",
         unit="1",
         source=f"{SECTION}: 1",
         default=None,
@@ -64,6 +96,8 @@ class Choices(Config):
     )
     n: Whole = quantity(
         "Tooth pairs of a mover: teeth on each limb",
+        label="teeth per limb",
+        symbol="n",
         unit="1",
         source=SECTION,
         default=3,
@@ -78,20 +112,73 @@ class Choices(Config):
         ge=1,
         le=2,
     )
-    g: float = quantity("Air gap", unit="m", source=SECTION, default=0.3e-3, ge=1e-6, le=0.01)
+    g: float = quantity(
+        "Air gap",
+        symbol="g",
+        label="air gap",
+        shown="mm",
+        unit="m",
+        source=SECTION,
+        default=0.3e-3,
+        ge=1e-6,
+        le=0.01,
+    )
     B_g: float = quantity(
-        "Mean flux density in the gap", unit="T", source=SECTION, default=1.5, ge=0.01, le=2.5
+        "Mean flux density in the gap",
+        label="flux density",
+        symbol="B_g",
+        unit="T",
+        source=SECTION,
+        default=1.5,
+        ge=0.01,
+        le=2.5,
     )
     H_a: float = quantity(
-        "Mean field strength in the iron", unit="A/m", source=SECTION, default=5000.0, ge=0, le=1e6
+        "Mean field strength in the iron",
+        label="field in the iron",
+        symbol="H_a",
+        shown="kA/m",
+        unit="A/m",
+        source=SECTION,
+        default=5000.0,
+        ge=0,
+        le=1e6,
     )
     l_a: float = quantity(
-        "Mean path in the iron", unit="m", source=SECTION, default=0.1451, ge=1e-3, le=10
+        "Mean path in the iron",
+        label="path in the iron",
+        symbol="l_a",
+        shown="mm",
+        unit="m",
+        source=SECTION,
+        default=0.1451,
+        ge=1e-3,
+        le=10,
     )
-    K_e: float = quantity("Efficiency", unit="1", source=SECTION, default=0.7, ge=0.01, le=1)
-    K_d: float = quantity("Duty cycle", unit="1", source=SECTION, default=1.0, ge=0.01, le=1)
+    K_e: float = quantity(
+        "Efficiency",
+        label="efficiency",
+        symbol="K_e",
+        unit="1",
+        source=SECTION,
+        default=0.7,
+        ge=0.01,
+        le=1,
+    )
+    K_d: float = quantity(
+        "Duty cycle",
+        label="duty cycle",
+        symbol="K_d",
+        unit="1",
+        source=SECTION,
+        default=1.0,
+        ge=0.01,
+        le=1,
+    )
     lambda_: Annotated[float, Field(alias="lambda")] = quantity(
         "Aligned over unaligned inductance, L_a/L_u",
+        label="inductance ratio",
+        symbol="lambda",
         unit="1",
         source=f"{OURS}: the paper states none; this one follows from its l_m = 42.3 mm",
         default=1.49534,
@@ -100,6 +187,8 @@ class Choices(Config):
     )
     loading_min: float = quantity(
         "Electric loading below which a warning is given",
+        label="least loading",
+        shown="kA/m",
         unit="A/m",
         source=SECTION,
         default=25e3,
@@ -108,6 +197,8 @@ class Choices(Config):
     )
     loading_max: float = quantity(
         "Electric loading above which a warning is given",
+        label="most loading",
+        shown="kA/m",
         unit="A/m",
         source=SECTION,
         default=90e3,
@@ -171,16 +262,39 @@ class SizedDimensions(Choices):
     """Results of sizing in addition to the choices: stack length and turns."""
 
     l_m: float = quantity(
-        "Stack length of the mover", unit="m", source=SECTION, default=42.3e-3, ge=1e-5, le=100
+        "Stack length of the mover",
+        label="stack length",
+        symbol="l_m",
+        shown="mm",
+        unit="m",
+        source=SECTION,
+        default=42.3e-3,
+        ge=1e-5,
+        le=100,
     )
     N: Whole = quantity(
-        "Turns of a phase", unit="1", source=SECTION, default=145, ge=1, le=10_000_000
+        "Turns of a phase",
+        label="turns",
+        symbol="N",
+        unit="1",
+        source=SECTION,
+        default=145,
+        ge=1,
+        le=10_000_000,
     )
 
 
 def _mass(default: float) -> Any:
     source = f"{PAPER}, section IV-A"
-    return quantity("Moving mass", unit="kg", source=source, default=default, ge=1e-3, le=1e4)
+    return quantity(
+        "Moving mass",
+        label="moving mass",
+        unit="kg",
+        source=source,
+        default=default,
+        ge=1e-3,
+        le=1e4,
+    )
 
 
 def _platform_mass(default: float | None, source: str) -> Any:
@@ -197,7 +311,13 @@ def _platform_mass(default: float | None, source: str) -> Any:
 def _stroke(default: float) -> Any:
     source = f"{PAPER}, section V"
     return quantity(
-        "Stroke, from end to end", unit="m", source=source, default=default, ge=1e-4, le=100
+        "Stroke, from end to end",
+        shown="mm",
+        unit="m",
+        source=source,
+        default=default,
+        ge=1e-4,
+        le=100,
     )
 
 
@@ -242,6 +362,7 @@ class Dimensions(SizedDimensions):
 
     single_phase_force: float = quantity(
         "Largest thrust of one phase",
+        label="thrust, one phase",
         unit="N",
         source=f"{PAPER}: finite elements 34.1 N, measured 38.4 N",
         default=34.1,
@@ -250,6 +371,7 @@ class Dimensions(SizedDimensions):
     )
     two_phase_force: float = quantity(
         "Largest thrust of two phases together",
+        label="thrust, two phases",
         unit="N",
         source=f"{PAPER}, section IV-A, measured",
         default=43.1,
@@ -270,6 +392,10 @@ class DesignRequest(Config):
 
     preset: PresetName = Field(
         default="paper",
+        json_schema_extra=choices(
+            ("paper", "paper", "The motor of the paper"),
+            ("previous", "previous", "The design before it: tau = 9 mm, n = 2"),
+        ),
         description="paper: the example of the paper; previous: the design before it, of which the "
         "paper gives tau and n only",
     )

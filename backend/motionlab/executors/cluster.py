@@ -11,8 +11,14 @@ from __future__ import annotations
 import functools
 import hashlib
 import ipaddress
+import logging
 import pickle
+import socket
+import struct
+import time
+from asyncio import run_coroutine_threadsafe
 from collections.abc import Callable, Sequence
+from concurrent.futures import Future
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -21,7 +27,12 @@ from motionlab.executors.code import Code, processor
 from motionlab.executors.executor import Pool, WorkerLost
 
 _SECONDS = 10.0  # until scheduler and a worker must have answered
+_LOST_SECONDS = 15.0  # without an answer or any worker, after which a study ends
+_LOOK_SECONDS = 1.0  # between questions for the workers
+_GREETING_MAX = 1_000_000  # bytes; larger is no Dask's, which announces its length first
 _RESULT_SECONDS = 0.5  # for which a result is waited for between looks at cancellation
+_LENGTH = struct.Struct("<Q")
+_LOGS = ("distributed", "tornado")
 _CERTIFICATES = ("ca-file", "client.cert", "client.key")
 
 
@@ -49,6 +60,7 @@ class Cluster(Pool):
             raise ConfigError(FieldError("scheduler", message, address)) from None
         if address.startswith("tls:"):
             _check_certificates()
+        _silence_dask()
 
     @functools.cached_property
     def _client(self) -> Any:
@@ -56,12 +68,13 @@ class Cluster(Pool):
         from distributed import Client, Security  # noqa: PLC0415 - an extra
 
         security = Security(require_encryption=True) if self._address.startswith("tls:") else None
+        _check_greeting(self._address, security)
         try:
             client = Client(
                 self._address, security=security, timeout=_SECONDS, set_as_default=False
             )
         except (OSError, TimeoutError) as error:
-            message = f"no scheduler answers at {self._address}: {error}"
+            message = f"no Dask scheduler answers at {self._address}: {error}"
             raise WorkerLost(message) from None
         try:
             client.wait_for_workers(1, timeout=_SECONDS)
@@ -75,7 +88,15 @@ class Cluster(Pool):
         """What every worker must run: our sources, on a processor like the first worker's."""
         expected = Code.here()
         future = self._client.submit(processor, pure=False)
-        return expected._replace(processor=future.result())
+        while True:
+            try:
+                return expected._replace(processor=self.result(future))
+            except TimeoutError:
+                self.check()
+
+    @functools.cached_property
+    def _watch(self) -> _Watch:
+        return _Watch(self._client, self._address)
 
     @property
     def workers(self) -> int:
@@ -109,6 +130,10 @@ class Cluster(Pool):
         future.release()
         return found
 
+    def check(self) -> None:
+        """Raise WorkerLost after some seconds without a worker, or an answer of the scheduler."""
+        self._watch.look()
+
     def abandon(self, futures: Sequence[Any]) -> None:
         """Release every future: the scheduler cancels tasks without another client."""
         for future in futures:
@@ -119,6 +144,42 @@ class Cluster(Pool):
         client = vars(self).get("_client")
         if client is not None:
             client.close()
+
+
+class _Watch:
+    """Asks the scheduler for its workers now and then, without waiting for the answer."""
+
+    def __init__(self, client: Any, address: str) -> None:
+        self._client, self._address = client, address
+        self._asked: Future[dict[str, int]] | None = None
+        self._asked_at = self._looked_at = self._well_at = time.monotonic()
+        self._answers = True
+
+    def look(self) -> None:
+        """Take an answer, if there is one, and ask again.
+
+        Raises
+        ------
+        WorkerLost
+            After `_LOST_SECONDS` without a worker, or without an answer.
+        """
+        now = time.monotonic()
+        if now - self._looked_at > _LOST_SECONDS / 2:  # whoever takes the results was slow
+            self._well_at = now
+        self._looked_at = now
+        if self._asked is not None and self._asked.done():
+            self._answers = self._asked.exception() is None
+            if self._answers and self._asked.result():
+                self._well_at = now
+            self._asked = None
+        if self._asked is None and now - self._asked_at >= _LOOK_SECONDS:
+            question = self._client.scheduler.ncores()
+            self._asked = run_coroutine_threadsafe(question, self._client.loop.asyncio_loop)
+            self._asked_at = now
+        if now - self._well_at > _LOST_SECONDS:
+            silent = self._asked is not None and now - self._asked_at > _LOST_SECONDS / 2
+            what = "has no workers any more" if self._answers and not silent else "does not answer"
+            raise WorkerLost(f"the scheduler {self._address} {what}")
 
 
 def carry_out(content: bytes, expected: Code) -> Any:
@@ -170,6 +231,36 @@ def _is_loopback(host: str) -> bool:
         return host == "localhost" or ipaddress.ip_address(host).is_loopback
     except ValueError:
         return False
+
+
+def _check_greeting(address: str, security: Any) -> None:
+    """Refuse a port that does not begin to speak as a Dask scheduler does.
+
+    Dask's client would wait for a silent one for ever, and take other text for the length of what
+    follows. A port that cannot be reached is left to it: it tries again for a while.
+    """
+    parts = urlsplit(address)
+    try:
+        connection = socket.create_connection((parts.hostname, parts.port), timeout=_SECONDS)
+    except OSError:
+        return
+    with connection:
+        try:
+            if security is not None:
+                context = security.get_connection_args("client")["ssl_context"]
+                connection = context.wrap_socket(connection)
+            with connection, connection.makefile("rb") as file:
+                greeting = file.read(_LENGTH.size)
+        except OSError as error:
+            raise WorkerLost(f"no Dask scheduler answers at {address}: {error}") from None
+    if len(greeting) < _LENGTH.size or _LENGTH.unpack(greeting)[0] > _GREETING_MAX:
+        raise WorkerLost(f"no Dask scheduler answers at {address}")
+
+
+def _silence_dask() -> None:
+    """Turn off Dask's log: what it says when a scheduler is lost fits one line."""
+    for name in [name for name in logging.root.manager.loggerDict if name.startswith(_LOGS)]:
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
 
 
 def _check_certificates() -> None:

@@ -24,6 +24,7 @@ _FORMS = "threads, processes, processes:N, tls://HOST:PORT or tcp://127.0.0.1:PO
 _POLL = 0.1  # s between reports of progress, in which the work may be cancelled
 _PARTS = 4  # tasks for each worker, so that all end at about the same time
 _PROCESSES_MOST = 4
+_FIRST = 64  # items of the first task of this process
 
 TaskT = TypeVar("TaskT")
 ResultT = TypeVar("ResultT")
@@ -90,8 +91,12 @@ class InProcess(Executor):
     threads = None
 
     def parts(self, count: int, most: int) -> list[slice]:
-        """Return as few slices as there may be."""
-        return _slices(count, most)
+        """Return slices of growing size: the first results come early, and few are small."""
+        found, size, first = [], min(_FIRST, most), 0
+        while first < count:
+            found.append(slice(first, min(first + size, count)))
+            first, size = found[-1].stop, min(2 * size, most)
+        return found
 
     def map(
         self,
@@ -128,6 +133,9 @@ class Pool(Executor):
     def result(self, future: Any) -> Any:
         """Return the result of a future that is done; TimeoutError if it has been lost since."""
 
+    def check(self) -> None:
+        """Raise WorkerLost if no result can come any more; called while results are awaited."""
+
     @abstractmethod
     def abandon(self, futures: Sequence[Any]) -> None:
         """Cancel unfinished tasks and drop the others."""
@@ -154,6 +162,7 @@ class Pool(Executor):
             while following < len(tasks):
                 if progress is not None:
                     progress(arrived / len(tasks))
+                self.check()
                 try:
                     index = done.get(timeout=_POLL)
                 except queue.Empty:

@@ -81,16 +81,15 @@ DEFINITIONS: dict[str, Definition] = {
     ),
     "settling_time": Definition(
         "s",
-        "from the end of command until abs(e) stays within settling_band to the end of the hold, "
-        "the longest of all holds; null without a hold or where one never settles",
+        "time from the end of command until abs(e) stays within settling_band, "
+        "the longest of all holds",
         "(last k with abs(e_k) > band, + 1 - k_end) T_s",
         "settling $",
         lower_is_better=True,
     ),
     "overshoot": Definition(
         "m",
-        "how far the measured position goes past the target during a hold, in the direction of the "
-        "move that led there, the largest of all holds; null without such a hold",
+        "largest excursion past the target during a hold, in the direction of the move before it",
         "max(0, -sgn(move) e)",
         "overshoot $",
         lower_is_better=True,

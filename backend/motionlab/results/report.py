@@ -65,9 +65,16 @@ def _table(segment: dict[str, Any]) -> list[str]:
             ratio = segment["comparison"].get(axis, {}).get(f"{metric}_ratio") if compared else None
             lines.append(f"  {axis}  {title:25} {unit:3} {cells}{_cell(ratio, 1.0, blank=True)}")
     if len(axes) > 1 and any(v["contour"]["max"] is not None for v in variants.values()):
-        cells = "".join(_cell(v["contour"]["max"], _MICRO) for v in variants.values())
+        values = [v["contour"]["max"] for v in variants.values()]
+        cells = "".join(_cell(value, _MICRO) for value in values)
+        ratio = _ratio(values[1], values[0]) if compared else None
+        cells += _cell(ratio, 1.0, blank=True)
         lines.append(f"  xy {'max contouring error':25} um  {cells}")
     return lines
+
+
+def _ratio(second: float | None, first: float | None) -> float | None:
+    return second / first if second is not None and first else None
 
 
 def _value(variant: dict[str, Any], axis: str, metric: str) -> float | None:

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.config.changes import apply_changes
+from motionlab.config.changes import apply_changes, reapplied
 from motionlab.config.load import validate
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.design.fem.force_map import ForceMap
-from motionlab.errors import ConfigError, FieldError, Infeasible
+from motionlab.errors import ConfigError, FieldError, Infeasible, shown
 from motionlab.executors.executor import current
 from motionlab.kernel.build import mover_parameters
 from motionlab.results.metrics import DEFINITIONS
@@ -31,6 +32,7 @@ Watch = Callable[[NDArray[np.int64], NDArray[np.float32]], None]
 _PREPARING = 0.3
 """Share of the work that is done when every case has been checked; a guess, for progress."""
 
+_NAMED_MAX = 6  # values that an error lists
 _TOGETHER = 1000  # cases of a task, at most
 _MOTION_SIZE = 100_000_000  # bytes of references and loads that cases side by side may hold
 
@@ -76,6 +78,8 @@ class CaseTask(NamedTuple):
         How many threads to use; None for one on each core.
     maps : dict of str to ForceMap
         Force maps that do not ship.
+    shared : mapping of str to value
+        What the tables have been changed by, for `motionlab.config.changes.reapplied`.
     """
 
     scenario: dict[str, Any]
@@ -83,15 +87,18 @@ class CaseTask(NamedTuple):
     changes: Sequence[Mapping[str, Any]]
     threads: int | None
     maps: dict[str, ForceMap]
+    shared: Mapping[str, Any]
 
 
-def tasks(scenario: Scenario, changes: Sequence[Mapping[str, Any]]) -> list[CaseTask]:
-    """Return all cases of a scenario as tasks for the current executor."""
+def tasks(
+    scenario: Scenario, changes: Sequence[Mapping[str, Any]], shared: Mapping[str, Any]
+) -> list[CaseTask]:
+    """Return all cases of a scenario as tasks for the current executor; see `CaseTask`."""
     executor, document = current(), scenario.model_dump(mode="json")
     parts = [changes[part] for part in executor.parts(len(changes), _TOGETHER)]
     firsts = itertools.accumulate(map(len, parts), initial=0)
     return [
-        CaseTask(document, first, part, executor.threads, kept_in(document, part))
+        CaseTask(document, first, part, executor.threads, kept_in(document, part), shared)
         for first, part in zip(firsts, parts, strict=False)
     ]
 
@@ -166,16 +173,55 @@ def run_batch(
     return Batch(variants, metrics, failed, feasible)
 
 
-def changed(document: dict[str, Any], changes: Mapping[str, Any], where: str) -> Scenario:
-    """Return the scenario of a case, which `where` names in errors."""
-    try:
-        scenario = validate(apply_changes(document, changes))
-    except ConfigError as error:
-        raise ConfigError(*(replace(e, loc=f"{where}: {e.loc}") for e in error.errors)) from None
+def changed(
+    document: dict[str, Any], changes: Mapping[str, Any], shared: Mapping[str, Any]
+) -> Scenario:
+    """Return the scenario of a case, of tables that `shared` has been applied to.
+
+    Raises
+    ------
+    ConfigError
+        If it is not valid, or adds or removes a variant.
+    """
+    scenario = validate(apply_changes(document, reapplied(shared, changes)))
     if list(scenario.variants) != list(document["variants"]):
         message = "a case cannot add or remove a variant"
-        raise ConfigError(FieldError(where, message, list(scenario.variants)))
+        raise ConfigError(FieldError("variants", message, list(scenario.variants)))
     return scenario
+
+
+@contextmanager
+def naming(where: str, changes: Mapping[str, Any] | None = None) -> Iterator[None]:
+    """Have errors say where they are, and the values of some changes."""
+    values = ", ".join(f"{path} = {shown(value)}" for path, value in (changes or {}).items())
+    few = 0 < len(changes or {}) <= _NAMED_MAX
+    try:
+        yield
+    except ConfigError as error:
+        raise ConfigError(
+            *(
+                replace(
+                    e,
+                    loc=f"{where}: {e.loc}",
+                    message=f"{e.message}, with {values}" if few else e.message,
+                )
+                for e in error.errors
+            )
+        ) from None
+
+
+def check_length(ticks: int) -> None:
+    """Refuse a motion that is too long for a batch.
+
+    Raises
+    ------
+    ConfigError
+        If it takes more than `TICKS_MAX`.
+    """
+    if ticks > TICKS_MAX:
+        most = {"maximum": TICKS_MAX * CONTROL_PERIOD}
+        message, value = "is too long for a batch", ticks * CONTROL_PERIOD
+        raise ConfigError(FieldError("trajectory", message, value, unit="s", bounds=most))
 
 
 def _parcels(cases: CaseTask, tell: Callable[[], None]) -> Iterator[dict[int, Prepared]]:
@@ -184,7 +230,9 @@ def _parcels(cases: CaseTask, tell: Callable[[], None]) -> Iterator[dict[int, Pr
     motions: dict[int, int] = {}
     for place, changes in enumerate(cases.changes):
         try:
-            case = prepare(changed(cases.scenario, changes, f"case {cases.first + place}"))
+            with naming(f"case {cases.first + place}", changes):
+                case = prepare(changed(cases.scenario, changes, cases.shared))
+                check_length(case.reference.ticks)
         except Infeasible:
             continue
         finally:
@@ -223,7 +271,9 @@ def run_prepared(
         raise ConfigError(FieldError("cases", "needs at least one", 0, ">= 1", "1"))
     variants = tuple(cases[0].scenario.variants)
     for index, case in enumerate(cases):
-        _check(case, variants, index)
+        if tuple(case.scenario.variants) != variants:
+            theirs = list(case.scenario.variants)
+            raise ConfigError(FieldError(f"cases.{index}", "has other variants", theirs))
     shape = (len(cases), len(variants), len(AXES))
     metrics = {name: np.full(shape, np.nan) for name in DEFINITIONS}
     failed = np.full(shape, -1, dtype=np.int64)
@@ -273,23 +323,6 @@ def lanes_of(prepared: Prepared) -> Array:
             for _, scenario in prepared.epochs
         ]
     ).transpose(0, 1, 3, 2)
-
-
-def _check(case: Prepared, variants: tuple[str, ...], index: int) -> None:
-    if tuple(case.scenario.variants) != variants:
-        raise ConfigError(
-            FieldError(f"cases.{index}", "has other variants", list(case.scenario.variants))
-        )
-    if case.reference.ticks > TICKS_MAX:
-        raise ConfigError(
-            FieldError(
-                f"cases.{index}.trajectory",
-                "is too long for a batch",
-                case.duration,
-                f"<= {TICKS_MAX * CONTROL_PERIOD:g}",
-                "s",
-            )
-        )
 
 
 def _shared(case: Prepared) -> object:

@@ -12,7 +12,7 @@ from motionlab.design.fem.force_map import ForceMap
 from motionlab.errors import ConfigError
 from motionlab.store.files import failure
 from motionlab.store.index import Index
-from motionlab.store.maps import folders, map_file, read_map
+from motionlab.store.maps import folders, map_file, map_in, read_map
 
 
 class LibraryMap(NamedTuple):
@@ -29,7 +29,7 @@ def map_entries() -> list[MapEntry]:
         for path in sorted(folder.glob("*.json")):
             if not is_name(path.stem) or path.stem in found:
                 continue
-            with contextlib.suppress(FileNotFoundError):  # deleted since this instant
+            with contextlib.suppress(OSError):  # deleted since this instant, or a link to itself
                 known = _ENTRIES.of(path)
                 if known is not None:
                     found[path.stem] = known.model_copy(update={"shipped": shipped})
@@ -70,7 +70,7 @@ def delete_computed(name: str) -> bool:
 
 def _entry(path: Path) -> MapEntry | None:
     try:
-        return entry(ForceMap.read(path), name=path.stem, shipped=False)
+        return entry(map_in(path, str(path)), name=path.stem, shipped=False)
     except ConfigError:  # damaged
         return None
 

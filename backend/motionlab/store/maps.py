@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from motionlab.config.shipped import config_root, did_you_mean, is_name
-from motionlab.design.fem.force_map import ForceMap, PresetName, content_hash
+from motionlab.design.fem.force_map import SIZE_MOST, ForceMap, PresetName, content_hash
 from motionlab.design.fem.geometry import Geometry
 from motionlab.errors import ConfigError, FieldError, StoreFull
-from motionlab.store.files import data_root, failure, replace
+from motionlab.store.files import data_root, failure, opened, replace
 from motionlab.store.index import Stamp, stamp
 
 FOLDER_MOST = 50_000_000
@@ -55,7 +55,7 @@ class MapStore:
         if not path.is_file():
             return None
         try:
-            found = ForceMap.read(path)
+            found = map_in(path, str(path))
         except ConfigError:
             return None
         document = found.document
@@ -173,13 +173,29 @@ def read_map(path: Path) -> ForceMap:
 
 @functools.lru_cache(maxsize=32)
 def _read(path: Path, _stamp: Stamp) -> ForceMap:
-    return ForceMap.read(path, where=f"map {path.stem}")
+    return map_in(path, f"map {path.stem}")
+
+
+def map_in(path: Path, where: str) -> ForceMap:
+    """Return the map in a file, which errors call `where`.
+
+    Raises
+    ------
+    ConfigError
+        If it cannot be read or is not a map.
+    """
+    try:
+        with opened(path) as file:
+            text = file.read(SIZE_MOST + 1)
+    except OSError as error:
+        raise ConfigError(FieldError(where, error.strerror or str(error))) from None
+    return ForceMap.from_text(text, where)
 
 
 def _size(path: Path) -> int:
     try:
         return path.stat().st_size
-    except FileNotFoundError:  # deleted since it was listed
+    except OSError:  # deleted since it was listed, or a link to itself
         return 0
 
 

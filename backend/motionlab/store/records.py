@@ -104,7 +104,7 @@ class RecordStore:
         for path in self._folder.glob("*.jsonl"):
             try:
                 dated.append((path.stat().st_mtime_ns, path))
-            except FileNotFoundError:  # another server of the same folder was faster
+            except OSError:  # another server of the same folder was faster, or a link to itself
                 continue
         return [path for _, path in sorted(dated)]
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import tomli_w
 
-from motionlab.config.shipped import is_name, parse
-from motionlab.errors import ConfigError, StoreError, StoreFull
+from motionlab.config.shipped import is_name, parse_text
+from motionlab.errors import ConfigError, FieldError, StoreError, StoreFull
 from motionlab.store.files import failure, opened, replace
 from motionlab.store.index import Index
 
@@ -27,12 +27,12 @@ def kind_in(path: Path) -> str:
     if path.stat().st_size > SIZE_MAX:
         return ""
     with opened(path) as file:
-        head = file.read(_HEAD)
-    found = _KIND.match(head.decode("utf-8", "replace"))
+        text = file.read(SIZE_MAX + 1)
+    found = _KIND.match(text[:_HEAD].decode("utf-8", "replace"))
     if found:
         return found[1]
     try:
-        return str(parse(path, size_max=SIZE_MAX).get("kind", ""))
+        return str(parse_text(text, loc=path.stem, size_max=SIZE_MAX).get("kind", ""))
     except ConfigError:
         return ""
 
@@ -86,11 +86,14 @@ class TrajectoryStore:
         """
         path = self._path(name)
         try:
-            return parse(path, loc=name, size_max=SIZE_MAX)
-        except ConfigError:
-            if path.is_file():
-                raise
-            raise FileNotFoundError(path) from None
+            with opened(path) as file:
+                text = file.read(SIZE_MAX + 1)
+        except OSError as error:
+            if not path.is_file():
+                raise FileNotFoundError(path) from None
+            message = f"cannot be read: {error.strerror or error}"
+            raise ConfigError(FieldError(name, message)) from None
+        return parse_text(text, loc=name, size_max=SIZE_MAX)
 
     def write(self, name: str, tables: dict[str, Any]) -> None:
         """Save or replace tables under a name; a failure leaves the old ones untouched.

@@ -29,6 +29,7 @@ from motionlab.config.shapes import Circle, Polygon, Sine, Star
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.config.trajectory import Sequence, TrajectoryConfig
 from motionlab.trajectory import path
+from motionlab.trajectory.corners import corners
 from motionlab.trajectory.drawn_motion import at_constant_speed, stop_and_go
 from motionlab.trajectory.motion import (
     EdgeRule,
@@ -94,30 +95,15 @@ def plan_motion(config: TrajectoryConfig) -> MotionPlan:  # noqa: PLR0911, PLR09
             return _sine(config)
         case Circle():
             return _circle(config)
-        case Line():
-            points = (_xy(config.start), _xy(config.end))
-            return MotionPlan(visit(points, dwell=config.dwell, edge=_edge_rule(config)))
-        case Waypoints():
-            return MotionPlan(visit(config.points, dwell=config.dwell, edge=_edge_rule(config)))
+        case Line() | Waypoints():
+            return MotionPlan(visit(corners(config), dwell=config.dwell, edge=_edge_rule(config)))
         case Trapezoid():
             edge = partial(trapezoidal_edge, v_max=config.v_max, a_max=config.a_max)
-            there, back = _xy(config.start), _xy(config.end)
-            points = [there, back, *([there] if config.there_and_back else [])]
-            points += [back, there] * (config.cycles - 1)
-            return MotionPlan(visit(points, dwell=config.dwell, edge=edge))
+            return MotionPlan(visit(corners(config), dwell=config.dwell, edge=edge))
         case Staircase():
             return _staircase(config)
-        case Polygon():
-            return _closed(config.vertices, frequency=config.frequency, laps=config.laps)
-        case Star():
-            vertices = path.star_vertices(
-                center=_xy(config.center),
-                circumradius=config.circumradius,
-                points=config.points,
-                density=config.density,
-                start_angle=config.start_angle,
-            )
-            return _closed(vertices, frequency=config.frequency, laps=config.laps)
+        case Polygon() | Star():
+            return _closed(corners(config), frequency=config.frequency, laps=config.laps)
         case DrawnPath():
             return _drawn(config)
         case Sequence():
@@ -151,14 +137,10 @@ def _circle(config: Circle) -> MotionPlan:
 
 
 def _staircase(config: Staircase) -> MotionPlan:
-    start, step = _xy(config.start), _xy(config.step)
-    levels = [(start[0] + k * step[0], start[1] + k * step[1]) for k in range(config.count + 1)]
-    if config.there_and_back:
-        levels += levels[-2::-1]
     edge = None
     if config.v_max is not None and config.a_max is not None:
         edge = partial(trapezoidal_edge, v_max=config.v_max, a_max=config.a_max)
-    return MotionPlan(visit(levels, dwell=config.dwell, edge=edge))
+    return MotionPlan(visit(corners(config), dwell=config.dwell, edge=edge))
 
 
 def _closed(vertices: tuple[Vector, ...], *, frequency: float, laps: int) -> MotionPlan:

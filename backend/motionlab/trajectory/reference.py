@@ -13,7 +13,7 @@ from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.errors import ConfigError, FieldError
 from motionlab.trajectory.motion import Piece
 from motionlab.trajectory.path import Array, Vector
-from motionlab.trajectory.pieces import plan_motion
+from motionlab.trajectory.pieces import MotionPlan, plan_motion
 
 LONGEST = 3600.0
 """Longest reference, s; its arrays take 350 MB."""
@@ -94,8 +94,7 @@ def sample(config: TrajectoryConfig) -> Reference:
         If the motion lasts longer than an hour.
     """
     motion = plan_motion(config)
-    total = sum(piece.ticks for piece in motion.pieces)
-    _refuse_too_long(total)
+    total = _ticks(motion)
     position, velocity, acceleration = _samples(motion.pieces, total)
     for samples in (position, velocity, acceleration):
         samples.setflags(write=False)
@@ -118,6 +117,23 @@ def sample(config: TrajectoryConfig) -> Reference:
         edges=_edges(motion.pieces),
         period=motion.period,
     )
+
+
+def ticks_of(config: TrajectoryConfig) -> int:
+    """Return the number of samples of a motion, without sampling it.
+
+    Raises
+    ------
+    ConfigError
+        If the motion lasts longer than an hour.
+    """
+    return _ticks(plan_motion(config))
+
+
+def _ticks(motion: MotionPlan) -> int:
+    ticks = sum(piece.ticks for piece in motion.pieces)
+    _refuse_too_long(ticks)
+    return ticks
 
 
 def _samples(pieces: list[Piece], total: int) -> tuple[Array, Array, Array]:

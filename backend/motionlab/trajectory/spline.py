@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 
 from motionlab.trajectory.path import Array, Path, Vector
 
+_CORNERS = 2048
+_CORNERS_PER_EDGE = (4, 64)
 _NODES = 4096
 _NODES_PER_EDGE = (16, 256)
 _ABSCISSAE, _WEIGHTS = np.polynomial.legendre.leggauss(5)
@@ -104,6 +106,33 @@ def spline(points: Sequence[Vector], *, closed: bool) -> ArcLengthCurve:
         return _follow(cubic, knots, nodes_per_edge, arc_lengths, parameters, pace, q)
 
     return ArcLengthCurve(at, marks)
+
+
+def outline(points: Sequence[Vector], *, closed: bool) -> tuple[Array, NDArray[np.int64]]:
+    """Return corners on the spline through points, for drawing, and the edge each belongs to.
+
+    An edge has equally many corners, evenly spaced in the parameter, the first at its point.
+
+    Parameters
+    ----------
+    points, closed
+        As of `spline`.
+
+    Returns
+    -------
+    places : ndarray, shape (corners, 2)
+        Places on the curve from end to end, m.
+    edges : ndarray, shape (corners,)
+        Edge k goes from point k to the next; the last corner belongs to the last edge.
+    """
+    corners = _corners(points, closed=closed)
+    knots, cubic = _fit(corners, closed=closed)
+    per_edge = int(np.clip(_CORNERS // cubic.shape[1], *_CORNERS_PER_EDGE))
+    u = (np.diff(knots)[:, None] * (np.arange(per_edge) / per_edge))[..., None]
+    a, b, c, d = cubic[:, :, None]
+    places = (a + u * (b + u * (c + u * d))).reshape(-1, 2)
+    edges = np.repeat(np.arange(len(knots) - 1), per_edge)
+    return np.vstack((places, corners[-1:])), np.append(edges, edges[-1])
 
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)

@@ -1,13 +1,13 @@
-/** What the server ships: scenarios, and parts of scenarios. */
+/** Shipped scenarios and parts of scenarios. */
 
 import type { Api } from './api/client';
-import type { JobKind, Parts, Scenario, ScenarioEntry, Value } from './api/types';
+import type { Parts, Scenario, ScenarioEntry, StudyKind, Value } from './api/types';
 import { served } from './fields/fields.svelte';
 
 export class Catalogue {
   scenarios = $state.raw<readonly ScenarioEntry[]>([]);
   parts = $state.raw<Parts>({ motors: [], controllers: [], trajectories: [] });
-  /** The shipped scenario of the session's name, where the paper's values stand. */
+  /** The shipped scenario of the session's name, with the paper's values. */
   shipped = $state.raw<Scenario | null>(null);
   /** What shipped parts consist of, as `path=name`. */
   resolved = $state.raw<Readonly<Record<string, Value>>>({});
@@ -22,11 +22,11 @@ export class Catalogue {
     ]);
   }
 
-  /** Learns the fields of studies' requests, unless they are known. */
-  async loadRequests(kinds: readonly JobKind[]): Promise<void> {
+  /** Loads the fields of studies' requests, unless they are there. */
+  async loadRequests(kinds: readonly StudyKind[]): Promise<void> {
     const unknown = kinds.filter((kind) => !(kind in served.requests));
     if (unknown.length === 0) return;
-    const load = async (kind: JobKind) => [kind, await this.api.requestFields(kind)] as const;
+    const load = async (kind: StudyKind) => [kind, await this.api.requestFields(kind)] as const;
     const found = Object.fromEntries(await Promise.all(unknown.map(load)));
     served.requests = { ...served.requests, ...found };
   }

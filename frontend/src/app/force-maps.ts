@@ -1,4 +1,4 @@
-/** A stored map in a scenario: in the plant, or apart from it in what a controller believes. */
+/** A stored map in a scenario: in the plant, or in a controller's model. */
 
 import { at } from './api/scenario-paths';
 import type { Changes, Scenario } from './api/types';
@@ -8,7 +8,7 @@ export interface Place {
   /** `plant`, or a variant's letter. */
   of: string;
   name: string;
-  /** Where its axes stand in the scenario. */
+  /** Path of its axes in the scenario. */
   path: string;
 }
 

@@ -1,5 +1,5 @@
 import { expect, it, vi } from 'vitest';
-import { LatestWins, Turns } from './latest-wins';
+import { LatestWins } from './latest-wins';
 
 it('runs one at a time and skips to the newest', async () => {
   const seen: number[] = [];
@@ -20,23 +20,6 @@ it('runs one at a time and skips to the newest', async () => {
   expect(seen).toEqual([1, 3, 4]);
 });
 
-it('runs as many at once as it may, and still skips to the newest', async () => {
-  const seen: number[] = [];
-  const done: (() => void)[] = [];
-  const newest = new LatestWins<number>((value) => {
-    seen.push(value);
-    return new Promise((resolve) => done.push(resolve));
-  }, 2);
-  [1, 2, 3, 4].forEach((value) => newest.push(value));
-  expect(seen).toEqual([1, 2]);
-  done[1]?.();
-  await vi.waitFor(() => expect(seen).toEqual([1, 2, 4]));
-  expect(newest.busy).toBe(true);
-  done[0]?.();
-  done[2]?.();
-  await vi.waitFor(() => expect(newest.busy).toBe(false));
-});
-
 it('goes on after a job that throws', async () => {
   const errors = vi.spyOn(console, 'error').mockImplementation(() => undefined);
   const seen: number[] = [];
@@ -48,13 +31,4 @@ it('goes on after a job that throws', async () => {
   newest.push(2);
   await vi.waitFor(() => expect(seen).toEqual([1, 2]));
   errors.mockRestore();
-});
-
-it('shows no answer after that to a later question', () => {
-  const turns = new Turns();
-  const [first, second, third] = [turns.next(), turns.next(), turns.next()];
-  expect(turns.take(second)).toBe(true);
-  expect(turns.take(first)).toBe(false);
-  expect(turns.take(third)).toBe(true);
-  expect(turns.take(third)).toBe(true);
 });

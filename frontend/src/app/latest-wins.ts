@@ -1,21 +1,17 @@
 /**
- * One job at a time, or a few, and of those that wait only the newest: what a slider asks for while
- * an answer is on its way replaces what it asked before.
+ * One job at a time, and of those that wait only the newest: a slider's request while an answer is
+ * on its way replaces the one before.
  */
 export class LatestWins<T> {
-  private running = 0;
+  private running = false;
   private waiting: { value: T } | null = null;
   private idlers: (() => void)[] = [];
 
-  constructor(
-    private readonly job: (value: T) => Promise<void>,
-    /** Jobs that run at once; they may end in another order than they began. */
-    private readonly atOnce = 1,
-  ) {}
+  constructor(private readonly job: (value: T) => Promise<void>) {}
 
   /** Whether a job runs or waits. */
   get busy(): boolean {
-    return this.running > 0;
+    return this.running;
   }
 
   /** Whether something newer waits behind the job that runs. */
@@ -31,38 +27,18 @@ export class LatestWins<T> {
 
   push(value: T): void {
     this.waiting = { value };
-    if (this.running < this.atOnce) void this.work();
+    if (!this.running) void this.work();
   }
 
   private async work(): Promise<void> {
-    this.running += 1;
+    this.running = true;
     while (this.waiting) {
       const { value } = this.waiting;
       this.waiting = null;
       // A job handles its own failures; one that does not must not stop those after it.
       await this.job(value).catch(console.error);
     }
-    this.running -= 1;
-    if (this.busy) return;
+    this.running = false;
     for (const resolve of this.idlers.splice(0)) resolve();
-  }
-}
-
-/** The order of questions, for answers that may come in another one. */
-export class Turns {
-  private asked = 0;
-  private shown = 0;
-
-  /** Returns the turn of a new question. */
-  next(): number {
-    this.asked += 1;
-    return this.asked;
-  }
-
-  /** Whether the answer to a question is to be shown: not once that to a later one was. */
-  take(turn: number): boolean {
-    if (turn < this.shown) return false;
-    this.shown = turn;
-    return true;
   }
 }

@@ -1,6 +1,6 @@
 /** Notices, which go by themselves, and errors, which stay until they are dismissed. */
 
-/** What a person can do about a message; it goes when that is done. */
+/** An action on a message, which dismisses it. */
 export interface Action {
   name: string;
   run: () => void;
@@ -32,7 +32,7 @@ class Messages {
     this.add({ kind: 'error', text, actions: [], stays: true });
   }
 
-  /** Tells something; what matters to a person who has been away `stays`. */
+  /** Shows a notice; one that matters after an absence `stays`. */
   info(text: string, actions: readonly Action[] = [], { stays = false } = {}): void {
     this.add({ kind: 'info', text, actions, stays });
   }
@@ -41,7 +41,7 @@ class Messages {
     clearTimeout(this.timers.get(id));
     this.timers.delete(id);
     this.list = this.list.filter((message) => message.id !== id);
-    // What has gone cannot say that pointer or focus have left it.
+    // A removed element fires no event when pointer or focus leave it.
     if (this.list.length === 0) this.held = false;
   }
 

@@ -1,4 +1,4 @@
-/** Which screen is shown; the address says it, so that a reload or the browser's back finds it. */
+/** The current screen, kept in the address for reload and the browser's back. */
 
 import { fromAddress } from './storage';
 
@@ -45,7 +45,7 @@ class ScreenChoice {
     this.go(screen, parameters);
   }
 
-  /** Takes what the address says, after the browser's back or forward. */
+  /** Reads the address, after the browser's back or forward. */
   read(): void {
     this.current = addressed();
     this.visits += 1;

@@ -2,23 +2,59 @@
 
 const PREFIX = 'motionlab.';
 
-/** Returns what was kept, or `fallback` where that is damaged or of another form. */
-export function load<T>(key: string, fallback: T): T {
+/**
+ * The form of a kept value: an example, a test, or an object or a tuple of forms. Null is any value.
+ * Keys beyond those of an object are allowed.
+ */
+export type Form = unknown;
+type Test = (value: unknown) => boolean;
+
+export const oneOf =
+  (...values: readonly unknown[]): Test =>
+  (value) =>
+    values.includes(value);
+
+export const nullOr =
+  (form: Form): Test =>
+  (value) =>
+    value === null || alike(value, form);
+
+export const listOf =
+  (form: Form): Test =>
+  (value) =>
+    Array.isArray(value) && value.every((item) => alike(item, form));
+
+/** An object with any keys. */
+export const recordOf =
+  (form: Form): Test =>
+  (value) =>
+    alike(value, {}) && Object.values(value as object).every((entry) => alike(entry, form));
+
+/** An object that may lack keys. */
+export const partOf =
+  (forms: Record<string, Form>): Test =>
+  (value) =>
+    alike(value, {}) &&
+    Object.entries(value as object).every(([key, entry]) => alike(entry, forms[key] ?? null));
+
+/** Returns what was kept, or `fallback` where that is damaged or not of the form. */
+export function load<T>(key: string, fallback: T, form: Form = fallback): T {
   try {
     const text = localStorage.getItem(PREFIX + key);
     const kept: unknown = text === null ? null : JSON.parse(text);
-    return alike(kept, fallback) ? (kept as T) : fallback;
+    return text !== null && alike(kept, form) ? (kept as T) : fallback;
   } catch {
     return fallback;
   }
 }
 
-/** Whether a value has the form of `form`, and every entry that it has; null is any form. */
-function alike(value: unknown, form: unknown): boolean {
+function alike(value: unknown, form: Form): boolean {
   if (form === null) return true;
+  if (typeof form === 'function') return (form as Test)(value);
   if (typeof value !== typeof form || value === null) return false;
   if (Array.isArray(value) !== Array.isArray(form)) return false;
   if (typeof form !== 'object') return true;
+  if (Array.isArray(form) && form.length !== (value as unknown[]).length) return false;
   const entries = value as Record<string, unknown>;
   return Object.entries(form as object).every(([key, entry]) => alike(entries[key], entry));
 }

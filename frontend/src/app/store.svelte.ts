@@ -63,14 +63,14 @@ export class Store {
   /** A new list only when it has other names: what is drawn for each would begin anew. */
   readonly variants = $derived(this.letters === '' ? [] : this.letters.split(' '));
 
-  /** How what the controls show differs from the scenario as it was loaded. */
+  /** Differences of the controls from the scenario as it was loaded. */
   readonly changes = $derived(
     this.scenario && this.session.base ? difference(this.session.base, this.scenario) : [],
   );
 
   readonly pending = $derived(Object.keys(this.draft).length);
 
-  /** What the path is called that the controls show, where it is not the scenario's own. */
+  /** Name of the controls' path, if it is not the scenario's own. */
   readonly pathName = $derived(
     pathName(this.scenario?.trajectory, this.session.base?.trajectory, this.session.paths),
   );
@@ -80,7 +80,7 @@ export class Store {
     return this.session.draft;
   }
 
-  /** Loads lists and session; a server that is busy or out of reach is asked again until it answers. */
+  /** Loads lists and session; requests to a busy or unreachable server are repeated. */
   async start(): Promise<void> {
     void this.try(() => this.token.start());
     const backoff = new Backoff();
@@ -166,7 +166,7 @@ export class Store {
     await this.try(() => this.session.reset());
   }
 
-  /** Stops at once: nothing is asked and nothing is waited for. */
+  /** Stops at once, without confirmation and without waiting. */
   async stop(): Promise<void> {
     try {
       await this.session.stop();

@@ -67,7 +67,7 @@ export class Undo {
     const { store } = this;
     if (this.goesBack) {
       await store.try(async () => {
-        // A change may have been made that the server has not told of yet.
+        // A change may have been made that the server has not reported yet.
         await this.live.sent();
         await store.session.refresh();
       });

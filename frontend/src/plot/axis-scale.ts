@@ -10,7 +10,7 @@ import {
   type Scale,
 } from '../ui/units';
 import { multiples, roundStep } from './range';
-import type { Axis } from './types';
+import type { PlotAxis } from './types';
 
 export interface Tick {
   value: number;
@@ -35,7 +35,7 @@ export function extent(values: Iterable<number | null>, log = false): Extent | n
 }
 
 /** Ends of an axis around its data: with a little room, or exactly (`tight`). */
-export function ends(axis: Axis, found: Extent | null, tight = false): [number, number] {
+export function ends(axis: PlotAxis, found: Extent | null, tight = false): [number, number] {
   const log = axis.log === true;
   let { low, high } = found ?? (log ? { low: 1, high: 10 } : { low: 0, high: 1 });
   if (log) {
@@ -77,7 +77,7 @@ export class AxisScale {
    * @param shared the prefix of another axis, for two that are drawn alike
    */
   constructor(
-    readonly axis: Axis,
+    readonly axis: PlotAxis,
     readonly from: number,
     readonly to: number,
     readonly pixels: readonly [number, number],

@@ -20,7 +20,7 @@ export interface ChartEvents {
   point(pointer: Pointer | null): void;
 }
 
-/** What the pointer has to know of the chart that was drawn last. */
+/** Data for the pointer of the chart drawn last. */
 export interface TimeAxis {
   readonly range: Range;
   readonly cursors: readonly number[];

@@ -1,8 +1,8 @@
-/** What a plot knows of its series: extents, error bars, and the points nearest to a cursor. */
+/** Properties of a plot's series: extents, error bars, and the points nearest to a cursor. */
 
 import { extent, type AxisScale, type Extent } from './axis-scale';
 import { edges } from './heat-grid';
-import type { Axis, Band, Cursor, Mark, Numbers, Series } from './types';
+import type { PlotAxis, Band, Cursor, Mark, Numbers, Series } from './types';
 
 function* each(numbers: Numbers): Generator<number | null> {
   for (let i = 0; i < numbers.length; i++) yield numbers[i] ?? null;
@@ -11,7 +11,7 @@ function* each(numbers: Numbers): Generator<number | null> {
 /** Extent of all that is drawn, along one axis. */
 export function extentOf(
   way: 'x' | 'y',
-  axis: Axis,
+  axis: PlotAxis,
   series: readonly Series[],
   bands: readonly Band[],
   marks: readonly Mark[] = [],

@@ -1,12 +1,12 @@
 /** What HeatMap draws of its grid: which cell a pixel belongs to, and the picture of all cells. */
 
 import { AxisScale, extent, type Extent } from './axis-scale';
-import type { Axis, Series, Spot } from './types';
+import type { PlotAxis, Series, Spot } from './types';
 
 /** Values of a grid, row by row along y: null and NaN are cells without a value. */
 export type Rows = readonly ArrayLike<number | null>[];
 
-export interface ColourAxis extends Axis {
+export interface ColourAxis extends PlotAxis {
   /** Centre of a diverging map, as far up as down. */
   centre?: number;
 }

@@ -1,11 +1,11 @@
 /** Where the axes of a plot are, in a frame of some size. */
 
 import { AxisScale, ends, equalise, type Extent } from './axis-scale';
-import type { Axis } from './types';
+import type { PlotAxis } from './types';
 
-export interface Asked {
-  x: Axis;
-  y: Axis;
+export interface LayoutRequest {
+  x: PlotAxis;
+  y: PlotAxis;
   /** What the data span. */
   spans: { x: Extent | null; y: Extent | null };
   width: number;
@@ -34,7 +34,16 @@ const BOTTOM = 36;
 const NAME = 22;
 const CHARACTER = 7;
 
-export function layout({ x, y, spans, width, height, margin, tight, equal }: Asked): Layout {
+export function layout({
+  x,
+  y,
+  spans,
+  width,
+  height,
+  margin,
+  tight,
+  equal,
+}: LayoutRequest): Layout {
   const alongY = ends(y, spans.y, tight);
   const bottom = Math.max(TOP + 20, height - BOTTOM);
   const trial = new AxisScale(y, ...alongY, [bottom, TOP]);

@@ -7,7 +7,7 @@ import type { Canvas } from './canvas';
 import type { Ink } from './palette';
 import { Plane } from './plane';
 import { roundStep, type Range } from './range';
-import type { Source } from './source';
+import type { SampleSource } from './source';
 
 const POINTS = 1000;
 const MARGIN = 0.04;
@@ -57,7 +57,7 @@ export class PlaneView {
     this.plane = new Plane(canvas);
   }
 
-  draw(source: Source, range: Range, at: number): void {
+  draw(source: SampleSource, range: Range, at: number): void {
     const { canvas, plane } = this;
     this.read(source, range);
     canvas.clear();
@@ -78,7 +78,7 @@ export class PlaneView {
   }
 
   /** Fills reference and movers; the movers hold errors until the factor is known. */
-  private read(source: Source, range: Range): void {
+  private read(source: SampleSource, range: Range): void {
     const bins = source.cut(range.from, range.to, POINTS);
     this.count = Math.min(bins.count, POINTS + 2);
     const middle = (column: string, target: Float32Array) => {
@@ -180,7 +180,7 @@ export class PlaneView {
   }
 
   /** Where reference and movers are at one moment. */
-  private places(source: Source, at: number): void {
+  private places(source: SampleSource, at: number): void {
     const x = source.at('x.position_reference', at);
     const y = source.at('y.position_reference', at);
     if (!Number.isFinite(x) || !Number.isFinite(y)) return;

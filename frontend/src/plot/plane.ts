@@ -11,11 +11,11 @@ const MARGIN = { left: 58, right: 14, top: 6, bottom: 20 };
 const APART = 46;
 const METRES = { label: '', unit: 'm' };
 
-export type Point = readonly [x: number, y: number];
+export type PlanePoint = readonly [x: number, y: number];
 
 export class Plane {
   /** The place in the middle, m. */
-  centre: Point = [0, 0];
+  centre: PlanePoint = [0, 0];
   /** CSS pixels per metre. */
   scale = 1;
 
@@ -48,7 +48,7 @@ export class Plane {
   }
 
   /** Returns which place is at some pixels. */
-  place([px, py]: Point): Point {
+  place([px, py]: PlanePoint): PlanePoint {
     return [(px - this.px(0)) / this.scale, (this.py(0) - py) / this.scale];
   }
 

@@ -8,7 +8,7 @@ import type { Dash } from './types';
 
 export interface QuantileBand {
   ink: Ink;
-  /** Dashes of the edges: what tells B from A without colour. */
+  /** Dashes of the edges: they distinguish B from A without colour. */
   dash: Dash;
   time: readonly number[];
   least: readonly number[];

@@ -7,7 +7,7 @@ import { ChartPointer, type ChartEvents, type TimeAxis } from './chart-pointer';
 import type { Ink } from './palette';
 import { drawQuantileBand, bandExtremes, type QuantileBand } from './quantile-band';
 import { calmRange, multiples, roundStep, type Range } from './range';
-import type { Source } from './source';
+import type { SampleSource } from './source';
 import { SourceCurve } from './source-curve';
 import type { Dash, Look } from './types';
 
@@ -87,7 +87,7 @@ export class ScopeChart implements TimeAxis {
   }
 
   /** Draws, unless nothing has changed since the last time. */
-  draw(source: Source, state: ChartState): void {
+  draw(source: SampleSource, state: ChartState): void {
     const { range, follow, moments, cursors, hover, selection, quantileBands } = state;
     if (quantileBands !== this.quantileBands) this.drawn = '';
     this.quantileBands = quantileBands;
@@ -140,7 +140,7 @@ export class ScopeChart implements TimeAxis {
   }
 
   /** Reads what the window holds; returns its least and largest value. */
-  private read(source: Source): [number, number] {
+  private read(source: SampleSource): [number, number] {
     const { range } = this;
     const [left, right] = this.ends;
     const bins = source.cut(range.from, range.to, Math.max(50, right - left));
@@ -184,7 +184,7 @@ export class ScopeChart implements TimeAxis {
   }
 
   private dots(
-    source: Source,
+    source: SampleSource,
     column: string,
     ink: Ink = 'text',
     times: readonly number[],
@@ -198,7 +198,7 @@ export class ScopeChart implements TimeAxis {
   }
 
   /** The line under the pointer, the values there, and what a drag marks. */
-  private pointed(source: Source, { hover, selection }: ChartState): void {
+  private pointed(source: SampleSource, { hover, selection }: ChartState): void {
     if (hover === null) return;
     const { c, x } = this;
     const [bottom, top] = this.y.pixels;

@@ -3,7 +3,7 @@
 import type { AxisScale } from './axis-scale';
 import { pointsOf, writeCurve, type Bins } from './bins';
 import type { Canvas } from './canvas';
-import type { Source } from './source';
+import type { SampleSource } from './source';
 import type { Look } from './types';
 
 /** A curve that goes up and down this many times its width is dense. */
@@ -22,7 +22,7 @@ export class SourceCurve {
   ) {}
 
   /** Reads what some bins hold; returns the least and the largest value. */
-  read(source: Source, bins: Bins): [number, number] {
+  read(source: SampleSource, bins: Bins): [number, number] {
     const { count } = (this.bins = bins);
     if (minimum.length < count) {
       minimum = new Float32Array(count + 64);
@@ -41,7 +41,7 @@ export class SourceCurve {
   }
 
   /** Without dashes where the curve is so dense that they could not be seen: a third of the time. */
-  draw(canvas: Canvas, source: Source, x: AxisScale, y: AxisScale): void {
+  draw(canvas: Canvas, source: SampleSource, x: AxisScale, y: AxisScale): void {
     const { bins, values } = this;
     const { ink = 'text', width = 1.5, dash } = this.look;
     const { c } = canvas;

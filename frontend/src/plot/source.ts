@@ -1,9 +1,9 @@
-/** Where curves come from; what draws them knows only this. */
+/** Source of curves; the drawing code depends on this interface only. */
 
 import { cut, type Bins } from './bins';
 import type { Range } from './range';
 
-export interface Source {
+export interface SampleSource {
   /** Changes whenever there is something new to draw. */
   readonly version: number;
   /** Time of sample 0 and time between samples, s. */
@@ -20,7 +20,11 @@ export interface Source {
 }
 
 /** Returns the least and the largest of all samples of a stretch of time; NaN where there are none. */
-export function extremes(source: Source, column: string, { from, to }: Range): [number, number] {
+export function extremes(
+  source: SampleSource,
+  column: string,
+  { from, to }: Range,
+): [number, number] {
   const first = Math.max(source.first, Math.round((from - source.start) / source.step));
   const last = Math.min(source.last, Math.round((to - source.start) / source.step));
   const [low, high] = [new Float32Array(1), new Float32Array(1)];
@@ -40,8 +44,8 @@ export interface Envelope {
 
 let versions = 0;
 
-/** A result that stands still: each column as minimum and maximum of equal bins. */
-export class StillSource implements Source {
+/** A static result: each column as minimum and maximum of equal bins. */
+export class StillSource implements SampleSource {
   readonly version = ++versions;
   readonly first = 0;
 

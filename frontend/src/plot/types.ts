@@ -27,7 +27,7 @@ export interface Look {
   kind?: 'line' | 'points' | 'step' | 'bars';
 }
 
-export interface Axis {
+export interface PlotAxis {
   label: string;
   /** SI unit as in `units.ts`: `m`, `N`, `m/s^2`; `1` or nothing for a pure number. */
   unit?: string;

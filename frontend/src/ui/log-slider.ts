@@ -1,18 +1,18 @@
 /** The logarithmic scale of a gain's slider, and its keys. */
 
-export interface Scale {
+export interface SliderScale {
   least: number;
   most: number;
 }
 
 /** Position of a value on its track, 0 to 1; values beyond the ends stay at them. */
-export function position(value: number, { least, most }: Scale): number {
+export function position(value: number, { least, most }: SliderScale): number {
   if (!(value > least)) return 0;
   return Math.min(1, Math.log(value / least) / Math.log(most / least));
 }
 
-/** Value at a position, rounded to the four digits that a hand can mean. */
-export function valueAt(place: number, { least, most }: Scale): number {
+/** Value at a position, rounded to four digits. */
+export function valueAt(place: number, { least, most }: SliderScale): number {
   const within = Math.min(1, Math.max(0, place));
   return Number((least * (most / least) ** within).toPrecision(4));
 }
@@ -22,7 +22,7 @@ export function valueAfterKey(
   key: string,
   shift: boolean,
   value: number,
-  scale: Scale,
+  scale: SliderScale,
 ): number | null {
   const ratio = shift ? 1.1 : 1.01;
   const bounded = (next: number) =>

@@ -4,7 +4,7 @@ export type Theme = 'light' | 'dark';
 
 const KEY = 'motionlab.theme';
 
-/** The colour theme: the system's, until a person chooses. */
+/** The colour theme: the system's, until the user chooses. */
 class ThemeChoice {
   private readonly system = new MediaQuery('(prefers-color-scheme: dark)');
   private chosen = $state<Theme | null>(null);
@@ -23,7 +23,11 @@ class ThemeChoice {
     this.chosen = next;
     document.documentElement.dataset.theme = next;
     // Plain text, as index.html reads it before any script of the page has run.
-    localStorage.setItem(KEY, next);
+    try {
+      localStorage.setItem(KEY, next);
+    } catch {
+      // Forbidden: the choice lasts until the page is left.
+    }
   }
 }
 

@@ -4,7 +4,7 @@ import { Throttle } from './throttle';
 export function throttled<T>(read: () => T): { readonly current: T } {
   let current = $state.raw(read());
   const throttle = new Throttle<T>((value) => (current = value));
-  // What is offered is taken back when the next one is, or when the component goes.
+  // An offer is withdrawn for the next one, or when the component is destroyed.
   $effect(() => throttle.offer(read()));
   return {
     get current() {

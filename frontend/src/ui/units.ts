@@ -145,7 +145,7 @@ export function clock(seconds: number): string {
 }
 
 /**
- * Reads a number that a person typed, in displayed units. A decimal comma is taken as a point.
+ * Reads a typed number, in displayed units. A decimal comma is taken as a point.
  *
  * @returns the number, or null when the text is none
  */
@@ -161,13 +161,19 @@ export function clean(value: number): number {
   return Number(value.toPrecision(12));
 }
 
-const GREEK: Readonly<Record<string, string>> = { sigma: 'σ', tau: 'τ', lambda: 'λ', gamma: 'γ' };
+const GREEK: Readonly<Record<string, string>> = {
+  sigma: 'σ',
+  tau: 'τ',
+  lambda: 'λ',
+  zeta: 'ζ',
+  gamma: 'γ',
+};
 
-/** Writes a text of the server, which keeps to ASCII, as people do. */
+/** Writes an ASCII text of the server with its symbols. */
 export function pretty(text: string): string {
   return text
     .replace(/\bum\b/g, 'µm')
-    .replace(/\b(sigma|tau|lambda|gamma)(?![a-z])/g, (name) => GREEK[name] ?? name)
+    .replace(/\b(sigma|tau|lambda|zeta|gamma)(?![a-z])/g, (name) => GREEK[name] ?? name)
     .replace(/\^[234]/g, (power) => ({ '^2': '²', '^3': '³', '^4': '⁴' })[power] ?? power)
     .replace(/\+-/g, '±')
     .replace(/(^|[[\s(=])-(?=\d)/g, '$1−');

@@ -241,7 +241,7 @@ def test_fast_speeds_alone_are_warned_of() -> None:
     found = identified(**SHORT | {"speeds": [0.08, 0.1, 0.12, 0.14, 0.15]}).axes["x"]
     warnings = found.sliding.warnings
     assert any("no speeds well below v_s" in w for w in warnings), warnings
-    assert any("cannot be told apart" in w or "only known to" in w for w in warnings), warnings
+    assert any("cannot be distinguished" in w or "only known to" in w for w in warnings), warnings
 
 
 def test_a_stiction_beyond_every_command_is_ramped_by_nothing(

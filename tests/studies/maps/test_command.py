@@ -18,12 +18,12 @@ import pytest
 from motionlab.cli import main
 from motionlab.design.fem import compute as computing
 from motionlab.design.fem.compute import compute
-from motionlab.design.fem.force_map import ForceMap, ForceMapDocument, content_hash
+from motionlab.design.fem.force_map import ForceMapDocument, content_hash
 from motionlab.design.fem.geometry import Geometry, geometry
 from motionlab.design.fem.mesh import Resolution
 from motionlab.design.fem.workers import FieldTask, fields
 from motionlab.errors import ConfigError, StoreError
-from motionlab.store.maps import MapStore
+from motionlab.store.maps import MapStore, map_in
 from motionlab.studies.maps.compute import computed_or_kept
 from tests.paths import DOCS
 from tests.processes import runs, workers_of
@@ -117,7 +117,7 @@ def test_a_folder_that_cannot_be_written_fails(capsys, tmp_path):
 def test_a_map_survives_its_file(preview, tmp_path):
     path = tmp_path / "map.json"
     path.write_text(preview.text())
-    found = ForceMap.read(path)
+    found = map_in(path, str(path))
     assert found.document == preview.document
     x, i = np.linspace(-9e-3, 9e-3, 50), np.linspace(0, 10, 50)
     assert np.array_equal(found.thrust(x, i), preview.thrust(x, i))
@@ -137,10 +137,10 @@ def test_a_file_that_is_no_map_is_refused(preview, tmp_path):
     for message, content in wrong.items():
         path.write_text(content if isinstance(content, str) else json.dumps(content))
         with pytest.raises(ConfigError, match=message) as caught:
-            ForceMap.read(path)
+            map_in(path, str(path))
         assert str(path) in str(caught.value)
     with pytest.raises(ConfigError, match="No such file"):
-        ForceMap.read(tmp_path / "none.json")
+        map_in(tmp_path / "none.json", "none")
 
 
 def test_a_map_is_found_by_what_it_depends_on(preview, tmp_path):

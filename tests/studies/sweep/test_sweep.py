@@ -14,6 +14,7 @@ import pytest
 from motionlab.cli import main
 from motionlab.config.load import load_scenario
 from motionlab.errors import ConfigError
+from motionlab.executors.executor import current
 from motionlab.service.settings import Settings
 from motionlab.simulation import batch as module
 from motionlab.simulation.prepare import prepare
@@ -105,6 +106,13 @@ def test_cases_that_diverge_or_cannot_be_followed_are_named() -> None:
         ([{"path": GAIN, "values": [1.0], "count": 3}], "not both"),
         ([{"path": GAIN, "start": 0.0, "stop": 1.0, "count": 3, "scale": "log"}], "above 0"),
         ([{"path": GAIN, "values": [1.0]}] * 2, "is swept twice"),
+        (
+            [{"path": f"plant{end}", "values": ["matched"]} for end in ("", ".base")],
+            "plant.base is swept twice, also as plant",
+        ),
+        ([{"path": GAIN, "start": -1e308, "stop": 1e308, "count": 3}], "too wide a range"),
+        ([{"path": "seed", "start": 1, "stop": 2, "count": 3}], "whole numbers, and the range"),
+        ([{"path": GAIN, "values": [1.0, -5.0, 2.0]}], "0: variants.B.controller.x.k_p"),
         ([{"path": f"plant.{a}.mass", "start": 1, "stop": 2, "count": 101} for a in "xy"], "10201"),
         ([{"path": "plant.x.mas", "values": [1.0]}], "did you mean 'mass'"),
         ([{"path": GAIN, "values": [-5.0]}], "0: variants.B.controller.x.k_p"),
@@ -116,6 +124,61 @@ def test_what_is_no_sweep_is_refused(grid: list[Any], said: str) -> None:
     with pytest.raises(ConfigError) as caught:
         plan(read_request({"grid": grid}))
     assert said in str(caught.value)
+
+
+def test_a_set_field_inside_of_a_swept_part_holds_in_each_case() -> None:
+    swept = {"path": "plant", "values": ["nominal", "matched"]}
+    found = sweep(swept, set=SHORT | {"plant.x.mass": 9.0, "variants.A.label": "mine"})
+    alone = metrics_alone({"plant": "matched", "plant.x.mass": 9.0})["B"]["axes"]["x"][PEAK]
+    assert found.variants["B"].axes["x"].metrics[PEAK][1] == float(f"{alone:.7g}")
+    assert found.best[0].set.keys() == {"plant"}
+    swept = {"path": "plant.x.mass", "values": [9.0]}
+    again = sweep(swept, set=SHORT | {"plant": "matched"})
+    assert again.variants["B"].axes["x"].metrics[PEAK] == [float(f"{alone:.7g}")]
+
+
+def test_a_range_of_whole_numbers_gives_them_to_a_field_that_takes_nothing_else() -> None:
+    laps = {"path": "trajectory.laps", "start": 1, "stop": 4, "count": 3, "scale": "log"}
+    seeds = {"path": "seed", "start": 1, "stop": 3, "count": 3}
+    planned = plan(read_request({"grid": [laps, seeds], "combine": "list"}))
+    assert repr(planned.points) == "[[1, 2, 4], [1, 2, 3]]"
+
+
+def test_a_refusal_names_the_case_and_its_values() -> None:
+    late = {"path": "window.end", "values": [5.0, 8.0]}
+    whole = {"path": "window.start", "values": [1.0, 9.0]}
+    with pytest.raises(ConfigError, match=r"case 1: window: .*, with window.start = 9.0, window.e"):
+        plan(read_request({"grid": [whole, late], "combine": "list"}))
+    window = {"window": {"start": 1.0, "end": 3.0}}
+    late = {"path": "window.end", "values": [5.0, 800.0]}
+    with pytest.raises(ConfigError, match=r"case 1: window.end: lies after.*window.end = 800"):
+        run(plan(read_request({"set": window, "grid": [late]})))
+    laps = {"path": "trajectory.laps", "values": [2, 1000]}
+    said = r"case 1: trajectory: is too long for a batch, with trajectory.laps = 1000; got .* s"
+    with pytest.raises(ConfigError, match=said):
+        plan(read_request({"grid": [laps]}))
+
+
+def test_the_time_of_each_case_counts() -> None:
+    seconds = {"path": "trajectory.duration", "values": [0.1, 100.0]}
+    point = {"trajectory": {"kind": "point", "duration": 0.05}}
+    planned = plan(read_request({"set": point, "grid": [seconds]}))
+    assert planned.seconds == pytest.approx(2 * 100.1)
+
+
+def test_metrics_that_no_field_moves_have_no_best_case(capsys: pytest.CaptureFixture[str]) -> None:
+    short = ["--set", "trajectory.laps=2"]
+    assert main(["sweep", "circle", *short, "--grid", f"{GAIN}=2e5,4e5"]) == 0
+    said = capsys.readouterr().out
+    assert "um in all cases alike\n" in said[said.index("best for A x") :]
+    assert f"at {GAIN} = 400000" in said[said.index("best for B x") :]
+
+
+def test_the_first_results_come_before_the_last_cases() -> None:
+    sizes = [part.stop - part.start for part in current().parts(10_000, 1000)]
+    assert sizes[:4] == [64, 128, 256, 512]
+    assert sum(sizes) == 10_000
+    assert max(sizes) == 1000
 
 
 def test_a_list_of_unequal_lengths_is_refused() -> None:

@@ -7,17 +7,26 @@ from typing import Any
 import numpy as np
 from pydantic import Field
 
-from motionlab.config.quantity import Config
+from motionlab.config.quantity import Config, choices
 from motionlab.design.fem.force_map import ForceMap, PresetName
 from motionlab.design.fem.geometry import Geometry
 from motionlab.design.fem.report import summary
 from motionlab.design.fem.trust import Published, Uncertainty, published, uncertainty
 
+PRESETS = choices(
+    ("preview", "preview", "Magnetic circuit, at once"),
+    ("default", "default", "24 cells a pitch, about a minute"),
+    ("reference", "reference", "48 cells a pitch, some minutes"),
+)
+"""Presets of a map as the screen calls them."""
+
 
 class MapRequest(Config):
     """Which map is computed."""
 
-    preset: PresetName = Field(default="default", description="How well, and how long")
+    preset: PresetName = Field(
+        default="default", description="How well, and how long", json_schema_extra=PRESETS
+    )
     geometry: Geometry = Field(
         default_factory=Geometry, description="Fields to change; {} is the paper's with our reading"
     )

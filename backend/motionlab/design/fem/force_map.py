@@ -6,7 +6,6 @@ import hashlib
 import json
 from collections.abc import Mapping
 from functools import cached_property
-from pathlib import Path
 from typing import Any, Literal, Self
 
 import numpy as np
@@ -115,30 +114,25 @@ class ForceMap:
             ) from None
 
     @classmethod
-    def read(cls, path: str | Path, *, where: str = "") -> Self:
-        """Return the map in a file.
+    def from_text(cls, text: bytes, where: str) -> Self:
+        """Return the map in a file's text.
 
         Parameters
         ----------
-        path : str or Path
-            The file.
+        text : bytes
+            JSON, up to `SIZE_MOST` bytes.
         where : str
-            What errors call it; its path when left out.
+            What errors call it.
 
         Raises
         ------
         ConfigError
-            If it cannot be read or is not a map.
+            If it is too large or not a map.
         """
-        where = where or str(path)
+        if len(text) > SIZE_MOST:
+            raise ConfigError(FieldError(loc=where, message=f"is larger than {SIZE_MOST} bytes"))
         try:
-            if Path(path).stat().st_size > SIZE_MOST:
-                raise ConfigError(
-                    FieldError(loc=where, message=f"is larger than {SIZE_MOST} bytes")
-                )
-            tables = json.loads(Path(path).read_bytes())
-        except OSError as error:
-            raise ConfigError(FieldError(loc=where, message=error.strerror or str(error))) from None
+            tables = json.loads(text)
         except (ValueError, RecursionError):
             raise ConfigError(FieldError(loc=where, message="is not JSON")) from None
         return cls.from_tables(tables, where)

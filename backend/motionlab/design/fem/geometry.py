@@ -18,22 +18,93 @@ _FITS = f"{OURS}, fits its mover height of 36 mm and its mean iron path of 145.1
 class Geometry(Config):
     """Lengths of one phase's magnetic circuit, its turns and its largest current."""
 
-    tau: float = quantity("Pole pitch", unit="m", source=PAPER, default=7.2e-3, ge=1e-3, le=0.1)
+    tau: float = quantity(
+        "Pole pitch",
+        label="pole pitch",
+        symbol="tau",
+        shown="mm",
+        unit="m",
+        source=PAPER,
+        default=7.2e-3,
+        ge=1e-3,
+        le=0.1,
+    )
     p: float = quantity(
-        "Tooth width, below the pitch", unit="m", source=PAPER, default=3.6e-3, ge=2e-4, le=0.1
+        "Tooth width, below the pitch",
+        label="tooth",
+        symbol="p",
+        shown="mm",
+        unit="m",
+        source=PAPER,
+        default=3.6e-3,
+        ge=2e-4,
+        le=0.1,
     )
-    g: float = quantity("Air gap", unit="m", source=PAPER, default=0.3e-3, ge=2e-5, le=5e-3)
+    g: float = quantity(
+        "Air gap",
+        label="air gap",
+        symbol="g",
+        shown="mm",
+        unit="m",
+        source=PAPER,
+        default=0.3e-3,
+        ge=2e-5,
+        le=5e-3,
+    )
     n: int = quantity(
-        "Teeth on each of the two limbs", unit="1", source=PAPER, default=3, ge=1, le=8
+        "Teeth on each of the two limbs",
+        label="teeth per limb",
+        symbol="n",
+        unit="1",
+        source=PAPER,
+        default=3,
+        ge=1,
+        le=8,
     )
-    l_m: float = quantity("Stack length", unit="m", source=PAPER, default=42.3e-3, ge=1e-3, le=1.0)
-    N: int = quantity("Turns of a phase", unit="1", source=PAPER, default=145, ge=1, le=10_000)
-    i: float = quantity("Largest current", unit="A", source=PAPER, default=10.0, ge=0.1, le=1000)
+    l_m: float = quantity(
+        "Stack length",
+        label="stack length",
+        symbol="l_m",
+        shown="mm",
+        unit="m",
+        source=PAPER,
+        default=42.3e-3,
+        ge=1e-3,
+        le=1.0,
+    )
+    N: int = quantity(
+        "Turns of a phase",
+        label="turns",
+        symbol="N",
+        unit="1",
+        source=PAPER,
+        default=145,
+        ge=1,
+        le=10_000,
+    )
+    i: float = quantity(
+        "Largest current",
+        label="largest current",
+        symbol="i",
+        unit="A",
+        source=PAPER,
+        default=10.0,
+        ge=0.1,
+        le=1000,
+    )
     tooth_depth: float = quantity(
-        "Depth of the mover's teeth", unit="m", source=_FITS, default=3.6e-3, ge=2e-4, le=0.1
+        "Depth of the mover's teeth",
+        shown="mm",
+        unit="m",
+        source=_FITS,
+        default=3.6e-3,
+        ge=2e-4,
+        le=0.1,
     )
     shoe: float = quantity(
         "Height of the shoe that carries a limb's teeth",
+        label="shoe height",
+        shown="mm",
         unit="m",
         source=_FITS,
         default=5.4e-3,
@@ -42,6 +113,8 @@ class Geometry(Config):
     )
     limb: float = quantity(
         "Width of a limb, flush with the outer edge of its shoe",
+        label="limb width",
+        shown="mm",
         unit="m",
         source=_FITS,
         default=9e-3,
@@ -49,10 +122,19 @@ class Geometry(Config):
         le=0.5,
     )
     yoke: float = quantity(
-        "Height of the yoke", unit="m", source=_FITS, default=9e-3, ge=5e-4, le=0.5
+        "Height of the yoke",
+        label="yoke height",
+        shown="mm",
+        unit="m",
+        source=_FITS,
+        default=9e-3,
+        ge=5e-4,
+        le=0.5,
     )
     window: float = quantity(
         "Height of the window between shoes and yoke",
+        label="window height",
+        shown="mm",
         unit="m",
         source=_FITS,
         default=18e-3,
@@ -60,13 +142,28 @@ class Geometry(Config):
         le=0.5,
     )
     coil: float = quantity(
-        "Width of a coil side beside its limb", unit="m", source=OURS, default=9e-3, ge=2e-4, le=0.5
+        "Width of a coil side beside its limb",
+        label="coil width",
+        shown="mm",
+        unit="m",
+        source=OURS,
+        default=9e-3,
+        ge=2e-4,
+        le=0.5,
     )
     stator_tooth_depth: float = quantity(
-        "Depth of the stator's teeth", unit="m", source=_FITS, default=5.4e-3, ge=2e-4, le=0.1
+        "Depth of the stator's teeth",
+        shown="mm",
+        unit="m",
+        source=_FITS,
+        default=5.4e-3,
+        ge=2e-4,
+        le=0.1,
     )
     stator_back: float = quantity(
         "Height of the stator below its teeth",
+        label="stator back",
+        shown="mm",
         unit="m",
         source=_FITS,
         default=10.1e-3,
@@ -74,10 +171,17 @@ class Geometry(Config):
         le=0.5,
     )
     stacking: float = quantity(
-        "Share of iron in the stack", unit="1", source=OURS, default=0.96, ge=0.5, le=1
+        "Share of iron in the stack",
+        label="iron in the stack",
+        unit="1",
+        source=OURS,
+        default=0.96,
+        ge=0.5,
+        le=1,
     )
     post: float = quantity(
         "Share of the stack that stator teeth face; square posts half of it, bars all",
+        label="share of stator posts",
         unit="1",
         source=f"{PAPER}, as (4) is read",
         default=0.5,

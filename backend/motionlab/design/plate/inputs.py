@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
-from motionlab.config.quantity import Config, quantity
+from motionlab.config.quantity import Config, choices, quantity
 from motionlab.config.validation_errors import checked
 
 PAPER = "Huang et al., IEEE Access 2019, section II-B"
@@ -18,35 +18,104 @@ Axis = Literal["x", "y"]
 DesignName = Literal["previous", "new"]
 
 
+AXES = choices(
+    ("x", "x axis", "The light, inner one"),
+    ("y", "y axis", "The sliding plate of the heavy, outer one"),
+)
+SUPPORTS = choices(
+    ("carriages", "four carriages", "Four points"),
+    ("guides", "two guides along x", "Two lines along x"),
+    ("edges", "all edges, simply", "All four edges, simply supported"),
+    ("clamped", "all edges, built in", "All four edges, built in"),
+)
+"""Supports of a platform, as the screen calls them."""
+
+
 class Shape(Config):
     """A rectangular plate with ribs below, its middle at x = y = 0."""
 
-    length: float = quantity("Along x", unit="m", source=OURS, default=0.46, ge=0.02, le=5)
-    width: float = quantity("Along y", unit="m", source=OURS, default=0.36, ge=0.02, le=5)
-    thickness: float = quantity(
-        "Of the plate without ribs", unit="m", source=OURS, default=16e-3, ge=1e-4, le=0.2
+    length: float = quantity(
+        "Along x",
+        label="length along x",
+        shown="mm",
+        unit="m",
+        source=OURS,
+        default=0.46,
+        ge=0.02,
+        le=5,
     )
-    ribs_x: int = quantity("Ribs along x", unit="1", source=OURS, default=3, ge=0, le=20)
-    ribs_y: int = quantity("Ribs along y", unit="1", source=OURS, default=3, ge=0, le=20)
-    rib_width: float = quantity("Of each rib", unit="m", source=OURS, default=12e-3, ge=1e-4, le=1)
+    width: float = quantity(
+        "Along y",
+        label="width along y",
+        shown="mm",
+        unit="m",
+        source=OURS,
+        default=0.36,
+        ge=0.02,
+        le=5,
+    )
+    thickness: float = quantity(
+        "Of the plate without ribs",
+        symbol="t",
+        shown="mm",
+        unit="m",
+        source=OURS,
+        default=16e-3,
+        ge=1e-4,
+        le=0.2,
+    )
+    ribs_x: int = quantity(
+        "Ribs along x", label="ribs along x", unit="1", source=OURS, default=3, ge=0, le=20
+    )
+    ribs_y: int = quantity(
+        "Ribs along y", label="ribs along y", unit="1", source=OURS, default=3, ge=0, le=20
+    )
+    rib_width: float = quantity(
+        "Of each rib", symbol="w", shown="mm", unit="m", source=OURS, default=12e-3, ge=1e-4, le=1
+    )
     rib_height: float = quantity(
-        "Of each rib, below the plate", unit="m", source=OURS, default=10e-3, ge=0, le=0.5
+        "Of each rib, below the plate",
+        symbol="h",
+        shown="mm",
+        unit="m",
+        source=OURS,
+        default=10e-3,
+        ge=0,
+        le=0.5,
     )
     E: float = quantity(
-        "Young's modulus; aluminium", unit="Pa", source=OURS, default=70e9, ge=1e8, le=1e12
+        "Young's modulus; aluminium",
+        label="Young's modulus",
+        symbol="E",
+        shown="GPa",
+        unit="Pa",
+        source=OURS,
+        default=70e9,
+        ge=1e8,
+        le=1e12,
     )
     nu: float = quantity("Poisson's ratio", unit="1", source=OURS, default=0.33, ge=0, le=0.49)
     rho: float = quantity("Density", unit="kg/m^3", source=OURS, default=2700.0, ge=100, le=3e4)
     support: Support = Field(
         default="carriages",
+        json_schema_extra=SUPPORTS,
         description="carriages: four points; guides: two lines along x; edges: all four, simply "
         "supported; clamped: all four, built in",
     )
     span_x: float = quantity(
-        "Distance of carriages along x", unit="m", source=OURS, default=0.4, ge=0.01, le=5
+        "Distance of carriages along x",
+        label="span of supports, x",
+        shown="mm",
+        unit="m",
+        source=OURS,
+        default=0.4,
+        ge=0.01,
+        le=5,
     )
     span_y: float = quantity(
         "Distance of carriages, or of guides, along y",
+        label="span of supports, y",
+        shown="mm",
         unit="m",
         source=OURS,
         default=0.32,
@@ -90,14 +159,31 @@ class Load(Config):
 
     forces: Annotated[tuple[float, float, float, float], Field(strict=False)] = quantity(
         "At (-x, -y), (x, -y), (-x, y), (x, y), towards the stator; not used with a map",
+        label="each normal force",
         unit="N",
         source=f"{PAPER}: four normal forces of 400 N",
         default=(400.0, 400.0, 400.0, 400.0),
     )
     spacing_x: float = quantity(
-        "Distance of the movers' middles along x", unit="m", source=OURS, default=0.24, ge=0, le=5
+        "Distance of the movers' middles along x",
+        label="spacing along x",
+        shown="mm",
+        unit="m",
+        source=OURS,
+        default=0.24,
+        ge=0,
+        le=5,
     )
-    spacing_y: float = quantity("The same along y", unit="m", source=OURS, default=0.2, ge=0, le=5)
+    spacing_y: float = quantity(
+        "The same along y",
+        label="spacing along y",
+        shown="mm",
+        unit="m",
+        source=OURS,
+        default=0.2,
+        ge=0,
+        le=5,
+    )
     length: float = quantity(
         "Of a mover's footprint along x; 0 in both directions for a point",
         unit="m",
@@ -155,7 +241,11 @@ class PlatformRequest(Config):
 
     model_config = ConfigDict(json_schema_extra={"required": []})  # the axis has defaults
 
-    axis: Axis = Field(default="y", description="Which platform's shapes are the defaults")
+    axis: Axis = Field(
+        default="y",
+        description="Which platform's shapes are the defaults",
+        json_schema_extra=AXES,
+    )
     previous: Shape
     new: Shape
     load: Load = Field(default_factory=Load)

@@ -8,21 +8,21 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
 
 MEDIA_TYPE = "application/octet-stream"
 _ALIGNMENT = 8
 
 
-def packed(head: dict[str, Any], curves: Sequence[NDArray[np.float32]]) -> bytes:
+def packed(head: dict[str, Any], curves: Sequence[ArrayLike]) -> bytes:
     """Return the length of the head, 0, the head padded to a multiple of 8, and the curves.
 
     Parameters
     ----------
     head : dict
         What JSON can hold, without NaN and infinity.
-    curves : sequence of ndarray
-        Put one after another.
+    curves : sequence of array
+        Rounded to float32 and put one after another.
     """
     text = json.dumps(head, allow_nan=False, separators=(",", ":")).encode()
     text += b" " * (-len(text) % _ALIGNMENT)

@@ -10,6 +10,7 @@ from fastapi import APIRouter, Body, HTTPException, Path, Request, Response
 from pydantic import BaseModel, Field
 from starlette.convertors import StringConvertor, register_url_convertor
 
+from motionlab.config.drawn_path import DrawnPath
 from motionlab.config.load import epochs, load_scenario, validate_trajectory
 from motionlab.config.shipped import config_root, names, read
 from motionlab.config.trajectory import TrajectoryConfig
@@ -24,7 +25,9 @@ from motionlab.service.workers.worker import Call
 from motionlab.simulation.prepare import Epochs, limit_sets
 from motionlab.store.files import data_root
 from motionlab.store.trajectories import KINDS, TrajectoryStore
+from motionlab.trajectory.corners import drawn
 from motionlab.trajectory.retiming import slow_down
+from motionlab.trajectory.spline import outline
 from motionlab.trajectory.trajectory_check import Examination, LimitSets, examine
 
 
@@ -166,8 +169,20 @@ def _examined(_: Call, body: CheckRequest) -> bytes:
 
 
 def _checked(body: CheckRequest) -> bytes:
-    found = examine(validate_trajectory(body.trajectory), _limits(body), bins=body.points)
-    return packed(_head(found), [each for p in found.profiles for each in (p.minimum, p.maximum)])
+    trajectory = validate_trajectory(body.trajectory)
+    found = examine(trajectory, _limits(body), bins=body.points)
+    curves = [each for p in found.profiles for each in (p.minimum, p.maximum)]
+    head = _head(found) | {"outline": None, "drawn": None}
+    if not isinstance(trajectory, DrawnPath):
+        path = drawn(trajectory)
+        head["drawn"] = path and path.model_dump(mode="json")
+    elif trajectory.geometry == "spline":
+        places, edges = outline(trajectory.points, closed=trajectory.closed)
+        begin, count = sum(map(len, curves)), len(edges)
+        columns = {name: begin + k * count for k, name in enumerate(("x", "y", "edge"))}
+        head["outline"] = columns | {"count": count}
+        curves += [places[:, 0], places[:, 1], edges]
+    return packed(head, curves)
 
 
 def _head(found: Examination) -> dict[str, Any]:

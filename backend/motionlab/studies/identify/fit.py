@@ -280,14 +280,14 @@ def _doubts(  # noqa: PLR0913, PLR0917 - all that is known of a fit
     if few:
         least = min(few.values())
         warnings.append(
-            f"the interval of {', '.join(few)} is wide because few measurements tell how far it "
-            f"scatters: {least:.1f} degrees of freedom make it {_student(least):.1f} standard "
+            f"the interval of {', '.join(few)} is wide because few measurements determine its "
+            f"spread: {least:.1f} degrees of freedom make it {_student(least):.1f} standard "
             "errors"
         )
     for i, j in itertools.combinations(range(len(names)), 2):
         if abs(correlation[i, j]) > _CORRELATED:
             warnings.append(
-                f"{names[i]} and {names[j]} cannot be told apart: correlation "
+                f"{names[i]} and {names[j]} cannot be distinguished: correlation "
                 f"{correlation[i, j]:.4f}"
             )
     return warnings

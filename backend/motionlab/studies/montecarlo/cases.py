@@ -20,7 +20,7 @@ from motionlab.executors.executor import current
 from motionlab.lanes import model_hash
 from motionlab.results.comparison import RATIOS
 from motionlab.results.metrics import DEFINITIONS
-from motionlab.simulation.batch import Batch, CaseTask, run_batch, tasks
+from motionlab.simulation.batch import Batch, CaseTask, check_length, run_batch, tasks
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.result import plant_name
 from motionlab.studies.montecarlo.bands import Bands
@@ -94,6 +94,7 @@ def plan(request: MonteCarloRequest, source: Source | None = None) -> MonteCarlo
     """
     scenario = load_scenario(request.scenario if source is None else source, request.set)
     base = prepare(scenario)
+    check_length(base.reference.ticks)
     plant = scenario.plant.model_dump(mode="json")
     vary, notes = request.vary, []
     if vary == DEFAULT:
@@ -130,7 +131,7 @@ def run_cases(
     """
     count, scenario, window = len(planned.draws), planned.base.scenario, planned.base.window
     bands = Bands(count, len(scenario.variants), window)
-    parts = tasks(scenario, planned.draws)
+    parts = tasks(scenario, planned.draws, {})
     found = list(current().map(_run, [(part, window) for part in parts], progress))
     bands.join(part for _, part in found)
     batches = [batch for batch, _ in found]

@@ -59,6 +59,8 @@ class SharingRequest(Config):
     law: SharingLaw = Field(default="least-norm", description="How the force is shared")
     overlap: float = quantity(
         "Share of the pole pitch over which a phase hands over (sine, cubic)",
+        label="hand-over",
+        shown="% of pitch",
         unit="1",
         source=OURS,
         default=1 / 6,
@@ -66,7 +68,7 @@ class SharingRequest(Config):
         le=1 / 6,
     )
     force: float = quantity(
-        "Commanded force", unit="N", source=OURS, default=20.0, ge=-1000, le=1000
+        "Commanded force", label="force", unit="N", source=OURS, default=20.0, ge=-1000, le=1000
     )
     current_limit: float = quantity(
         "Largest current command", unit="A", source=OURS, default=10.0, gt=0, le=100

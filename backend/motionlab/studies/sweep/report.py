@@ -37,8 +37,11 @@ def report(found: SweepDocument) -> str:
     for best in found.best:
         if best.metric == _PEAK:
             where = ", ".join(f"{path} = {_cell(value)}" for path, value in best.set.items())
+            peaks = found.variants[best.variant].axes[best.axis].metrics[_PEAK]
+            alike = len(peaks) > 1 and len(set(peaks)) == 1
             lines.append(
-                f"best for {best.variant} {best.axis}: {best.value * 1e6:.3g} um at {where}"
+                f"best for {best.variant} {best.axis}: {best.value * 1e6:.3g} um "
+                + ("in all cases alike" if alike else f"at {where}")
             )
     return "\n".join(lines)
 

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
+from motionlab.config.changes import twice
 from motionlab.config.quantity import OURS, Config, quantity
 from motionlab.config.validation_errors import checked
 
 CASES_MAX = 10_000
+_ROUNDING = 1e-12  # of the values of a range, relative
 _Text = Annotated[str, Field(max_length=200)]
 Value = bool | int | float | _Text
 """A value of a field; text also names a shipped part, as in ``plant``."""
@@ -50,19 +52,34 @@ class Dimension(Config):
                 raise ValueError("takes values, or start, stop and count, not both")
         elif self.start is None or self.stop is None or self.count is None:
             raise ValueError("needs values, or start, stop and count")
+        elif not math.isfinite(self.stop - self.start):
+            raise ValueError("is too wide a range")
         elif self.scale == "log" and (self.start <= 0.0 or self.stop <= 0.0):
             raise ValueError("a logarithmic range needs start and stop above 0")
         return self
 
-    def points(self) -> list[Any]:
-        """Return the values, in order."""
+    def points(self, *, whole: bool = False) -> list[Any]:
+        """Return the values, in order.
+
+        Parameters
+        ----------
+        whole : bool
+            Whether the field takes whole numbers: those of a range become integers.
+
+        Raises
+        ------
+        ValueError
+            If a range gives `whole` a fraction.
+        """
         if self.values is not None:
             return list(self.values)
         assert self.start is not None and self.stop is not None and self.count is not None
         if self.scale == "linear":
-            return np.linspace(self.start, self.stop, self.count).tolist()
-        inner = np.geomspace(self.start, self.stop, self.count).tolist()[1:-1]
-        return [self.start, *inner, self.stop]
+            found = np.linspace(self.start, self.stop, self.count).tolist()
+        else:
+            inner = np.geomspace(self.start, self.stop, self.count).tolist()[1:-1]
+            found = [self.start, *inner, self.stop]
+        return [_whole(value) for value in found] if whole else found
 
 
 class SweepRequest(Config):
@@ -84,10 +101,8 @@ class SweepRequest(Config):
 
     @model_validator(mode="after")
     def _is_a_grid(self) -> Self:
-        paths = [dimension.path for dimension in self.grid]
-        twice = next((path for path in paths if paths.count(path) > 1), None)
-        if twice is not None:
-            raise ValueError(f"{twice} is swept twice")
+        for path, other in twice(dimension.path for dimension in self.grid):
+            raise ValueError(f"{path} is swept twice" + (f", also as {other}" * (other != path)))
         sizes = [_size(dimension) for dimension in self.grid]
         if self.combine == "list" and len(set(sizes)) > 1:
             raise ValueError(f"a list needs as many values of each field, not {sizes}")
@@ -102,10 +117,9 @@ class SweepRequest(Config):
         sizes = tuple(_size(dimension) for dimension in self.grid)
         return sizes[:1] if self.combine == "list" else sizes
 
-    def cases(self) -> list[dict[str, Any]]:
-        """Return the changes of each case, dotted path to value."""
+    def cases(self, points: Sequence[Sequence[Any]]) -> list[dict[str, Any]]:
+        """Return the changes of each case, dotted path to value, of the values of each field."""
         paths = [dimension.path for dimension in self.grid]
-        points = [dimension.points() for dimension in self.grid]
         rows = zip(*points, strict=True) if self.combine == "list" else product(*points)
         return [dict(zip(paths, row, strict=True)) for row in rows]
 
@@ -113,6 +127,13 @@ class SweepRequest(Config):
 def read_request(request: Mapping[str, Any]) -> SweepRequest:
     """Return a request, checked; raise ConfigError naming every field that is wrong."""
     return checked(SweepRequest, request, "sweep")
+
+
+def _whole(value: float) -> int:
+    near = round(value)
+    if abs(value - near) > _ROUNDING * max(1.0, abs(value)):
+        raise ValueError(f"takes whole numbers, and the range gives {value:.6g}: list its values")
+    return near
 
 
 def _size(dimension: Dimension) -> int:

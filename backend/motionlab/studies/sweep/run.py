@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import nullcontext
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,11 +13,14 @@ from numpy.typing import NDArray
 from motionlab import __version__
 from motionlab.config.load import load_scenario
 from motionlab.config.planar import AXES
-from motionlab.config.validation_errors import unit_of
+from motionlab.config.scenario import Scenario
+from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.config.validation_errors import is_whole, unit_of
+from motionlab.errors import ConfigError, FieldError
 from motionlab.executors.executor import current
 from motionlab.lanes import model_hash
 from motionlab.results.metrics import DEFINITIONS
-from motionlab.simulation.batch import changed, run_batch, tasks
+from motionlab.simulation.batch import changed, check_length, naming, run_batch, tasks
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.result import plant_name
 from motionlab.studies.study import Progress, Source
@@ -29,6 +33,7 @@ from motionlab.studies.sweep.document import (
     SweptVariant,
 )
 from motionlab.studies.sweep.request import SweepRequest
+from motionlab.trajectory.reference import ticks_of
 
 BEST = ("max_abs_following_error", "rms_following_error")
 """Metrics whose best cases are named."""
@@ -48,22 +53,26 @@ class SweepPlan:
         As validated.
     base : Prepared
         The scenario without any swept value.
+    points : list of list
+        Values of each swept field.
     cases : list of dict
         Changes of each case, dotted path to value.
+    seconds : float
+        Simulated time of all cases and variants, s.
     """
 
     request: SweepRequest
     base: Prepared
+    points: list[list[Any]]
     cases: list[dict[str, Any]]
-
-    @property
-    def seconds(self) -> float:
-        """Simulated time of all cases and variants, s, if each takes as long as the scenario."""
-        return self.base.work * len(self.cases)
+    seconds: float
 
 
 def plan(request: SweepRequest, source: Source | None = None) -> SweepPlan:
-    """Return the cases of a sweep; each value is checked by itself, without the others.
+    """Return the cases of a sweep.
+
+    Of a grid each listed value and both ends of each range are checked without the other fields,
+    of a list each row; the motion of each case is planned, but not sampled.
 
     Parameters
     ----------
@@ -75,20 +84,54 @@ def plan(request: SweepRequest, source: Source | None = None) -> SweepPlan:
     Raises
     ------
     ConfigError
-        Naming the dimension and what is wrong with its value.
+        Naming the dimension, or the case and its values, and what is wrong.
     Infeasible
         If the scenario's own motor cannot follow its motion.
     """
     scenario = load_scenario(request.scenario if source is None else source, request.set)
     base = prepare(scenario)
-    cases = request.cases()
-    if request.combine == "grid":  # of a list only whole rows need be valid
-        document = scenario.model_dump(mode="json")
-        for index, dimension in enumerate(request.grid):
-            points = dimension.points()
-            for value in {str(point): point for point in (points[0], points[-1])}.values():
-                changed(document, {dimension.path: value}, f"grid.{index}")
-    return SweepPlan(request, base, cases)
+    points = [_points(index, scenario, request) for index in range(len(request.grid))]
+    cases = request.cases(points)
+    document = scenario.model_dump(mode="json")
+    if request.combine == "grid":
+        for index, (dimension, values) in enumerate(zip(request.grid, points, strict=True)):
+            listed = values if dimension.values is not None else [values[0], values[-1]]
+            for value in {repr(each): each for each in listed}.values():
+                with naming(f"grid.{index}"):
+                    changed(document, {dimension.path: value}, request.set)
+    else:  # of a list only whole rows need be valid
+        for number, case in enumerate(cases):
+            with naming(f"case {number}", case):
+                changed(document, case, request.set)
+    ticks = _ticks(base, document, cases, request.set)
+    seconds = ticks * CONTROL_PERIOD * len(scenario.variants)
+    return SweepPlan(request, base, points, cases, seconds)
+
+
+def _points(index: int, scenario: Scenario, request: SweepRequest) -> list[Any]:
+    dimension = request.grid[index]
+    try:
+        return dimension.points(whole=is_whole(dimension.path, scenario))
+    except ValueError as error:
+        raise ConfigError(FieldError(f"grid.{index}: {dimension.path}", str(error))) from None
+
+
+def _ticks(
+    base: Prepared, document: dict[str, Any], cases: list[dict[str, Any]], shared: dict[str, Any]
+) -> int:
+    """Return the ticks of all cases; raise ConfigError naming one whose motion is too long."""
+    known: dict[str, int] = {}
+    total = 0
+    for number, case in enumerate(cases):
+        motion = {path: case[path] for path in case if path.split(".")[0] == "trajectory"}
+        key = repr(motion)
+        if key not in known:
+            with naming(f"case {number}", case) if motion else nullcontext():
+                scenario = changed(document, motion, shared) if motion else base.scenario
+                known[key] = ticks_of(scenario.trajectory)
+                check_length(known[key])
+        total += known[key]
+    return total
 
 
 def run(planned: SweepPlan, progress: Progress | None = None) -> SweepDocument:
@@ -123,7 +166,7 @@ def run(planned: SweepPlan, progress: Progress | None = None) -> SweepDocument:
             progress(now, said)
         said = None
 
-    parts = tasks(scenario, planned.cases)
+    parts = tasks(scenario, planned.cases, planned.request.set)
     for part, found in zip(parts, current().map(run_batch, parts, tell), strict=True):
         here = slice(part.first, part.first + len(part.changes))
         failed[here], feasible[here] = found.failed, found.feasible
@@ -137,8 +180,8 @@ def run(planned: SweepPlan, progress: Progress | None = None) -> SweepDocument:
         version=__version__,
         model=model_hash(),
         fields=[
-            SweptField(path=d.path, unit=unit_of(d.path, scenario), values=d.points())
-            for d in planned.request.grid
+            SweptField(path=d.path, unit=unit_of(d.path, scenario), values=values)
+            for d, values in zip(planned.request.grid, planned.points, strict=True)
         ],
         shape=list(planned.request.shape),
         cases=len(planned.cases),

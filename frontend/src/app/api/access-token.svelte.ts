@@ -1,4 +1,4 @@
-/** The server's token: asked for once, while the requests that need it wait. */
+/** The server's token: entered once, while the requests that need it wait. */
 
 import type { Api } from './client';
 

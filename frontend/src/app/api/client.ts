@@ -12,6 +12,7 @@ import type {
   ReportOf,
   Scenario,
   SessionInfo,
+  StudyKind,
   Trajectory,
 } from './types';
 
@@ -23,7 +24,7 @@ const ROOT = '/api/v1';
 export const UNREACHABLE = 0;
 
 export class ApiError extends Error {
-  /** @param retryAfter ms after which the server wants to be asked again; null where it names none */
+  /** @param retryAfter ms to wait before a retry, as the server states; null if it states none */
   constructor(
     readonly problem: Problem,
     readonly retryAfter: number | null = null,
@@ -60,14 +61,14 @@ export type StudyPath = Extract<
 >;
 
 export class Api {
-  /** Asks for the token when the server wants one; resolves once a token was accepted. */
+  /** Prompts for the token when the server requires one; resolves once it is accepted. */
   onUnauthorized: (() => Promise<void>) | null = null;
 
   health = () => this.json('get', '/health', {});
   scenarios = () => this.json('get', '/scenarios', {});
   scenario = (name: string) => this.json('get', '/scenarios/{name}', { path: { name } });
   fields = () => this.json('get', '/fields', {});
-  requestFields = (kind: JobKind) => this.json('get', '/fields/{kind}', { path: { kind } });
+  requestFields = (kind: StudyKind) => this.json('get', '/fields/{kind}', { path: { kind } });
   parts = () => this.json('get', '/parts', {});
   paper = () => this.json('get', '/paper', {});
   parse = (toml: string) => this.json('post', '/scenarios/parse', { body: toml });

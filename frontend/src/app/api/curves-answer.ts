@@ -7,10 +7,10 @@ interface Packed {
   columns: { name: string; minimum: number; maximum: number }[];
 }
 
-/** Reads an answer; the curves are views into it. */
+/** Reads an answer; the curves, and all its numbers, are views into it. */
 export function readCurves<Head extends Pick<Packed, 'time'>>(
   buffer: ArrayBuffer,
-): Head & { columns: Map<string, Envelope> } {
+): Head & { columns: Map<string, Envelope>; numbers: Float32Array } {
   const length = new DataView(buffer).getUint32(0, true);
   const text = new TextDecoder().decode(new Uint8Array(buffer, 8, length));
   const head = JSON.parse(text) as Head & Packed;
@@ -20,5 +20,5 @@ export function readCurves<Head extends Pick<Packed, 'time'>>(
     ({ name, minimum, maximum }) =>
       [name, { minimum: curve(minimum), maximum: curve(maximum) }] as const,
   );
-  return { ...head, columns: new Map(columns) };
+  return { ...head, columns: new Map(columns), numbers };
 }

@@ -8,7 +8,7 @@ export type Method = 'get' | 'put' | 'post' | 'delete' | 'patch';
 
 type At<P extends keyof paths, M extends Method> = Extract<paths[P][M], { responses: object }>;
 
-/** Paths below the root that know a method. */
+/** Paths below the root that have a method. */
 export type PathOf<M extends Method> = {
   [P in keyof paths]: P extends `${Root}${infer Rest}`
     ? [At<P, M>] extends [never]

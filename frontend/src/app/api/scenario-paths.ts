@@ -35,7 +35,7 @@ export function withValue<T extends object>(scenario: T, path: string, value: Va
 
 /**
  * Returns the scenario with changes applied. A part given by name is looked up in `parts` as
- * `path=name`; unknown ones are left as they were, as only the server knows them.
+ * `path=name`; unknown ones are left as they were.
  */
 export function withChanges(
   scenario: Scenario,
@@ -68,7 +68,7 @@ export function equal(a: unknown, b: unknown): boolean {
   return false;
 }
 
-export interface Difference {
+export interface ScenarioDifference {
   path: string;
   from: Value | undefined;
   to: Value | undefined;
@@ -82,13 +82,13 @@ const WORDS = new Set(['title', 'description', 'label']);
  *
  * A part that goes by another name, such as another motor, is one difference, not its hundred values.
  */
-export function difference(from: object, to: object): Difference[] {
-  const found: Difference[] = [];
+export function difference(from: object, to: object): ScenarioDifference[] {
+  const found: ScenarioDifference[] = [];
   walk(from as Table, to as Table, '', found);
   return found;
 }
 
-function walk(from: Table, to: Table, prefix: string, found: Difference[]): void {
+function walk(from: Table, to: Table, prefix: string, found: ScenarioDifference[]): void {
   for (const key of new Set([...Object.keys(to), ...Object.keys(from)])) {
     if (WORDS.has(key)) continue;
     const path = prefix === '' ? key : `${prefix}.${key}`;
@@ -122,7 +122,7 @@ function covers(paths: readonly string[], path: string): boolean {
 
 /**
  * Returns a session's scenario as it holds at 0 s: without what the schedule has changed since, but
- * with what a person has.
+ * with the user's changes.
  */
 export function atStart({
   base,
@@ -150,7 +150,7 @@ export function without<T>(
   return Object.fromEntries(Object.entries(table).filter(([path]) => !paths.includes(path)));
 }
 
-/** Returns the paths of which two sets of changes say something else. */
+/** Returns the paths in which two sets of changes differ. */
 export function changedPaths(before: Changes, now: Changes): string[] {
   return Object.keys({ ...before, ...now }).filter((path) => !equal(before[path], now[path]));
 }

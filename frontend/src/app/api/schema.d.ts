@@ -1665,12 +1665,12 @@ export interface components {
             steady_state_error: number | null;
             /**
              * Settling Time
-             * @description from the end of command until abs(e) stays within settling_band to the end of the hold, the longest of all holds; null without a hold or where one never settles
+             * @description time from the end of command until abs(e) stays within settling_band, the longest of all holds
              */
             settling_time: number | null;
             /**
              * Overshoot
-             * @description how far the measured position goes past the target during a hold, in the direction of the move that led there, the largest of all holds; null without such a hold
+             * @description largest excursion past the target during a hold, in the direction of the move before it
              */
             overshoot: number | null;
             /**
@@ -1743,7 +1743,7 @@ export interface components {
          */
         AxisX: {
             /**
-             * Mass
+             * moving mass
              * @description Moving mass
              * @default 5.9
              */
@@ -1767,7 +1767,7 @@ export interface components {
          */
         AxisY: {
             /**
-             * Mass
+             * moving mass
              * @description Moving mass
              * @default 13.9
              */
@@ -2551,46 +2551,46 @@ export interface components {
          */
         Dimensions: {
             /**
-             * F Max
+             * thrust
              * @description Largest thrust that one phase is specified for
              * @default 32
              */
             f_max: number;
             /**
-             * V Max
+             * velocity
              * @description Largest velocity specified
              * @default 1
              */
             v_max: number;
             /**
-             * I
+             * current
              * @description Largest current of a phase
              * @default 10
              */
             i: number;
             /**
-             * Tau
+             * pole pitch
              * @description Pole pitch, p + s
              * @default 0.0072
              */
             tau: number;
             /**
-             * P
+             * tooth
              * @description Tooth width; left out: from tau and s or sigma
              */
             p?: number | null;
             /**
-             * S
+             * slot
              * @description Slot width; left out: from tau and p or sigma
              */
             s?: number | null;
             /**
-             * Sigma
+             * tooth over slot
              * @description Tooth over slot, p/s; left out with p and s: 1
              */
             sigma?: number | null;
             /**
-             * N
+             * teeth per limb
              * @description Tooth pairs of a mover: teeth on each limb
              * @default 3
              */
@@ -2602,79 +2602,79 @@ export interface components {
              */
             limbs: number;
             /**
-             * G
+             * air gap
              * @description Air gap
              * @default 0.0003
              */
             g: number;
             /**
-             * B G
+             * flux density
              * @description Mean flux density in the gap
              * @default 1.5
              */
             B_g: number;
             /**
-             * H A
+             * field in the iron
              * @description Mean field strength in the iron
              * @default 5000
              */
             H_a: number;
             /**
-             * L A
+             * path in the iron
              * @description Mean path in the iron
              * @default 0.1451
              */
             l_a: number;
             /**
-             * K E
+             * efficiency
              * @description Efficiency
              * @default 0.7
              */
             K_e: number;
             /**
-             * K D
+             * duty cycle
              * @description Duty cycle
              * @default 1
              */
             K_d: number;
             /**
-             * Lambda
+             * inductance ratio
              * @description Aligned over unaligned inductance, L_a/L_u
              * @default 1.49534
              */
             lambda: number;
             /**
-             * Loading Min
+             * least loading
              * @description Electric loading below which a warning is given
              * @default 25000
              */
             loading_min: number;
             /**
-             * Loading Max
+             * most loading
              * @description Electric loading above which a warning is given
              * @default 90000
              */
             loading_max: number;
             /**
-             * L M
+             * stack length
              * @description Stack length of the mover
              * @default 0.0423
              */
             l_m: number;
             /**
-             * N
+             * turns
              * @description Turns of a phase
              * @default 145
              */
             N: number;
             /**
-             * Single Phase Force
+             * thrust, one phase
              * @description Largest thrust of one phase
              * @default 34.1
              */
             single_phase_force: number;
             /**
-             * Two Phase Force
+             * thrust, two phases
              * @description Largest thrust of two phases together
              * @default 43.1
              */
@@ -2704,7 +2704,7 @@ export interface components {
         DisturbanceObserverConfig: {
             /**
              * disturbance observer
-             * @description Add its estimate to the command
+             * @description Disturbance observer: add what the force balance does not explain
              * @default false
              */
             enabled: boolean;
@@ -2937,6 +2937,11 @@ export interface components {
                 [key: string]: unknown;
             };
             /**
+             * Checked
+             * @description Of a change: tick at which it was checked, before it took effect
+             */
+            checked?: number | null;
+            /**
              * Axis
              * @description Of a push
              */
@@ -3014,6 +3019,11 @@ export interface components {
              */
             label: string;
             /**
+             * Symbol
+             * @description Letter in equations, or abbreviation
+             */
+            symbol?: string | null;
+            /**
              * Unit
              * @description Unit on the screen
              * @default
@@ -3052,9 +3062,17 @@ export interface components {
             default?: unknown;
             /**
              * Example
-             * @description A usual value where the default is none
+             * @description A usual value where the default is none, or off
              */
             example?: unknown;
+            /**
+             * Usual
+             * @description Range of a slider, SI
+             */
+            usual?: [
+                number,
+                number
+            ] | null;
             /**
              * Used With
              * @description Choices of the field beside it with which it matters
@@ -3852,6 +3870,7 @@ export interface components {
              */
             k_d: number;
             /**
+             * @description Notch filter on the feedback, against a resonance
              * @default {
              *       "frequency": 250,
              *       "damping": 0.5,
@@ -3866,43 +3885,43 @@ export interface components {
          */
         Geometry: {
             /**
-             * Tau
+             * pole pitch
              * @description Pole pitch
              * @default 0.0072
              */
             tau: number;
             /**
-             * P
+             * tooth
              * @description Tooth width, below the pitch
              * @default 0.0036
              */
             p: number;
             /**
-             * G
+             * air gap
              * @description Air gap
              * @default 0.0003
              */
             g: number;
             /**
-             * N
+             * teeth per limb
              * @description Teeth on each of the two limbs
              * @default 3
              */
             n: number;
             /**
-             * L M
+             * stack length
              * @description Stack length
              * @default 0.0423
              */
             l_m: number;
             /**
-             * N
+             * turns
              * @description Turns of a phase
              * @default 145
              */
             N: number;
             /**
-             * I
+             * largest current
              * @description Largest current
              * @default 10
              */
@@ -3914,31 +3933,31 @@ export interface components {
              */
             tooth_depth: number;
             /**
-             * Shoe
+             * shoe height
              * @description Height of the shoe that carries a limb's teeth
              * @default 0.0054
              */
             shoe: number;
             /**
-             * Limb
+             * limb width
              * @description Width of a limb, flush with the outer edge of its shoe
              * @default 0.009
              */
             limb: number;
             /**
-             * Yoke
+             * yoke height
              * @description Height of the yoke
              * @default 0.009
              */
             yoke: number;
             /**
-             * Window
+             * window height
              * @description Height of the window between shoes and yoke
              * @default 0.018
              */
             window: number;
             /**
-             * Coil
+             * coil width
              * @description Width of a coil side beside its limb
              * @default 0.009
              */
@@ -3950,19 +3969,19 @@ export interface components {
              */
             stator_tooth_depth: number;
             /**
-             * Stator Back
+             * stator back
              * @description Height of the stator below its teeth
              * @default 0.0101
              */
             stator_back: number;
             /**
-             * Stacking
+             * iron in the stack
              * @description Share of iron in the stack
              * @default 0.96
              */
             stacking: number;
             /**
-             * Post
+             * share of stator posts
              * @description Share of the stack that stator teeth face; square posts half of it, bars all
              * @default 0.5
              */
@@ -4498,7 +4517,7 @@ export interface components {
          */
         Load: {
             /**
-             * Forces
+             * each normal force
              * @description At (-x, -y), (x, -y), (-x, y), (x, y), towards the stator; not used with a map
              * @default [
              *       400,
@@ -4514,13 +4533,13 @@ export interface components {
                 number
             ];
             /**
-             * Spacing X
+             * spacing along x
              * @description Distance of the movers' middles along x
              * @default 0.24
              */
             spacing_x: number;
             /**
-             * Spacing Y
+             * spacing along y
              * @description The same along y
              * @default 0.2
              */
@@ -5158,6 +5177,7 @@ export interface components {
              * notch gain
              * @description Gain at its frequency; 1 is no notch
              * @default 1
+             * @example 0.1
              */
             gain: number;
         };
@@ -6243,46 +6263,46 @@ export interface components {
          */
         Requirements: {
             /**
-             * F Max
+             * thrust
              * @description Largest thrust that one phase is specified for
              * @default 32
              */
             f_max: number;
             /**
-             * V Max
+             * velocity
              * @description Largest velocity specified
              * @default 1
              */
             v_max: number;
             /**
-             * I
+             * current
              * @description Largest current of a phase
              * @default 10
              */
             i: number;
             /**
-             * Tau
+             * pole pitch
              * @description Pole pitch, p + s
              * @default 0.0072
              */
             tau: number;
             /**
-             * P
+             * tooth
              * @description Tooth width; left out: from tau and s or sigma
              */
             p?: number | null;
             /**
-             * S
+             * slot
              * @description Slot width; left out: from tau and p or sigma
              */
             s?: number | null;
             /**
-             * Sigma
+             * tooth over slot
              * @description Tooth over slot, p/s; left out with p and s: 1
              */
             sigma?: number | null;
             /**
-             * N
+             * teeth per limb
              * @description Tooth pairs of a mover: teeth on each limb
              * @default 3
              */
@@ -6294,55 +6314,55 @@ export interface components {
              */
             limbs: number;
             /**
-             * G
+             * air gap
              * @description Air gap
              * @default 0.0003
              */
             g: number;
             /**
-             * B G
+             * flux density
              * @description Mean flux density in the gap
              * @default 1.5
              */
             B_g: number;
             /**
-             * H A
+             * field in the iron
              * @description Mean field strength in the iron
              * @default 5000
              */
             H_a: number;
             /**
-             * L A
+             * path in the iron
              * @description Mean path in the iron
              * @default 0.1451
              */
             l_a: number;
             /**
-             * K E
+             * efficiency
              * @description Efficiency
              * @default 0.7
              */
             K_e: number;
             /**
-             * K D
+             * duty cycle
              * @description Duty cycle
              * @default 1
              */
             K_d: number;
             /**
-             * Lambda
+             * inductance ratio
              * @description Aligned over unaligned inductance, L_a/L_u
              * @default 1.49534
              */
             lambda: number;
             /**
-             * Loading Min
+             * least loading
              * @description Electric loading below which a warning is given
              * @default 25000
              */
             loading_min: number;
             /**
-             * Loading Max
+             * most loading
              * @description Electric loading above which a warning is given
              * @default 90000
              */
@@ -7089,13 +7109,13 @@ export interface components {
          */
         Shape: {
             /**
-             * Length
+             * length along x
              * @description Along x
              * @default 0.46
              */
             length: number;
             /**
-             * Width
+             * width along y
              * @description Along y
              * @default 0.36
              */
@@ -7107,13 +7127,13 @@ export interface components {
              */
             thickness: number;
             /**
-             * Ribs X
+             * ribs along x
              * @description Ribs along x
              * @default 3
              */
             ribs_x: number;
             /**
-             * Ribs Y
+             * ribs along y
              * @description Ribs along y
              * @default 3
              */
@@ -7131,7 +7151,7 @@ export interface components {
              */
             rib_height: number;
             /**
-             * E
+             * Young's modulus
              * @description Young's modulus; aluminium
              * @default 70000000000
              */
@@ -7156,13 +7176,13 @@ export interface components {
              */
             support: "carriages" | "guides" | "edges" | "clamped";
             /**
-             * Span X
+             * span of supports, x
              * @description Distance of carriages along x
              * @default 0.4
              */
             span_x: number;
             /**
-             * Span Y
+             * span of supports, y
              * @description Distance of carriages, or of guides, along y
              * @default 0.32
              */
@@ -7311,13 +7331,13 @@ export interface components {
              */
             law: "least-norm" | "force-per-ampere" | "sine" | "cubic";
             /**
-             * Overlap
+             * hand-over
              * @description Share of the pole pitch over which a phase hands over (sine, cubic)
              * @default 0.16666666666666666
              */
             overlap: number;
             /**
-             * Force
+             * force
              * @description Commanded force
              * @default 20
              */
@@ -7590,46 +7610,46 @@ export interface components {
          */
         SizedDimensions: {
             /**
-             * F Max
+             * thrust
              * @description Largest thrust that one phase is specified for
              * @default 32
              */
             f_max: number;
             /**
-             * V Max
+             * velocity
              * @description Largest velocity specified
              * @default 1
              */
             v_max: number;
             /**
-             * I
+             * current
              * @description Largest current of a phase
              * @default 10
              */
             i: number;
             /**
-             * Tau
+             * pole pitch
              * @description Pole pitch, p + s
              * @default 0.0072
              */
             tau: number;
             /**
-             * P
+             * tooth
              * @description Tooth width; left out: from tau and s or sigma
              */
             p?: number | null;
             /**
-             * S
+             * slot
              * @description Slot width; left out: from tau and p or sigma
              */
             s?: number | null;
             /**
-             * Sigma
+             * tooth over slot
              * @description Tooth over slot, p/s; left out with p and s: 1
              */
             sigma?: number | null;
             /**
-             * N
+             * teeth per limb
              * @description Tooth pairs of a mover: teeth on each limb
              * @default 3
              */
@@ -7641,67 +7661,67 @@ export interface components {
              */
             limbs: number;
             /**
-             * G
+             * air gap
              * @description Air gap
              * @default 0.0003
              */
             g: number;
             /**
-             * B G
+             * flux density
              * @description Mean flux density in the gap
              * @default 1.5
              */
             B_g: number;
             /**
-             * H A
+             * field in the iron
              * @description Mean field strength in the iron
              * @default 5000
              */
             H_a: number;
             /**
-             * L A
+             * path in the iron
              * @description Mean path in the iron
              * @default 0.1451
              */
             l_a: number;
             /**
-             * K E
+             * efficiency
              * @description Efficiency
              * @default 0.7
              */
             K_e: number;
             /**
-             * K D
+             * duty cycle
              * @description Duty cycle
              * @default 1
              */
             K_d: number;
             /**
-             * Lambda
+             * inductance ratio
              * @description Aligned over unaligned inductance, L_a/L_u
              * @default 1.49534
              */
             lambda: number;
             /**
-             * Loading Min
+             * least loading
              * @description Electric loading below which a warning is given
              * @default 25000
              */
             loading_min: number;
             /**
-             * Loading Max
+             * most loading
              * @description Electric loading above which a warning is given
              * @default 90000
              */
             loading_max: number;
             /**
-             * L M
+             * stack length
              * @description Stack length of the mover
              * @default 0.0423
              */
             l_m: number;
             /**
-             * N
+             * turns
              * @description Turns of a phase
              * @default 145
              */
@@ -14189,43 +14209,43 @@ export interface operations {
             content: {
                 "application/json": {
                     /**
-                     * Tau
+                     * pole pitch
                      * @description Pole pitch
                      * @default 0.0072
                      */
                     tau?: number;
                     /**
-                     * P
+                     * tooth
                      * @description Tooth width, below the pitch
                      * @default 0.0036
                      */
                     p?: number;
                     /**
-                     * G
+                     * air gap
                      * @description Air gap
                      * @default 0.0003
                      */
                     g?: number;
                     /**
-                     * N
+                     * teeth per limb
                      * @description Teeth on each of the two limbs
                      * @default 3
                      */
                     n?: number;
                     /**
-                     * L M
+                     * stack length
                      * @description Stack length
                      * @default 0.0423
                      */
                     l_m?: number;
                     /**
-                     * N
+                     * turns
                      * @description Turns of a phase
                      * @default 145
                      */
                     N?: number;
                     /**
-                     * I
+                     * largest current
                      * @description Largest current
                      * @default 10
                      */
@@ -14237,31 +14257,31 @@ export interface operations {
                      */
                     tooth_depth?: number;
                     /**
-                     * Shoe
+                     * shoe height
                      * @description Height of the shoe that carries a limb's teeth
                      * @default 0.0054
                      */
                     shoe?: number;
                     /**
-                     * Limb
+                     * limb width
                      * @description Width of a limb, flush with the outer edge of its shoe
                      * @default 0.009
                      */
                     limb?: number;
                     /**
-                     * Yoke
+                     * yoke height
                      * @description Height of the yoke
                      * @default 0.009
                      */
                     yoke?: number;
                     /**
-                     * Window
+                     * window height
                      * @description Height of the window between shoes and yoke
                      * @default 0.018
                      */
                     window?: number;
                     /**
-                     * Coil
+                     * coil width
                      * @description Width of a coil side beside its limb
                      * @default 0.009
                      */
@@ -14273,19 +14293,19 @@ export interface operations {
                      */
                     stator_tooth_depth?: number;
                     /**
-                     * Stator Back
+                     * stator back
                      * @description Height of the stator below its teeth
                      * @default 0.0101
                      */
                     stator_back?: number;
                     /**
-                     * Stacking
+                     * iron in the stack
                      * @description Share of iron in the stack
                      * @default 0.96
                      */
                     stacking?: number;
                     /**
-                     * Post
+                     * share of stator posts
                      * @description Share of the stack that stator teeth face; square posts half of it, bars all
                      * @default 0.5
                      */

@@ -1,6 +1,6 @@
 /**
- * What the server says, in names of our own. schema.d.ts is generated from its OpenAPI document
- * (npm run types); only where that says no more than "an object" is there more here. All is SI.
+ * Types of the server's documents. schema.d.ts is generated from its OpenAPI document
+ * (npm run types); types that it leaves open are spelt out here. All is SI.
  */
 
 import type { components, paths } from './schema';
@@ -18,7 +18,7 @@ export type Changes = Record<string, Value>;
 /** A scenario with all names resolved; read through paths, see `at` in scenario-paths.ts. */
 export type Scenario = Schemas['Scenario'];
 
-/** How a field is called and shown, and what it may be. */
+/** Name, unit, bounds and choices of a field. */
 export type FieldEntry = Schemas['FieldEntry'];
 export type Choice = Schemas['Choice'];
 export type ScenarioFields = Schemas['ScenarioFields'];
@@ -41,11 +41,13 @@ export interface GainSet extends Omit<Schemas['GainSet'], 'values'> {
 
 export type SessionInfo = Schemas['SessionInfo'];
 
-/** How far the loops are from instability. */
+/** Margins of the loops. */
 export type Loops = Schemas['LoopDocument'];
 
 export type JobSummary = Schemas['JobSummary'];
 export type JobKind = JobSummary['kind'];
+/** Kinds of studies whose requests have fields; some are answered at once. */
+export type StudyKind = JobKind | 'design' | 'platform' | 'sharing';
 export type JobReport =
   paths['/api/v1/jobs/{job_id}']['get']['responses']['200']['content']['application/json'];
 /** Report of a job of one kind. */
@@ -63,7 +65,7 @@ export type MapTables = Schemas['MapTables'];
 export type SharingDocument = Schemas['SharingDocument'];
 export type MapFit = Schemas['FitDocument'];
 export type FieldPicture = Schemas['FieldPicture'];
-/** What an identification would do. */
+/** Plan of an identification. */
 export type IdentificationPlan = Schemas['PlanDocument'];
 export type Identification = Schemas['IdentificationDocument'];
 export type IdentificationPartial = Schemas['PartialIdentification'];
@@ -78,7 +80,7 @@ export type AxisLandscape = Schemas['AxisLandscape'];
 /** The loop of one axis over frequency. */
 export type LoopResponse = Schemas['ResponseDocument'];
 export type LoopSweep = Schemas['FrequencySweepDocument'];
-/** Eqs (39) to (42) of one axis, beside the simulation. */
+/** Eqs (39) to (42) of one axis, and the simulation. */
 export type LoopAccuracy = Schemas['AccuracyDocument'];
 
 export type AxisMetrics = Schemas['AxisMetrics'];

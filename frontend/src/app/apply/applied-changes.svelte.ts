@@ -1,4 +1,4 @@
-/** Changes that a study gives to the Lab, and takes back. */
+/** Changes applied to the Lab by a study, with undo. */
 
 import { equal } from '../api/scenario-paths';
 import type { Changes } from '../api/types';
@@ -6,17 +6,17 @@ import { app, type Mode } from '../store.svelte';
 import { present } from './comparison.svelte';
 
 export class AppliedChanges {
-  /** What was given last, and what the Lab had before. */
+  /** The changes applied last, and the Lab's values before. */
   private last = $state.raw<{ given: Changes; before: Changes; mode: Mode } | null>(null);
 
-  /** Whether the Lab still has what was given to it. */
+  /** Whether the Lab still has the applied changes. */
   readonly applied = $derived.by(() => {
     const { last } = this;
     if (!last || !app.scenario || app.mode !== last.mode) return false;
     return equal(present(app.scenario, last.given), last.given);
   });
 
-  /** How it was given, to go into a sentence. */
+  /** How they were applied, to go into a sentence. */
   readonly how = $derived(
     this.last?.mode === 'live' ? 'in the running session' : 'as a what-if change',
   );

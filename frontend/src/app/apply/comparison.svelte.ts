@@ -9,7 +9,7 @@ interface Compared {
   scenario: Scenario;
   /** Changes of the scenario that hold for both. */
   set: Changes;
-  /** Whose controller. */
+  /** Variant of the controller. */
   variant: string;
   /** Changes of B alone. */
   chosen: Changes;
@@ -18,9 +18,9 @@ interface Compared {
 }
 
 export class Comparison {
-  /** What the last comparison is of: a result, chosen gains. */
+  /** Subject of the last comparison: a result, chosen gains. */
   of = $state.raw<unknown>(null);
-  /** Why there is no answer. */
+  /** Reason for a missing answer. */
   problem = $state('');
   private readonly whatif: WhatIf;
   readonly waiting = $derived.by(() => this.of !== null && this.whatif.standing !== 'exact');

@@ -14,6 +14,7 @@ const FIELDS: Readonly<Record<string, Example>> = {
   'variants.*.controller.x.k_p': ['k_p x', 'N/mm', 1e-3],
   'variants.*.controller.y.k_p': ['k_p y', 'N/mm', 1e-3],
   'variants.*.controller.x.k_d': ['k_d x', 'N s/mm', 1e-3],
+  'variants.*.controller.x.notch.gain': ['notch gain x'],
   'variants.*.controller.y.notch.gain': ['notch gain y'],
   'variants.*.controller.sharing.law': ['force sharing'],
   'variants.*.controller.model.x.friction.F_s': ['stiction F_s x', 'N'],
@@ -48,7 +49,11 @@ function metric([label, unit, less]: readonly [string, string, boolean]): Metric
   return { label, unit, meaning: label, formula: '', lower_is_better: less };
 }
 
-const entries = Object.entries(FIELDS).map(([path, each]) => [path, field(path, each)]);
+const entries = Object.entries(FIELDS).map(([path, each]) => {
+  const more = path.endsWith('notch.gain') ? { default: 1, example: 0.1 } : {};
+  const usual = path.endsWith('x.k_p') ? { usual: [1e4, 1e7] } : {};
+  return [path, { ...field(path, each), ...more, ...usual }];
+});
 const metrics = Object.entries(METRICS).map(([name, each]) => [name, metric(each)]);
 served.scenario = {
   fields: Object.fromEntries(entries) as Record<string, FieldEntry>,
@@ -82,6 +87,9 @@ const NAMES: Readonly<Record<string, Example>> = {
   'bounds.k_p': ['range of k_p'],
   speeds: ['speeds', 'mm/s', 1e3],
   time_max: ['time of each', 's'],
+  'requirements.g': ['air gap', 'mm', 1e3],
+  'new.length': ['length along x', 'mm', 1e3],
+  'load.forces': ['each normal force', 'N'],
 };
 const request = (defaults: Readonly<Record<string, unknown>>) => {
   const known = Object.entries(defaults).map(([path, value]) => {
@@ -89,4 +97,9 @@ const request = (defaults: Readonly<Record<string, unknown>>) => {
   });
   return Object.fromEntries(known);
 };
-served.requests = { tune: request(TUNE), identify: request(IDENTIFY) };
+served.requests = {
+  tune: request(TUNE),
+  identify: request(IDENTIFY),
+  design: request({ 'requirements.g': 0.3e-3, 'requirements.p': null }),
+  platform: request({ 'new.length': 0.46, 'load.forces': [400, 400, 400, 400] }),
+};

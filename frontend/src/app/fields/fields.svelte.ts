@@ -45,6 +45,13 @@ export function choicesOf(path: string, entries?: Entries) {
   return entryOf(path, entries)?.choices ?? [];
 }
 
+/** The same as options of `Segments`. */
+export function optionsOf<T extends string>(path: string, entries?: Entries) {
+  return choicesOf(path, entries).map(({ value, label, description }) => {
+    return { value: value as T, name: label, title: description };
+  });
+}
+
 /** Returns who a path belongs to: `B`, `plant x`, or nothing. */
 export function ownerOf(path: string): string {
   const [, variant] = /^variants\.([A-Z])\./.exec(path) ?? [];

@@ -1,10 +1,10 @@
-/** What a job was asked for, as its report says. */
+/** The request of a job, from its report. */
 
 import { equal, withChanges } from '../api/scenario-paths';
 import type { Changes, Scenario, Value } from '../api/types';
 
 /** A scenario and changes to it. */
-export interface Source {
+export interface ScenarioSource {
   scenario: Scenario;
   set: Changes;
 }
@@ -12,13 +12,15 @@ export interface Source {
 /** Shipped parts, by `path=name`. */
 type Parts = Readonly<Record<string, Value>>;
 
-/** Returns the source of a job's request; null where another program asked by a scenario's name. */
-export function sourceOf({ scenario, set = {} }: Record<string, unknown>): Source | null {
-  return typeof scenario === 'object' && scenario !== null ? ({ scenario, set } as Source) : null;
+/** Returns the source of a job's request; null for a request by a scenario's name. */
+export function sourceOf({ scenario, set = {} }: Record<string, unknown>): ScenarioSource | null {
+  return typeof scenario === 'object' && scenario !== null
+    ? ({ scenario, set } as ScenarioSource)
+    : null;
 }
 
-/** Returns a source with its changes; a part that only the server knows is left as its name. */
-export function wholeOf({ scenario, set }: Source, parts: Parts): Scenario {
+/** Returns a source with its changes; parts not in `parts` are left as their names. */
+export function wholeOf({ scenario, set }: ScenarioSource, parts: Parts): Scenario {
   const named = Object.entries(set).flatMap(([path, value]) =>
     typeof value === 'string' ? [[`${path}=${value}`, { name: value }] as const] : [],
   );
@@ -26,7 +28,7 @@ export function wholeOf({ scenario, set }: Source, parts: Parts): Scenario {
 }
 
 /**
- * Returns the names of the settings in which a request differs from what a form asks for now.
+ * Returns the names of the settings in which a request differs from the form's present one.
  *
  * @param defaults what a request means that leaves a setting out
  * @param names of the settings that are compared, by their key in a request

@@ -1,19 +1,19 @@
 /**
- * A job of one kind as the page sees it: started, watched, cancelled, found again after a reload.
+ * A job of one kind in the page: started, watched, cancelled, found again after a reload.
  *
- * Only jobs that this browser has asked for are found by themselves; those of others are listed for
+ * Only jobs that this browser has started are found by themselves; those of others are listed for
  * the user to choose from.
  *
  *   const job = new JobStore(app.api, 'identify');
  *   await job.resume();                   // once, when its screen opens
- *   await job.start('/identify', body);   // an ApiError tells what is wrong with the body
+ *   await job.start('/identify', body);   // an ApiError names what is wrong with the body
  *   job.report?.partial, job.report?.result
  */
 
 import { ApiError, type Api, type StudyPath } from '../api/client';
 import type { RequestOf } from '../api/operations';
 import type { JobKind, JobReport, JobSummary, ReportOf } from '../api/types';
-import { load, save } from '../storage';
+import { listOf, load, save } from '../storage';
 
 /** Ids kept of each kind; the server keeps fewer records. */
 const OWN_MAX = 200;
@@ -49,7 +49,7 @@ export class JobStore<K extends JobKind> {
     });
   }
 
-  /** Does what asks for a job, unless that is on its way: a button is easily pressed twice. */
+  /** Runs a request for a job, unless one is on its way: a button is easily pressed twice. */
   async once(ask: () => Promise<void>): Promise<void> {
     if (this.asking) return;
     this.asking = true;
@@ -60,14 +60,14 @@ export class JobStore<K extends JobKind> {
     }
   }
 
-  /** Looks at a job that this browser has just asked for. */
+  /** Shows a job that this browser has just started. */
   follow(report: ReportOf<K>): void {
     const others = this.own.filter((id) => id !== report.id);
     save(this.ownKey, [report.id, ...others].slice(0, OWN_MAX));
     this.look(report);
   }
 
-  /** Whether this browser has asked for a job. */
+  /** Whether this browser has started a job. */
   isOwn({ id }: Pick<JobSummary, 'id'>): boolean {
     return this.own.includes(id);
   }
@@ -77,7 +77,7 @@ export class JobStore<K extends JobKind> {
     await this.list();
   }
 
-  /** Looks at a job that the user has chosen; its form shows what it was asked for. */
+  /** Shows a job that the user has chosen, and its request in its form. */
   async open(id: string): Promise<void> {
     this.look(await this.api.job<K>(id));
     this.showRequest();
@@ -101,7 +101,7 @@ export class JobStore<K extends JobKind> {
     const found = ours.find(active) ?? this.records.find((record) => record.id === kept) ?? ours[0];
     if (!found) return;
     const report = await this.api.job<K>(found.id);
-    // Meanwhile another may have been asked for; that one is looked at.
+    // Meanwhile another may have been started; that one is shown.
     if (!this.report) this.look(report);
   }
 
@@ -113,9 +113,9 @@ export class JobStore<K extends JobKind> {
     return `jobs.${this.kind}`;
   }
 
-  /** Ids of jobs that this browser has asked for, the newest first; other tabs add theirs. */
+  /** Ids of jobs that this browser has started, the newest first; other tabs add theirs. */
   private get own(): readonly string[] {
-    return load<readonly string[]>(this.ownKey, []);
+    return load<readonly string[]>(this.ownKey, [], listOf(''));
   }
 
   private async list(): Promise<void> {
@@ -145,7 +145,7 @@ export class JobStore<K extends JobKind> {
     await this.list().catch(() => undefined);
   }
 
-  /** Asks once how the job does. Whatever goes wrong, it is asked again: the job goes on without. */
+  /** Polls the job once. Polling continues after any failure, as does the job. */
   private async poll(id: string): Promise<void> {
     try {
       const report = await this.api.job<K>(id);

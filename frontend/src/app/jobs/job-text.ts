@@ -1,4 +1,4 @@
-/** How long work takes, when it was asked for and why it ended too soon, in words. */
+/** Duration, time of request and failure of a job, in words. */
 
 import type { JobReport } from '../api/types';
 
@@ -23,7 +23,7 @@ export function moment(iso: string, now = new Date()): string {
   return today ? time : `${date.toLocaleDateString()} ${time}`;
 }
 
-/** Says why there is no result: "failed. The motor diverged"; null where nothing went wrong. */
+/** Returns why there is no result: "failed. The motor diverged"; null where nothing went wrong. */
 export function trouble({ state, error }: Pick<JobReport, 'state' | 'error'>): string | null {
   if (state === 'failed') return `failed. ${error ?? ''}`;
   return state === 'interrupted' ? `was interrupted: ${error ?? ''}` : null;

@@ -34,7 +34,7 @@ const OTHERS: readonly Shown[] = [
   { key: 'saturated_fraction' },
 ];
 
-export interface Row {
+export interface MetricRow {
   name: string;
   unit: string;
   meaning: string;
@@ -54,7 +54,7 @@ interface Line {
 }
 
 /** Returns the rows for the first two variants; those without any number are left out. */
-export function rows(metrics: Metrics, variants: readonly string[]): Row[] {
+export function rows(metrics: Metrics, variants: readonly string[]): MetricRow[] {
   const of = variants.slice(0, 2).map((name) => metrics.variants[name]);
   const lines: Line[] = [];
   const add = (
@@ -109,7 +109,7 @@ function scaleOf({ shown, definition }: Line, lines: readonly Line[]): Scale {
   return scaleFor(Math.max(...sizes), definition.unit);
 }
 
-function row({ shown, definition, axis, numbers }: Line, scale: Scale): Row {
+function row({ shown, definition, axis, numbers }: Line, scale: Scale): MetricRow {
   const [a = Number.NaN, b = Number.NaN] = numbers;
   const change = a !== 0 && Number.isFinite(b / a) ? b / a - 1 : null;
   const judged = definition.lower_is_better && change !== null && Math.abs(change) >= 0.0005;

@@ -16,7 +16,7 @@ export class Draft {
 
   /** Takes values of a gesture that goes on, or of a new one. */
   put(changes: Changes, begins: boolean): void {
-    // What lay inside a part goes with the part.
+    // Changes inside a replaced part are dropped with it.
     const replaced = Object.keys(changes).map((path) => `${path}.`);
     const kept = Object.entries(this.changes).filter(
       ([path]) => !replaced.some((part) => path.startsWith(part)),

@@ -69,7 +69,7 @@ export class Gestures {
     }
   }
 
-  /** Forgets what a session has taken, as there is another one. */
+  /** Clears the changes of a session that was replaced. */
   clear(): void {
     this.list = this.list.filter(({ unsent }) => Object.keys(unsent).length > 0);
     for (const { sent } of this.list) sent.length = 0;

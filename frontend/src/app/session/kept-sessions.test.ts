@@ -2,7 +2,12 @@ import { afterEach, beforeEach, expect, it, vi } from 'vitest';
 import type { Scenario } from '../api/types';
 import { forget, keptSessions, recall, remember, rememberDraft } from './kept-sessions';
 
-const scenario = { name: 'circle' } as Scenario;
+const scenario = {
+  name: 'circle',
+  plant: { x: {}, y: {} },
+  variants: { A: { controller: {} } },
+  trajectory: { kind: 'circle' },
+} as unknown as Scenario;
 const own = { base: scenario, scenario, paths: [], speed: 2 };
 
 beforeEach(() => {
@@ -34,7 +39,21 @@ it('keeps the last few sessions only', () => {
   expect(recall('s11')).not.toBeNull();
 });
 
-it.each(['5', '{"base":5}', '{"scenario":{}}'])('does without a session kept as %s', (text) => {
+const whole = JSON.stringify({ base: scenario, scenario, paths: [], speed: 1 });
+
+it('recalls a whole session', () => {
+  localStorage.setItem('motionlab.session.gone', whole);
+  expect(recall('gone')).not.toBeNull();
+});
+
+it.each([
+  '5',
+  '{"base":5}',
+  '{"scenario":{}}',
+  whole.replace('"paths":[]', '"paths":[null]'),
+  whole.replace('"controller":{}', '"controller":null'),
+  whole.replace('"speed":1', '"speed":"1"'),
+])('does without a session kept as %s', (text) => {
   localStorage.setItem('motionlab.session.gone', text);
   expect(recall('gone')).toBeNull();
 });

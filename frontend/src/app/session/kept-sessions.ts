@@ -2,12 +2,12 @@
 
 import { equal } from '../api/scenario-paths';
 import type { Changes, Scenario, Trajectory } from '../api/types';
-import { discard, load, save } from '../storage';
+import { discard, listOf, load, recordOf, save, type Form } from '../storage';
 
 /** Paths of a session whose names are known. */
 const PATHS = 4;
 
-/** Sessions that are kept; the oldest goes when another one comes. */
+/** Number of sessions kept; the oldest is dropped for another one. */
 const MOST = 8;
 
 /** A path that was taken from the Trajectories screen, by its saved name; a drawn one has none. */
@@ -15,6 +15,22 @@ export interface GivenPath {
   name: string;
   table: Trajectory;
 }
+
+export const GIVEN_PATH: Form = { name: '', table: { kind: '' } };
+
+const SCENARIO: Form = {
+  name: '',
+  plant: { x: {}, y: {} },
+  variants: recordOf({ controller: {} }),
+  trajectory: { kind: '' },
+};
+
+const SESSION: Form = {
+  base: SCENARIO,
+  scenario: SCENARIO,
+  paths: listOf(GIVEN_PATH),
+  speed: 0,
+};
 
 /** What belongs to a session and is not on the server. */
 export interface Own {
@@ -35,21 +51,13 @@ export interface Kept extends Own {
 
 /** Returns the ids of the sessions that are kept, the last one first. */
 export function keptSessions(): readonly string[] {
-  return load<string[]>('sessions', []).filter((id) => typeof id === 'string');
+  return load<readonly string[]>('sessions', [], listOf(''));
 }
 
 /** Returns what is kept of a session, or null. */
 export function recall(id: string): Kept | null {
-  const kept = load<Omit<Kept, 'id' | 'draft'> | null>(`session.${id}`, null);
-  if (typeof kept?.base !== 'object' || typeof kept.scenario !== 'object') return null;
-  const speed = typeof kept.speed === 'number' ? kept.speed : 1;
-  return {
-    id,
-    ...kept,
-    paths: Array.isArray(kept.paths) ? kept.paths : [],
-    speed,
-    draft: keptDraft(id),
-  };
+  const kept = load<Omit<Kept, 'id' | 'draft'> | null>(`session.${id}`, null, SESSION);
+  return kept && { id, ...kept, draft: keptDraft(id) };
 }
 
 export function remember({ id, scenario, base, paths, speed }: Omit<Kept, 'draft'>): void {

@@ -12,7 +12,7 @@ export class LiveChanges {
   /** Those that the server has not confirmed. */
   unsent = $state.raw<Changes>({});
   private readonly gestures = new Gestures();
-  /** Ends when all is taken back that was asked for; nothing is sent meanwhile. */
+  /** Ends when every requested undo is done; nothing is sent meanwhile. */
   private undoing = Promise.resolve();
   private readonly queue = new LatestWins<null>(() => this.send());
 
@@ -28,7 +28,7 @@ export class LiveChanges {
     this.queue.push(null);
   }
 
-  /** Forgets what a session has taken, as there is another one. */
+  /** Clears the changes of a session that was replaced. */
   clear(): void {
     this.gestures.clear();
   }

@@ -2,11 +2,11 @@
 
 import type { SessionInfo } from '../api/types';
 
-/** Changes whose time is remembered. */
+/** Number of changes whose times are kept. */
 const CHANGES = 200;
 
 export class Moments {
-  /** Control period, s; 0 until the stream has said it. */
+  /** Control period, s; 0 until the stream has sent it. */
   period = $state(0);
   private pushed = $state.raw<readonly { tick: number; label: string }[]>([]);
   private changed = $state.raw<readonly number[]>([]);
@@ -29,7 +29,7 @@ export class Moments {
     this.pushed = [];
   }
 
-  /** An undo takes the change off the server's list: that it was, and when, is remembered here. */
+  /** An undo takes the change off the server's list: its time is kept here. */
   noteChanges(info: SessionInfo, before: SessionInfo | null): void {
     const same = before !== null && before.timeline === info.timeline;
     const undone = same && info.changes.length < before.changes.length;

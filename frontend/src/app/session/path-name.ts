@@ -1,4 +1,4 @@
-/** What the path is called that a session runs, where it is not the one of its scenario. */
+/** Name of a session's path, if it is not that of its scenario. */
 
 import { equal } from '../api/scenario-paths';
 import type { Trajectory } from '../api/types';

@@ -1,4 +1,4 @@
-/** What stays behind when another session takes the place of the present one. */
+/** Changes left behind when another session replaces the present one. */
 
 import { at, difference, equal } from '../api/scenario-paths';
 import type { Changes, Scenario, Value } from '../api/types';
@@ -46,7 +46,7 @@ export function listed(paths: readonly string[]): string {
   return names.slice(0, LISTED).join(', ') + (rest > 0 ? ` and ${rest} more` : '');
 }
 
-/** Says what was left behind. */
+/** Text of the notice on what was left behind. */
 export function replacedText(left: ReplacedSession): string {
   const paths = lostPaths(left);
   const pending = Object.keys(left.draft).length;

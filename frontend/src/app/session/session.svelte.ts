@@ -25,14 +25,14 @@ export const PUSH_SECONDS = 0.05;
 /** Simulated over real time. */
 export const SPEED = { least: 0.1, most: 10 };
 
-/** Why something failed, to go into a sentence. */
+/** Reason of a failure, to go into a sentence. */
 function reason(error: unknown): string {
   return (error instanceof Error ? error.message : String(error)).replace(/\.$/, '');
 }
 
 export class SessionStore {
   info = $state.raw<SessionInfo | null>(null);
-  /** What differences are shown against: the scenario as it was loaded. */
+  /** Reference for differences: the scenario as it was loaded. */
   base = $state.raw<Scenario | null>(null);
   /** What-if changes that the session does not have. */
   draft = $state.raw<Changes>({});
@@ -47,7 +47,7 @@ export class SessionStore {
   missing = $state('There is no session yet: the server has not answered.');
   client: StreamClient | null = null;
   private subscription: Subscription = { columns: [], differences: [] };
-  /** Whether the session that was asked for last has come; pending until the server has answered. */
+  /** Whether the last requested session was created; pending until the server has answered. */
   private making = Promise.resolve(true);
   private stops = 0;
 
@@ -62,13 +62,13 @@ export class SessionStore {
     return this.info && atStart(this.info);
   }
 
-  /** The session that a command is for. */
+  /** Target session of commands. */
   private get target(): string {
     if (this.missing !== '' || !this.info) throw new Error(this.missing);
     return this.info.id;
   }
 
-  /** Time that the newest sample stands for. */
+  /** Time of the newest sample. */
   get time(): number {
     const ring = this.client?.ring;
     return ring && ring.end > ring.start ? ring.end * this.moments.period : (this.info?.time ?? 0);
@@ -101,7 +101,7 @@ export class SessionStore {
   }
 
   /**
-   * Makes a session, after those that were asked for before; the present one ends. It starts without
+   * Makes a session, after those requested before; the present one ends. It starts without
    * what-if changes, at real time, unless `own` says otherwise.
    */
   create(request: ScenarioRequest, own: Partial<Own> = {}): Promise<void> {
@@ -127,7 +127,7 @@ export class SessionStore {
     return (await this.making) && stops === this.stops;
   }
 
-  /** Makes a session; the present one ends unless somebody else watches it. */
+  /** Makes a session; the present one ends unless it has other viewers. */
   private async make(request: ScenarioRequest, own: Partial<Own>): Promise<void> {
     const before = this.id;
     const info = await this.api.create(request);
@@ -209,13 +209,13 @@ export class SessionStore {
     if (this.id !== '') rememberDraft(this.id, draft);
   }
 
-  /** Remembers what a path is called that what-if takes. */
+  /** Keeps the name of a what-if path. */
   namePath(path: GivenPath): void {
     this.paths = withPath(this.paths, path);
     this.keep();
   }
 
-  /** Changes parameters of the running session; the server says at which tick. */
+  /** Changes parameters of the running session; the server chooses the tick. */
   async patch(set: Changes): Promise<void> {
     await this.api.patch(this.target, set);
     // The stream brings the server's own account; until then the controls need not jump back.

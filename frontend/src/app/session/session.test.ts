@@ -35,7 +35,7 @@ const info = (id: string, compensation = false, revision = 0): SessionInfo =>
 const refusal = (status: number) =>
   new ApiError({ title: '', status, detail: `status ${status}`, errors: [] });
 
-/** A store connected to session `a`, which the server then forgets. */
+/** A store connected to session `a`, which the server then loses. */
 async function connected() {
   const api = {
     session: vi.fn((id: string) => Promise.resolve(info(id))),

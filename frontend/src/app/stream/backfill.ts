@@ -29,7 +29,7 @@ export class Backfill {
   private timer: ReturnType<typeof setTimeout> | null = null;
   private pause = PAUSE;
   private timeline = 0;
-  /** Tick from which this connection was asked to go on; frames may come before it is heard. */
+  /** First tick requested on this connection; earlier frames may still arrive. */
   private asked = -1;
 
   /** @param ring where the ticks go; read anew each time, as other columns need another ring */
@@ -111,7 +111,7 @@ export class Backfill {
         this.finish();
         break;
       case 'gap':
-        // This connection was slow too. What it was to bring is asked for again.
+        // This connection was slow too: its ticks are requested again.
         this.ask();
         break;
       case 'reset':

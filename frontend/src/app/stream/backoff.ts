@@ -16,7 +16,7 @@ export class Backoff {
     return wait * (0.8 + 0.4 * this.random());
   }
 
-  /** Forgets the failures: a connection stands. */
+  /** Clears the failures once connected. */
   reset(): void {
     this.failures = 0;
   }

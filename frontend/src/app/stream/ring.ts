@@ -14,7 +14,7 @@ interface Column {
 }
 
 /** A column computed from two others as samples arrive, such as A less B. */
-export interface Difference {
+export interface ColumnDifference {
   name: string;
   minuend: string;
   subtrahend: string;
@@ -41,7 +41,7 @@ export class Ring {
   constructor(
     readonly capacity: number,
     readonly names: readonly string[],
-    differences: readonly Difference[] = [],
+    differences: readonly ColumnDifference[] = [],
   ) {
     if (capacity % BLOCK !== 0) throw new Error(`capacity ${capacity} is no multiple of ${BLOCK}`);
     for (const name of names) this.order.push(this.add(name));

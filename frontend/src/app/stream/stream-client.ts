@@ -1,21 +1,21 @@
 /**
  * One session's stream: connects, subscribes, acknowledges, and comes back by itself.
  *
- * After a lost connection it asks for the ticks from where the ring ends; ticks that the server skipped
- * as the page was slow are fetched later. What the server no longer has stays a gap.
+ * After a lost connection it requests the ticks from the end of the ring; ticks that the server
+ * skipped as the page was slow are fetched later. What the server no longer has stays a gap.
  */
 
 import type { ClientMessage, ServerMessage, SessionInfo } from '../api/types';
 import { Backfill } from './backfill';
 import { Backoff } from './backoff';
 import { decodeFrame } from './frame';
-import { capacityFor, Ring, type Difference } from './ring';
+import { capacityFor, Ring, type ColumnDifference } from './ring';
 
 export type Connection = 'connecting' | 'connected' | 'lost' | 'closed';
 
 export interface Subscription {
   columns: readonly string[];
-  differences: readonly Difference[];
+  differences: readonly ColumnDifference[];
 }
 
 export interface StreamEvents {
@@ -103,7 +103,7 @@ export class StreamClient {
     const { columns } = this.subscription;
     const same = columns.join() === subscription.columns.join();
     this.subscription = subscription;
-    // One question at a time: what is asked meanwhile is sent once the answer is there.
+    // One request at a time: a newer one is sent after the answer.
     if (this.greeted && !same && this.wanted === null) this.send();
   }
 

@@ -9,12 +9,12 @@ import { readAnswer, type Preview } from './whatif-answer';
 
 /** Bins of each curve while a control moves: more than a scope has pixels, and no more to carry. */
 const COARSE = 1000;
-/** Bins of what stands: every tick of a window of 10 s, so that it can be zoomed into. */
+/** Bins of the final curves: every tick of a window of 10 s, for zooming. */
 const FINE = 20_000;
 /** So long after the last question it counts as the last, ms. */
 const REST = 200;
 const TIMEOUT = 60_000;
-/** Wait before a question is asked again that a busy or unreachable server did not answer, ms. */
+/** Wait before a request to a busy or unreachable server is repeated, ms. */
 const AGAIN = { first: 250, longest: 4000 };
 
 export interface Question {
@@ -33,19 +33,19 @@ export interface Answered extends Preview {
 }
 
 /**
- * `waiting`: nothing yet. `preview`: curves stand that the last change has not reached, or a control
- * still moves. `exact`: what stands is the result of what the controls say. `retrying`: the server is
- * busy or out of reach and the last question is asked again; what stands is older. `failed`: the last
- * question was refused; what stands is older.
+ * `waiting`: nothing yet. `preview`: the curves precede the last change, or a control still moves.
+ * `exact`: the curves are the result of the controls. `retrying`: the server is busy or out of
+ * reach, and the last request is repeated; the curves are older. `failed`: the last request was
+ * refused; the curves are older.
  */
-export type Standing = 'waiting' | 'preview' | 'exact' | 'retrying' | 'failed';
+export type WhatIfStatus = 'waiting' | 'preview' | 'exact' | 'retrying' | 'failed';
 
 export class WhatIf {
   answer = $state.raw<Answered | null>(null);
-  standing = $state<Standing>('waiting');
+  standing = $state<WhatIfStatus>('waiting');
   /** ms from question to answer, for the newest. */
   took = $state(0);
-  /** Why the last question has to be asked again. */
+  /** Why the last request is repeated. */
   reason = $state('');
   private readonly queue = new LatestWins<Job>((job) => this.run(job));
   private rest: ReturnType<typeof setTimeout> | null = null;
@@ -68,7 +68,7 @@ export class WhatIf {
     this.push({ question, points: COARSE });
   }
 
-  /** Puts a job into the queue, in place of one that waits to be asked again. */
+  /** Queues a job, in place of one that waits for its repetition. */
   private push(job: Job): void {
     if (this.again !== null) clearTimeout(this.again);
     this.again = null;
@@ -84,7 +84,7 @@ export class WhatIf {
       const buffer = await this.api.whatif({ ...question, points, exact }, signal);
       this.answer = { ...readAnswer(buffer), question };
       if (!exact) this.took = performance.now() - begin;
-      // Too long a scenario never runs from its start: what stands then is as good as it gets.
+      // Too long a scenario never runs from its start: its preview is final.
       if (exact && this.rest === null && !this.queue.superseded) this.standing = 'exact';
       this.backoff.reset();
       this.refused([], '');

@@ -1,13 +1,14 @@
-/** What the controls of an identification say, and what is asked of the server for it. */
+/** The form of an identification, and its request. */
 
 import { at } from '../../app/api/scenario-paths';
 import type { Axis, Changes, ProblemField, Scenario } from '../../app/api/types';
 import { fieldOf, permitted, served, shownIn, type Entries } from '../../app/fields/fields.svelte';
+import { listOf, nullOr, oneOf, partOf } from '../../app/storage';
 import { parseNumber, quantity } from '../../ui/units';
 
 export type Spacing = 'log' | 'linear';
 
-export interface Form {
+export interface ExperimentForm {
   /** Name of a shipped scenario; empty: what the Lab's controls show. */
   source: string;
   /** Name of a shipped motor; empty: the scenario's own. */
@@ -33,16 +34,35 @@ export interface Form {
   places: number;
 }
 
+/** The form of the settings that a browser keeps. */
+export const KEPT = partOf({
+  source: '',
+  motor: '',
+  axis: oneOf('x', 'y', 'both'),
+  variant: '',
+  applyTo: '',
+  slowest: 0,
+  fastest: 0,
+  speeds: 0,
+  spacing: oneOf('log', 'linear'),
+  timeMax: 0,
+  pitchesMax: nullOr(0),
+  ramps: true,
+  rates: listOf(0),
+  share: 0,
+  places: 0,
+});
+
 /** Fields of the request, which are there before the screen is. */
 export function fields(): Entries {
   return served.requests.identify ?? {};
 }
 
 /** What the server takes for what is left out. */
-export function defaults(): Form {
+export function defaults(): ExperimentForm {
   const request = Object.entries(fields()).map(([path, entry]) => [path, entry.default]);
   const form = formOf(Object.fromEntries(request) as Record<string, unknown>);
-  return { source: '', variant: '', applyTo: '', pitchesMax: null, ...form } as Form;
+  return { source: '', variant: '', applyTo: '', pitchesMax: null, ...form } as ExperimentForm;
 }
 
 /** Places in a pole pitch; at six all would see the same part of a ripple of a sixth of it. */
@@ -51,7 +71,7 @@ export const PLACES: readonly number[] = [4, 5, 7, 9, 11, 13, 25];
 export interface Body {
   scenario: Scenario;
   set: Changes;
-  axis: Form['axis'];
+  axis: ExperimentForm['axis'];
   speeds: number[];
   time_max: number;
   pitches_max: number | null;
@@ -60,9 +80,9 @@ export interface Body {
   apply_to: string | null;
 }
 
-type Speeds = Pick<Form, 'slowest' | 'fastest' | 'speeds' | 'spacing'>;
+type Speeds = Pick<ExperimentForm, 'slowest' | 'fastest' | 'speeds' | 'spacing'>;
 
-/** Returns the speeds, m/s, rounded as a person would write them. */
+/** Returns the speeds, m/s, rounded to readable numbers. */
 export function speedsOf({ slowest, fastest, speeds, spacing }: Speeds): number[] {
   const last = Math.max(1, Math.round(speeds) - 1);
   return Array.from({ length: last + 1 }, (_, k) => {
@@ -85,7 +105,7 @@ function withoutMotion(changes: Changes, motor: string): Changes {
   return Object.fromEntries(kept);
 }
 
-export function bodyOf(form: Form, scenario: Scenario, changes: Changes): Body {
+export function bodyOf(form: ExperimentForm, scenario: Scenario, changes: Changes): Body {
   const { axis, timeMax, pitchesMax, ramps, rates, share, places, variant, applyTo, motor } = form;
   const has = (name: string) => (name in scenario.variants ? name : null);
   return {
@@ -108,12 +128,12 @@ export function settings(): Record<string, string> {
   return Object.fromEntries(KEYS.map((key) => [key, fieldOf(key, fields()).label]));
 }
 
-/** Returns what an experiment was asked for as the form shows it; not its scenario. */
-export function formOf(request: Readonly<Record<string, unknown>>): Partial<Form> {
+/** Returns the form of an experiment's request, without its scenario. */
+export function formOf(request: Readonly<Record<string, unknown>>): Partial<ExperimentForm> {
   const asked = request as Partial<Body>;
   const { speeds, presliding, set } = asked;
   const motor = set?.['plant'];
-  const form: { [Key in keyof Form]?: Form[Key] | undefined } = {
+  const form: { [Key in keyof ExperimentForm]?: ExperimentForm[Key] | undefined } = {
     motor: typeof motor === 'string' ? motor : '',
     axis: asked.axis,
     variant: asked.variant === undefined ? undefined : (asked.variant ?? ''),
@@ -127,7 +147,7 @@ export function formOf(request: Readonly<Record<string, unknown>>): Partial<Form
     places: presliding?.places,
   };
   const said = Object.entries(form).filter(([, value]) => value !== undefined);
-  return Object.fromEntries(said) as Partial<Form>;
+  return Object.fromEntries(said) as Partial<ExperimentForm>;
 }
 
 /** Returns which speeds a list has; one that is spaced in neither way is shown as the closer one. */
@@ -161,7 +181,7 @@ export function complaint(problem: ProblemField, { speeds }: Pick<Body, 'speeds'
   return `${fieldOf(loc, fields()).label}${got}: ${message}.${allowed}`;
 }
 
-/** Writes everything that the server has against a request; of many speeds the same is said once. */
+/** Writes the server's errors of a request; the same error of many speeds once. */
 export function complaints(
   problems: readonly ProblemField[],
   body: Pick<Body, 'speeds'>,

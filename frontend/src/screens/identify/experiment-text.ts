@@ -1,4 +1,4 @@
-/** What goes on and what was asked for, in words. */
+/** Progress and request of an experiment, in words. */
 
 import type { IdentificationPartial, IdentificationPlan } from '../../app/api/types';
 
@@ -11,7 +11,7 @@ export function pitchesOf(plan: IdentificationPlan): string {
   return least === most ? `${most} whole pole pitches` : `${least} to ${most} whole pole pitches`;
 }
 
-/** What goes on: "x: uniform motion 12 of 32". */
+/** Progress: "x: uniform motion 12 of 32". */
 export function doing({ axis, step, done, count }: IdentificationPartial['standing']): string {
   switch (step) {
     case 'sliding':
@@ -25,7 +25,7 @@ export function doing({ axis, step, done, count }: IdentificationPartial['standi
   }
 }
 
-/** A word or two on what was asked for, for the list of records. */
+/** Summary of a request, for the list of records. */
 export function describe(request: Record<string, unknown>): string {
   const axis = request.axis === 'x' || request.axis === 'y' ? request.axis : 'x and y';
   const set = request.set as Record<string, unknown> | undefined;

@@ -1,4 +1,4 @@
-/** What the Identify screen knows and does; components read it and call it. */
+/** State and actions of the Identify screen. */
 
 import { ApiError } from '../../app/api/client';
 import { equal } from '../../app/api/scenario-paths';
@@ -25,11 +25,12 @@ import {
   complaints,
   defaults,
   formOf,
+  KEPT,
   settings,
   type Body,
-  type Form,
+  type ExperimentForm,
 } from './experiment-form';
-import type { Friction, Points, View } from './friction-curves';
+import type { Friction, Points, CurveView } from './friction-curves';
 import { parametersOf } from './parameter-rows';
 
 /** What the request of a job holds as far as the page needs it. */
@@ -46,9 +47,9 @@ class Experiment {
   /** Models that were given to the Lab, and whose. */
   readonly given = new AppliedChanges();
   givenTo = $state.raw<readonly string[]>([]);
-  /** What a person has set; all else is the server's default. */
-  private entered = $state.raw<Partial<Form>>(load('identify', {}));
-  readonly form = $derived<Form>({ ...defaults(), ...this.entered });
+  /** The user's settings; all else is the server's default. */
+  private entered = $state.raw<Partial<ExperimentForm>>(load('identify', {}, KEPT));
+  readonly form = $derived<ExperimentForm>({ ...defaults(), ...this.entered });
   /** The shipped scenario that the form names. */
   private chosen = $state.raw<Scenario | null>(null);
   plan = $state.raw<IdentificationPlan | null>(null);
@@ -56,7 +57,9 @@ class Experiment {
   refused = $state.raw<readonly string[]>([]);
   /** The axis that is looked at; null: the one that is at work, or the first. */
   private picked = $state<Axis | null>(null);
-  view = $state<View>(load('identify-view', 'signed' as string) === 'folded' ? 'folded' : 'signed');
+  view = $state<CurveView>(
+    load('identify-view', 'signed' as string) === 'folded' ? 'folded' : 'signed',
+  );
   showTrue = $state(load('identify-true', true));
   /** An earlier result beside the one that is looked at. */
   beside = $state.raw<{ id: string; result: Identification } | null>(null);
@@ -66,7 +69,7 @@ class Experiment {
     this.form.source === '' ? (app.session.info?.scenario ?? null) : this.chosen,
   );
 
-  /** What is asked of the server; null before there is a scenario. */
+  /** The request; null before there is a scenario. */
   readonly body = $derived.by((): Body | null => {
     if (!this.scenario) return null;
     const drafted = this.form.source === '' && app.mode === 'whatif' ? app.draft : {};
@@ -114,7 +117,7 @@ class Experiment {
     this.plan !== null && this.plan.simulated_time > this.plan.simulated_time_max,
   );
 
-  /** Settings in which the form differs from what the job was asked for. */
+  /** Settings in which the form differs from the job's request. */
   readonly settings = $derived.by((): readonly string[] => {
     const { request } = this.job.report ?? {};
     const { body, scenario } = this;
@@ -132,7 +135,7 @@ class Experiment {
     });
   }
 
-  change(changes: Partial<Form>): void {
+  change(changes: Partial<ExperimentForm>): void {
     this.entered = { ...this.entered, ...changes };
     save('identify', this.entered);
   }
@@ -148,7 +151,7 @@ class Experiment {
     this.picked = axis;
   }
 
-  look(view: View): void {
+  look(view: CurveView): void {
     this.view = view;
     save('identify-view', view);
   }

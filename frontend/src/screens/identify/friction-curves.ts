@@ -1,10 +1,10 @@
 /** From points and parameters to what the plots draw. */
 
 import type { AxisIdentification } from '../../app/api/types';
-import type { Axis, Band, Series } from '../../plot/types';
+import type { PlotAxis, Band, Series } from '../../plot/types';
 
 /** Signed velocity on a linear axis, or both ways folded together over the logarithm of speed. */
-export type View = 'signed' | 'folded';
+export type CurveView = 'signed' | 'folded';
 
 export type Friction = Readonly<Record<string, number>>;
 export type Points = AxisIdentification['points'];
@@ -24,13 +24,13 @@ function speeds(slowest: number, fastest: number): number[] {
   return Array.from({ length: SAMPLES }, (_, k) => from * (fastest / from) ** (k / (SAMPLES - 1)));
 }
 
-export interface Range {
+export interface SpeedRange {
   slowest: number;
   fastest: number;
 }
 
 /** The range of speeds of points, or of the motions that are planned. */
-export function rangeOf(points: Points, planned: readonly { speed: number }[]): Range | null {
+export function rangeOf(points: Points, planned: readonly { speed: number }[]): SpeedRange | null {
   const all = [...points.map(({ velocity }) => Math.abs(velocity)), ...planned.map((p) => p.speed)];
   return all.length === 0 ? null : { slowest: Math.min(...all), fastest: Math.max(...all) };
 }
@@ -38,8 +38,8 @@ export function rangeOf(points: Points, planned: readonly { speed: number }[]): 
 /** The curve of a model, both ways with a gap at zero, or folded. */
 export function modelCurve(
   friction: Friction,
-  { slowest, fastest }: Range,
-  view: View,
+  { slowest, fastest }: SpeedRange,
+  view: CurveView,
 ): { x: number[]; y: number[] } {
   const way = speeds(slowest, fastest);
   if (view === 'folded') return { x: way, y: way.map((v) => stribeck(friction, v)) };
@@ -48,7 +48,7 @@ export function modelCurve(
 }
 
 /** The axis of velocity, or of speed, with room beside the fastest points. */
-export function velocityAxis(range: Range | null, view: View): Axis {
+export function velocityAxis(range: SpeedRange | null, view: CurveView): PlotAxis {
   if (view === 'folded') return { label: 'speed', unit: 'm/s', log: true };
   const end = 1.04 * (range?.fastest ?? 0);
   const ends = end > 0 ? { from: -end, to: end } : {};
@@ -60,7 +60,7 @@ export function pointSeries(
   points: Points,
   values: readonly number[],
   name: string,
-  view: View,
+  view: CurveView,
 ): Series[] {
   const pick = (keep: (v: number) => boolean, sign: 1 | -1) => {
     const at = points.flatMap(({ velocity }, i) => (keep(velocity) ? [i] : []));
@@ -83,7 +83,7 @@ export function pointSeries(
 type Curve = AxisIdentification['curve'];
 
 /** The fitted curve; folded, its positive half less the offset is what both ways share. */
-export function fittedCurve(curve: Curve, view: View): { x: number[]; y: number[] } {
+export function fittedCurve(curve: Curve, view: CurveView): { x: number[]; y: number[] } {
   const { velocity, force } = curve;
   if (view === 'signed') return gapped(velocity, force);
   const from = velocity.findIndex((v) => v > 0);
@@ -91,7 +91,7 @@ export function fittedCurve(curve: Curve, view: View): { x: number[]; y: number[
 }
 
 /** The band around the fitted curve, or around zero for the residuals. */
-export function bandOf(curve: Curve, view: View, about: 'curve' | 'zero'): Band[] {
+export function bandOf(curve: Curve, view: CurveView, about: 'curve' | 'zero'): Band[] {
   const { velocity, force, low, high } = curve;
   if (!low || !high) return [];
   const shift = (edge: readonly number[]) =>
@@ -129,7 +129,7 @@ function gapped(x: readonly number[], y: readonly number[]): { x: number[]; y: n
 export function plannedSeries(
   motions: readonly { speed: number }[],
   believed: Friction,
-  view: View,
+  view: CurveView,
 ): Series {
   const way = motions.map(({ speed }) => speed);
   const x = view === 'folded' ? way : [...way.map((v) => -v).reverse(), ...way];

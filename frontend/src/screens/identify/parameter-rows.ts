@@ -1,4 +1,4 @@
-/** The rows of the table of parameters, and the warnings that stand below it. */
+/** The rows of the table of parameters, and the warnings below it. */
 
 import type { AxisIdentification } from '../../app/api/types';
 import { digits, inScale, PER_MM, percent, scaleFor, type Scale } from '../../ui/units';
@@ -17,7 +17,7 @@ const MEANINGS: Record<string, string> = {
   M: 'moving mass, in newtons of the controller’s map; other than the known mass where the force map is off',
 };
 
-export interface Row {
+export interface ParameterRow {
   name: string;
   meaning: string;
   unit: string;
@@ -47,14 +47,17 @@ export function parametersOf(found: AxisIdentification): Parameters {
   return { ...found.sliding.parameters, ...(found.presliding?.parameters ?? {}) };
 }
 
-export function rowsOf(found: AxisIdentification, other: AxisIdentification | null): Row[] {
+export function rowsOf(
+  found: AxisIdentification,
+  other: AxisIdentification | null,
+): ParameterRow[] {
   const beside = other ? parametersOf(other) : {};
   return Object.entries(parametersOf(found)).map(([name, parameter]) =>
     row(name, parameter, beside[name]),
   );
 }
 
-function row(name: string, parameter: Parameter, other: Parameter | undefined): Row {
+function row(name: string, parameter: Parameter, other: Parameter | undefined): ParameterRow {
   const { value, unit, low, high, believed } = parameter;
   const real = parameter.true;
   const half = high === null ? null : high - value;

@@ -2,7 +2,7 @@
 
 import { numberAt } from '../../app/api/scenario-paths';
 import type { Axis } from '../../app/api/types';
-import { extremes, type Source } from '../../plot/source';
+import { extremes, type SampleSource } from '../../plot/source';
 
 export interface Peaks {
   velocity: number;
@@ -12,7 +12,7 @@ export interface Peaks {
 }
 
 /** Returns the reference's peaks over a source, and how much of the motor's limits they are. */
-export function peaks(source: Source, plant: object): Peaks | null {
+export function peaks(source: SampleSource, plant: object): Peaks | null {
   const largest = (axis: Axis, what: string): number => {
     const whole = { from: source.start, to: source.start + source.last * source.step };
     return Math.max(...extremes(source, `${axis}.${what}_reference`, whole).map(Math.abs));

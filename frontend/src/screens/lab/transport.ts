@@ -1,4 +1,4 @@
-/** What the buttons of a session's clock say, and why one is not to be pressed. */
+/** Labels of the transport buttons, and why one is disabled. */
 
 import type { SessionInfo } from '../../app/api/types';
 

@@ -1,19 +1,35 @@
-/** Numbers that one types on the Motor screen: their names, units and refusals. */
+/** Numbers that one types on the Motor screen: what the server calls them, and their refusals. */
 
-import type { ProblemField } from '../../app/api/types';
-import { refusalText } from '../../app/fields/fields.svelte';
+import type { ProblemField, StudyKind } from '../../app/api/types';
+import {
+  entryOf,
+  fieldOf,
+  refusalText,
+  served,
+  type Field as Shown,
+} from '../../app/fields/fields.svelte';
 import { digits, minus, prettyUnit, quantity, scaleFor, type Quantity } from '../../ui/units';
 
-export interface Field {
-  /** Dotted path in the request. */
+export interface Field extends Shown {
+  /** Dotted path in the form. */
   path: string;
-  label: string;
   /** The field's symbol, as `l_m`. */
-  symbol?: string;
-  /** Displayed number over SI number. */
-  factor?: number;
-  unit?: string;
-  whole?: boolean;
+  symbol: string;
+  description: string;
+}
+
+/** Fields of a form below a heading, by their paths. */
+export interface Group {
+  title: string;
+  paths: readonly string[];
+}
+
+/** Returns a field of a form, whose path in the request may be another. */
+export function fieldAt(kind: StudyKind, path: string, inRequest = path): Field {
+  const entries = served.requests[kind] ?? {};
+  const { symbol, description } = entryOf(inRequest, entries) ?? {};
+  const shown = fieldOf(inRequest, entries);
+  return { ...shown, path, symbol: symbol ?? '', description: description ?? '' };
 }
 
 /** Dotted path to number, as far as a person has changed them. */

@@ -2,7 +2,7 @@
 
 import type { PaperFigure } from '../../app/api/types';
 import type { Ink } from '../../plot/palette';
-import type { Axis, Band, Dash, Mark, Series } from '../../plot/types';
+import type { PlotAxis, Band, Dash, Mark, Series } from '../../plot/types';
 
 type Role = PaperFigure['series'][number]['role'];
 
@@ -19,13 +19,13 @@ const DRAWN: Readonly<Record<Role, { ink: Ink; dash: Dash; marker: Series['marke
   printed: { ink: 'text', dash: 'dashdot', marker: 'diamond' },
 };
 
-/** What tells several series of one role apart. */
+/** Distinguishes several series of one role. */
 const DASHES: readonly Dash[] = ['dot', 'dash', 'dashdot', 'solid'];
 const MARKERS: readonly Series['marker'][] = ['diamond', 'triangle', 'square', 'cross'];
 
 export interface Drawing {
-  x: Axis;
-  y: Axis;
+  x: PlotAxis;
+  y: PlotAxis;
   series: Series[];
   bands: Band[];
   marks: Mark[];

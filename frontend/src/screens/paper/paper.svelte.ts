@@ -1,4 +1,4 @@
-/** What the Paper screen knows and does; components read it and call it. */
+/** State and actions of the Paper screen. */
 
 import type {
   Changes,
@@ -19,7 +19,7 @@ import {
   passes,
   type Filter,
   type KindFilter,
-  type Line,
+  type PaperLine,
 } from './rows';
 
 class PaperStore {
@@ -29,9 +29,9 @@ class PaperStore {
   kind = $state<KindFilter>(load('paper-kind', 'all' as string) as KindFilter);
   chosen = $state(fromAddress('row') ?? '');
 
-  /** What is there: all of it, or what a job that goes on or was cancelled has so far. */
+  /** The document: complete, or the partial one of a running or cancelled job. */
   private readonly found = $derived(this.job.report?.result ?? this.job.report?.partial ?? null);
-  readonly lines = $derived<readonly Line[]>(
+  readonly lines = $derived<readonly PaperLine[]>(
     this.document ? linesOf(this.document.rows, this.found?.rows ?? []) : [],
   );
   readonly shown = $derived(

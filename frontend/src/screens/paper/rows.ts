@@ -3,16 +3,16 @@
 import type { JudgedRow, PaperKind, PaperRow } from '../../app/api/types';
 import { digits, minus, prettyUnit, scaleFor, type Quantity } from '../../ui/units';
 
-export type Standing = JudgedRow['status'] | 'better' | 'waiting';
+export type RowState = JudgedRow['status'] | 'better' | 'waiting';
 export type Filter = 'all' | 'judged' | 'red' | 'better' | 'lax' | 'none';
 export type KindFilter = PaperKind['id'] | 'all';
-export type Range = number | readonly number[] | null;
+export type PrintedRange = number | readonly number[] | null;
 
 /** A row and what was computed for it, if anything was. */
-export interface Line {
+export interface PaperLine {
   row: PaperRow;
   judged: JudgedRow | null;
-  standing: Standing;
+  standing: RowState;
 }
 
 interface Told {
@@ -21,8 +21,8 @@ interface Told {
   ink: 'good' | 'bad' | 'muted';
 }
 
-/** Icon, word and colour together: none of them alone tells a state. */
-export const TOLD: Readonly<Record<Standing, Told>> = {
+/** Icon, word and colour together: a status never depends on one of them alone. */
+export const TOLD: Readonly<Record<RowState, Told>> = {
   holds: { icon: '✓', word: 'holds', ink: 'good' },
   better: { icon: '✓', word: 'better', ink: 'good' },
   fails: { icon: '✗', word: 'fails', ink: 'bad' },
@@ -40,13 +40,13 @@ export const FILTERS: readonly { value: Filter; name: string; title: string }[] 
   { value: 'none', name: 'Rest', title: 'Not comparable: what the text gives no way to compute' },
 ];
 
-export function standingOf(row: PaperRow, judged: JudgedRow | null): Standing {
+export function standingOf(row: PaperRow, judged: JudgedRow | null): RowState {
   if (row.comparison === 'none') return 'not_comparable';
   if (!judged) return 'waiting';
   return judged.status === 'holds' && judged.better ? 'better' : judged.status;
 }
 
-export function linesOf(rows: readonly PaperRow[], judged: readonly JudgedRow[]): Line[] {
+export function linesOf(rows: readonly PaperRow[], judged: readonly JudgedRow[]): PaperLine[] {
   const found = new Map(judged.map((row) => [row.id, row]));
   return rows.map((row) => {
     const computed = found.get(row.id) ?? null;
@@ -54,7 +54,7 @@ export function linesOf(rows: readonly PaperRow[], judged: readonly JudgedRow[])
   });
 }
 
-export function passes({ standing, judged }: Line, filter: Filter): boolean {
+export function passes({ standing, judged }: PaperLine, filter: Filter): boolean {
   switch (filter) {
     case 'all':
       return true;
@@ -71,17 +71,17 @@ export function passes({ standing, judged }: Line, filter: Filter): boolean {
   }
 }
 
-export function isOfKind({ row }: Line, kind: KindFilter): boolean {
+export function isOfKind({ row }: PaperLine, kind: KindFilter): boolean {
   return kind === 'all' || row.kind === kind;
 }
 
-/** Nearly any model would hold it: `lax` of the row says why. */
+/** Nearly any model would satisfy it; the reason is the row's `lax`. */
 export function isLax(judged: JudgedRow | null): boolean {
   return judged !== null && judged.lax !== '';
 }
 
-/** What stands below a row's state: its kind, unless it is the plain one, and that it is lax. */
-export function remarkOf({ row, judged }: Line, title: string): string {
+/** Remark below a row's status: its kind, unless it is the plain one, and whether it is lax. */
+export function remarkOf({ row, judged }: PaperLine, title: string): string {
   const kind = row.kind === 'printed' ? [] : [title];
   return [...kind, ...(isLax(judged) ? ['lax'] : [])].join(', ');
 }
@@ -96,8 +96,8 @@ export interface KindCount {
   rest: number;
 }
 
-/** All rows, and those of each kind, counted: what holds says something of some kinds only. */
-export function kindsOf(lines: readonly Line[], kinds: readonly PaperKind[]): KindCount[] {
+/** All rows, and those of each kind, counted: agreement is evidence for some kinds only. */
+export function kindsOf(lines: readonly PaperLine[], kinds: readonly PaperKind[]): KindCount[] {
   const all = {
     id: 'all',
     title: 'all rows',
@@ -119,7 +119,7 @@ export function comesToHold(judged: JudgedRow | null): boolean {
   return judged !== null && judged.holds === true && judged.known !== null;
 }
 
-export function countOf(lines: readonly Line[]): Record<Standing, number> {
+export function countOf(lines: readonly PaperLine[]): Record<RowState, number> {
   const counts = {
     holds: 0,
     better: 0,
@@ -142,10 +142,10 @@ export function unitOf(row: Pick<PaperRow, 'unit' | 'printed'>): string {
  * `about`.
  */
 export function numberOf(
-  value: Range | undefined,
+  value: PrintedRange | undefined,
   unit: string,
   significant = 4,
-  about: Range = null,
+  about: PrintedRange = null,
 ): Quantity {
   if (value === null || value === undefined) return { number: '–', unit: '' };
   const ends = typeof value === 'number' ? [value] : value;
@@ -194,7 +194,7 @@ export function comparedAs(comparison: PaperRow['comparison']): string {
 }
 
 /** Screen reader's summary of a run. */
-export function summaryOf(lines: readonly Line[]): string {
+export function summaryOf(lines: readonly PaperLine[]): string {
   const counts = countOf(lines);
   const done = lines.length - counts.waiting - counts.not_comparable;
   if (done === 0) return 'nothing computed yet';

@@ -1,12 +1,13 @@
-/** The form of a sweep: which fields there are, what is asked of the server, what it refuses. */
+/** The form of a sweep: its fields, its request, and errors of the server. */
 
 import { at } from '../../app/api/scenario-paths';
 import type { ProblemField, Scenario, Value } from '../../app/api/types';
 import { choicesOf, fieldOf, ownerOf, refusal, show } from '../../app/fields/fields.svelte';
+import { listOf, oneOf } from '../../app/storage';
 import { clean, parseNumber } from '../../ui/units';
 
 /** One swept field; numbers as they are typed, in the unit of the screen. */
-export interface Swept {
+export interface SweptField {
   path: string;
   /** Values one by one, or ends, number and spacing of a range. */
   by: 'range' | 'values';
@@ -19,18 +20,37 @@ export interface Swept {
 
 export type Combine = 'grid' | 'list';
 
-export interface Form {
+export interface SweepForm {
   /** A shipped scenario, or what the Lab shows where empty. */
   source: string;
   combine: Combine;
-  fields: readonly Swept[];
+  fields: readonly SweptField[];
 }
+
+/** The form of the sweep that a browser keeps. */
+export const KEPT = {
+  source: '',
+  combine: oneOf('grid', 'list'),
+  fields: listOf({
+    path: '',
+    by: oneOf('range', 'values'),
+    values: '',
+    start: '',
+    stop: '',
+    count: '',
+    scale: oneOf('linear', 'log'),
+  }),
+};
 
 export const FIELDS_MAX = 6;
 const WORDS = new Set(['title', 'description', 'label', 'name', 'source']);
 
 /** A field swept around its value in a scenario: from half to double, or all values that it can take. */
-export function sweptOf(path: string, scenario: Scenario | null, motors: readonly string[]): Swept {
+export function sweptOf(
+  path: string,
+  scenario: Scenario | null,
+  motors: readonly string[],
+): SweptField {
   const value = at(scenario, path);
   const { factor, whole } = fieldOf(path);
   const shown = (number: number, digits = 2) =>
@@ -58,13 +78,13 @@ export function sweptOf(path: string, scenario: Scenario | null, motors: readonl
   };
 }
 
-export interface Group {
+export interface FieldGroup {
   name: string;
   fields: readonly { path: string; name: string }[];
 }
 
 /** Lists the numbers, switches and choices of a scenario by what they belong to, and the motor as a whole. */
-export function groupsOf(scenario: Scenario | null): readonly Group[] {
+export function groupsOf(scenario: Scenario | null): readonly FieldGroup[] {
   const groups = new Map<string, { path: string; name: string }[]>();
   const walk = (value: unknown, path: string) => {
     const choice = typeof value === 'string' && choicesOf(path).length > 0;
@@ -94,8 +114,8 @@ function groupOf(path: string): string {
   return path.includes('.') ? first.replaceAll('_', ' ') : 'scenario';
 }
 
-/** What is asked of the server; throws Refused where something typed is no number. */
-export function gridOf(fields: readonly Swept[]): object[] {
+/** The request; throws Refused if an entry is no number. */
+export function gridOf(fields: readonly SweptField[]): object[] {
   const problems: Record<number, string[]> = {};
   const grid = fields.map((swept, k) => {
     const { path, by, scale } = swept;
@@ -134,7 +154,7 @@ function valueOf(text: string, factor: number): Value {
 }
 
 /** Fills the form from the request of a job. */
-export function formOf(request: Record<string, unknown>): Form {
+export function formOf(request: Record<string, unknown>): SweepForm {
   const grid = (request.grid ?? []) as Partial<Record<string, Value>>[];
   return {
     source: typeof request.scenario === 'string' ? request.scenario : '',
@@ -176,8 +196,8 @@ export function refusedFields(errors: readonly ProblemField[]): {
   return { byField, others };
 }
 
-/** How many cases a form asks for; NaN while it cannot be said. */
-export function casesOf({ combine, fields }: Form): number {
+/** Number of cases of a form; NaN while undefined. */
+export function casesOf({ combine, fields }: SweepForm): number {
   const sizes = fields.map(({ by, values, count }) =>
     by === 'range' ? (parseNumber(count) ?? Number.NaN) : split(values).length,
   );

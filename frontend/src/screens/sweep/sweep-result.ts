@@ -2,7 +2,7 @@
 
 import type { Axis, SweepResult, Value } from '../../app/api/types';
 import { nameOf, fieldOf } from '../../app/fields/fields.svelte';
-import type { Axis as PlotAxis, Look, Series } from '../../plot/types';
+import type { PlotAxis, Look, Series } from '../../plot/types';
 import { valueText } from './sweep-form';
 
 type Numbers = readonly (number | null)[];

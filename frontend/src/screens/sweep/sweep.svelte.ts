@@ -1,17 +1,17 @@
-/** The sweep of the Sweep screen: what is asked, the job, and whether it is of what is shown now. */
+/** The sweep of the Sweep screen: request, job, and whether its result matches the form. */
 
 import { ApiError } from '../../app/api/client';
 import { equal, withChanges } from '../../app/api/scenario-paths';
 import type { Axis, Scenario, SweepResult } from '../../app/api/types';
-import { sourceOf, wholeOf, type Source } from '../../app/jobs/job-request';
+import { sourceOf, wholeOf, type ScenarioSource } from '../../app/jobs/job-request';
 import { JobStore } from '../../app/jobs/job-store.svelte';
-import { load, save } from '../../app/storage';
+import { load, oneOf, save } from '../../app/storage';
 import { app } from '../../app/store.svelte';
-import { FIELDS_MAX, formOf, gridOf, Refused, refusedFields, sweptOf } from './sweep-form';
-import type { Form, Swept } from './sweep-form';
+import { FIELDS_MAX, formOf, gridOf, KEPT, Refused, refusedFields, sweptOf } from './sweep-form';
+import type { SweepForm, SweptField } from './sweep-form';
 
 const FIRST = 'variants.B.controller.x.k_p';
-const EMPTY: Form = { source: '', combine: 'grid', fields: [] };
+const EMPTY: SweepForm = { source: '', combine: 'grid', fields: [] };
 
 interface Shown {
   metric: string;
@@ -21,10 +21,14 @@ interface Shown {
 
 class Sweep {
   readonly job = new JobStore(app.api, 'sweep', (request) => void this.restore(request));
-  form = $state.raw<Form>(load('sweep', EMPTY));
+  form = $state.raw<SweepForm>(load('sweep', EMPTY, KEPT));
   /** Which of the metrics is drawn. */
   shown = $state.raw<Shown>(
-    load('sweep.shown', { metric: 'max_abs_following_error', axis: 'x', variant: 'B' }),
+    load(
+      'sweep.shown',
+      { metric: 'max_abs_following_error', axis: 'x', variant: 'B' },
+      { metric: '', axis: oneOf('x', 'y'), variant: '' },
+    ),
   );
   /** What is refused, by swept field, and of the request as a whole. */
   problems = $state.raw<Readonly<Record<number, readonly string[]>>>({});
@@ -33,7 +37,7 @@ class Sweep {
   readonly result = $derived<SweepResult | null>(this.job.report?.result ?? null);
 
   /** What is swept: a shipped scenario, or that of the Lab with its what-if changes. */
-  readonly source = $derived.by((): Source | null => {
+  readonly source = $derived.by((): ScenarioSource | null => {
     if (this.form.source !== '') return this.named ? { scenario: this.named, set: {} } : null;
     const scenario = app.session.info?.scenario;
     return scenario ? { scenario, set: app.mode === 'whatif' ? app.draft : {} } : null;
@@ -61,7 +65,7 @@ class Sweep {
     const { request } = this.job.report ?? {};
     if (!request) return [];
     const { combine, fields } = formOf(request);
-    const grid = (of: readonly Swept[]) => {
+    const grid = (of: readonly SweptField[]) => {
       try {
         return gridOf(of);
       } catch {
@@ -99,14 +103,14 @@ class Sweep {
     await this.readNamed();
   }
 
-  change(changes: Partial<Form>): void {
+  change(changes: Partial<SweepForm>): void {
     this.form = { ...this.form, fields: this.fields, ...changes };
     [this.problems, this.refused] = [{}, []];
     save('sweep', this.form);
   }
 
-  edit(index: number, changes: Partial<Swept>): void {
-    const edited = (swept: Swept): Swept =>
+  edit(index: number, changes: Partial<SweptField>): void {
+    const edited = (swept: SweptField): SweptField =>
       changes.path === undefined ? { ...swept, ...changes } : this.fresh(changes.path);
     this.change({ fields: this.fields.map((each, k) => (k === index ? edited(each) : each)) });
   }
@@ -135,7 +139,7 @@ class Sweep {
     save('sweep.shown', this.shown);
   }
 
-  private fresh(path: string): Swept {
+  private fresh(path: string): SweptField {
     return sweptOf(
       path,
       this.scenario,

@@ -4,10 +4,10 @@ import { ApiError } from '../../app/api/client';
 import { equal } from '../../app/api/scenario-paths';
 import type { Changes, ProblemField, Trajectory } from '../../app/api/types';
 import { fieldErrorsText, errorText } from '../../app/error-text';
-import { LatestWins, Turns } from '../../app/latest-wins';
+import { LatestWins } from '../../app/latest-wins';
 import { messages } from '../../app/messages.svelte';
-import type { GivenPath } from '../../app/session/kept-sessions';
-import { load, save } from '../../app/storage';
+import { GIVEN_PATH, type GivenPath } from '../../app/session/kept-sessions';
+import { load, nullOr, save } from '../../app/storage';
 import { app } from '../../app/store.svelte';
 import { WhatIf } from '../../app/whatif/whatif.svelte';
 import {
@@ -20,7 +20,8 @@ import {
   type Table,
 } from './drawn-path';
 import { readChecked, type Checked } from './feasibility';
-import { converted, shape, type Shape } from './shapes';
+import { polygon } from './geometry';
+import { shape, type Shape } from './shapes';
 import { History } from './undo-history';
 
 export type Tool = 'edit' | 'add' | 'move';
@@ -31,9 +32,6 @@ const LONGEST = { moving: 10, resting: 120 };
 /** Bins of the profiles: about one for each pixel of their width. */
 const POINTS = 400;
 
-/** Checks on their way at once: the server is at one while the other is read and drawn. */
-const CHECKS = 2;
-
 export class Editor {
   table = $state.raw<Table>(keptTable(load('path', null)) ?? asTable(shape('rhombus')));
   selected = $state<number | null>(null);
@@ -42,7 +40,7 @@ export class Editor {
   step = $state(load('path-step', 1e-3));
   name = $state(load('path-name', ''));
   /** What was opened or saved last, and as what. */
-  private saved = $state.raw<GivenPath | null>(load('path-saved', null));
+  private saved = $state.raw<GivenPath | null>(load('path-saved', null, nullOr(GIVEN_PATH)));
   /** What the server found about `checkedOf`. */
   found = $state.raw<Checked | null>(null);
   private checkedOf = $state.raw<Table | null>(null);
@@ -57,8 +55,7 @@ export class Editor {
   problem = $state('');
   private moving = false;
   private readonly history = new History<Table>();
-  private readonly checks = new LatestWins<Table>((table) => this.check(table), CHECKS);
-  private readonly turns = new Turns();
+  private readonly checks = new LatestWins<Table>((table) => this.check(table));
 
   readonly path = $derived(asPath(this.table));
 
@@ -70,6 +67,15 @@ export class Editor {
 
   /** Whether what the server found is of the path as it stands. */
   readonly fresh = $derived(this.checkedOf === this.table);
+
+  /** The curve of the path: a smooth one as the server last answered. */
+  readonly outline = $derived.by(() => {
+    if (this.path?.geometry !== 'spline') return this.path && polygon(this.path);
+    return this.refused === '' ? (this.found?.outline ?? null) : null;
+  });
+
+  /** The figure as a path whose points can be dragged. */
+  readonly convertible = $derived(this.fresh ? (this.found?.drawn ?? null) : null);
 
   readonly feasible = $derived(this.fresh && this.refused === '' && this.found?.feasible === true);
 
@@ -112,8 +118,7 @@ export class Editor {
 
   /** Makes an editable path of a figure. */
   convert(): void {
-    const path = converted(this.table);
-    if (path) this.edit(path);
+    if (this.convertible) this.set(this.convertible);
   }
 
   setStep(step: number): void {
@@ -181,30 +186,28 @@ export class Editor {
   }
 
   private async check(table: Table): Promise<void> {
-    const turn = this.turns.next();
     const lacking = lacks(asPath(table));
     if (lacking !== '') {
-      this.show(turn, table, null, lacking);
+      this.show(table, null, lacking);
       return;
     }
     try {
       const found = readChecked(await app.api.check(this.request(table)));
-      if (!this.show(turn, table, found, '') || !found.feasible) return;
+      this.show(table, found, '');
+      if (!found.feasible) return;
       this.lastFeasible = table;
       if (!this.moving || found.duration <= LONGEST.moving) this.simulate(table);
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
-      this.show(turn, table, this.found, errorText(error));
+      this.show(table, this.found, errorText(error));
     }
   }
 
-  /** Takes what was found of a table, unless what a later check found is shown already. */
-  private show(turn: number, table: Table, found: Checked | null, refused: string): boolean {
-    if (!this.turns.take(turn)) return false;
+  /** Takes what was found of a table. */
+  private show(table: Table, found: Checked | null, refused: string): void {
     this.found = found;
     this.checkedOf = table;
     this.refused = refused;
-    return true;
   }
 
   /** Asks what A and B make of the path. */

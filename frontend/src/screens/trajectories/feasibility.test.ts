@@ -2,7 +2,7 @@ import { describe, expect, it } from 'vitest';
 import { readChecked, stretches, type Violation } from './feasibility';
 import { amount, placeText, timeText, title } from './violation-text';
 
-function answer(): ArrayBuffer {
+function answer(more: object = { outline: null }): ArrayBuffer {
   const head = JSON.stringify({
     feasible: false,
     time: { start: 0, step: 0.01, count: 4 },
@@ -10,6 +10,7 @@ function answer(): ArrayBuffer {
       { name: 'x.position', minimum: 0, maximum: 4 },
       { name: 'violated', minimum: 8, maximum: 12 },
     ],
+    ...more,
   }).padEnd(240);
   const buffer = new ArrayBuffer(8 + 240 + 16 * 4);
   new DataView(buffer).setUint32(0, 240, true);
@@ -23,6 +24,17 @@ describe('a check', () => {
     const found = readChecked(answer());
     expect(found.feasible).toBe(false);
     expect([...(found.columns.get('x.position')?.minimum ?? [])]).toEqual([1, 2, 3, 4]);
+  });
+
+  it('has the curve of a smooth path', () => {
+    const { outline } = readChecked(answer({ outline: { x: 0, y: 8, edge: 12, count: 3 } }));
+    const { x, y, edge } = outline ?? {};
+    expect([x, y, edge].map((each) => Array.from(each ?? []))).toEqual([
+      [1, 2, 3],
+      [0, 1, 16],
+      [0, 1, 17],
+    ]);
+    expect(readChecked(answer()).outline).toBeNull();
   });
 
   it('tells where which quantity is too large', () => {

@@ -1,8 +1,9 @@
 /** The server's answer to POST /trajectories/check: what a path asks of the motor. */
 
 import { readCurves } from '../../app/api/curves-answer';
-import type { Axis } from '../../app/api/types';
+import type { Axis, Trajectory } from '../../app/api/types';
 import type { Envelope } from '../../plot/source';
+import type { Outline } from './geometry';
 
 export type Limited = 'position' | 'step' | 'velocity' | 'acceleration' | 'thrust';
 
@@ -45,15 +46,29 @@ interface Head {
   peaks: Peak[];
   violations: Violation[];
   violation_count: number;
+  /** A figure as a path whose points can be dragged; null for what has no corners. */
+  drawn: Trajectory | null;
 }
 
 export interface Checked extends Head {
   columns: Map<string, Envelope>;
+  /** The curve of a smooth path. */
+  outline: Outline | null;
 }
 
 /** Reads an answer; the curves are views into it. */
 export function readChecked(buffer: ArrayBuffer): Checked {
-  return readCurves<Head>(buffer);
+  type Indices = Record<'x' | 'y' | 'edge' | 'count', number>;
+  const { numbers, outline, ...found } = readCurves<Head & { outline: Indices | null }>(buffer);
+  const column = (from: number) => numbers.subarray(from, from + (outline?.count ?? 0));
+  return {
+    ...found,
+    outline: outline && {
+      x: column(outline.x),
+      y: column(outline.y),
+      edge: column(outline.edge),
+    },
+  };
 }
 
 /** Returns the stretches [from, to) of bins in which any of some quantities is too large. */

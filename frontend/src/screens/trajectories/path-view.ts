@@ -4,20 +4,20 @@ import type { Canvas } from '../../plot/canvas';
 import { Plane } from '../../plot/plane';
 import { outside, type DrawnPath, type Point } from './drawn-path';
 import { stretches, type Checked } from './feasibility';
-import { outline } from './geometry';
+import { polygon, type Outline } from './geometry';
 
 /** Numbered places of the worst violations. */
 const NUMBERED = 8;
 /** Places nearer than this share the first number, CSS pixels. */
 const APART = 20;
-/** Length of what a curve is drawn in, CSS pixels. */
-const SEGMENT = 2;
 /** More points than this are drawn small. */
 const MANY = 60;
 const ZOOM = { least: 0.7, most: 2000 };
 
 export interface Scene {
   path: DrawnPath | null;
+  /** The curve of the path; null while there is none. */
+  outline: Outline | null;
   selected: number | null;
   found: Checked | null;
   /** Whether `found` is of the path as it stands; else it is drawn paler. */
@@ -101,7 +101,7 @@ export class PathView {
       c.strokeRect(west, north, east - west, south - north);
       const { found, path } = scene;
       if (found) this.infeasible(found, scene.fresh);
-      if (path) this.path(path);
+      if (path) this.path(path, scene.outline);
       else if (found) this.trail(found, 0, found.time.count);
       if (path) this.points(path, scene);
       if (found) this.marks(found, scene);
@@ -112,13 +112,22 @@ export class PathView {
     return [this.plane.px(x), this.plane.py(y)];
   }
 
-  private path(path: DrawnPath): void {
+  /** The curve, and the straight edges between the points where they are not the curve. */
+  private path(path: DrawnPath, outline: Outline | null): void {
     const { c } = this.canvas;
-    const { curve } = outline(path, SEGMENT / this.scale);
-    this.canvas.pen('text', 1.5);
     c.lineJoin = 'round';
+    if (path.geometry === 'spline') {
+      this.canvas.pen('muted', 1, 'dot');
+      this.outline(polygon(path));
+    }
+    this.canvas.pen('text', 1.5);
+    if (outline) this.outline(outline);
+  }
+
+  private outline({ x, y }: Outline): void {
+    const { c } = this.canvas;
     c.beginPath();
-    this.canvas.trace(curve.length, (i) => this.at(curve[i] as Point));
+    this.trace(x, y, 0, x.length);
     c.stroke();
   }
 
@@ -133,7 +142,7 @@ export class PathView {
     c.stroke();
   }
 
-  private trace(x: Float32Array, y: Float32Array, from: number, to: number): void {
+  private trace(x: ArrayLike<number>, y: ArrayLike<number>, from: number, to: number): void {
     const at = (i: number) => this.at([x[i] as number, y[i] as number]);
     this.canvas.trace(Math.min(to, x.length), at, from);
   }

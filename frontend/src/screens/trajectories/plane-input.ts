@@ -2,7 +2,7 @@
 
 import { inserted, moved, removed, shifted, snap, type DrawnPath, type Point } from './drawn-path';
 import type { Editor } from './editor.svelte';
-import { edgeAt, pointAt } from './geometry';
+import { clickable, edgeAt, pointAt } from './geometry';
 import type { PathView } from './path-view';
 
 /** How near the pointer has to come, CSS pixels. */
@@ -61,7 +61,7 @@ export class Hand {
       this.grip = { what: 'point', index, offset: [x - at[0], y - at[1]] };
       return;
     }
-    const edge = edgeAt(path, at, EDGE_REACH / view.scale);
+    const edge = edgeAt(clickable(path, editor.outline), at, EDGE_REACH / view.scale);
     if (edge) {
       this.add(path, edge.edge + 1, edge.place);
     } else if (editor.tool === 'add') {
@@ -177,7 +177,8 @@ export class Hand {
   }
 
   private append(path: DrawnPath, at: Point): void {
-    const edge = path.closed ? edgeAt(path, at, Number.POSITIVE_INFINITY) : null;
+    const line = clickable(path, this.editor.outline);
+    const edge = path.closed ? edgeAt(line, at, Number.POSITIVE_INFINITY) : null;
     this.add(path, edge ? edge.edge + 1 : path.points.length, at);
   }
 

@@ -10,7 +10,7 @@ export const VIEWS = [
   { view: 'closed', name: 'T', title: 'Closed loop T = L/(1 + L)' },
   { view: 'sensitivity', name: 'S', title: 'Sensitivity S = 1/(1 + L)' },
 ] as const;
-export type View = (typeof VIEWS)[number]['view'];
+export type LoopView = (typeof VIEWS)[number]['view'];
 
 export interface Shown {
   present: LookedAt | null;
@@ -41,7 +41,7 @@ function lines(shown: Shown, values: (response: LoopResponse) => readonly number
   ];
 }
 
-export function curvesOf(shown: Shown, view: View): Series[] {
+export function curvesOf(shown: Shown, view: LoopView): Series[] {
   return lines(shown, (response) => response[view].magnitude);
 }
 
@@ -52,7 +52,7 @@ export function phasesOf(shown: Shown): Series[] {
 /** Points of a sweep of the simulation, and the linearised loop at the velocity of its motion. */
 export function sweepSeries(
   swept: LoopSweep | null,
-  view: View,
+  view: LoopView,
   part: 'magnitude' | 'phase',
   of = '',
 ): Series[] {
@@ -75,7 +75,7 @@ export function sweepSeries(
 }
 
 /** Crossover and gain one of L, bandwidth of T, peak of S. */
-export function marksOf(looked: LookedAt | null, view: View): Mark[] {
+export function marksOf(looked: LookedAt | null, view: LoopView): Mark[] {
   const figures = looked?.figures;
   if (!figures) return [];
   const found: Mark[] = [];

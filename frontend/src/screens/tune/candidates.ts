@@ -3,7 +3,7 @@
 import type { Axis, Candidate, Changes, TuneGroup, TunedAxis } from '../../app/api/types';
 import { digits } from '../../ui/units';
 
-/** What is thought of a set of gains; null of one that was not tried. */
+/** Verdict on a set of gains; null if it was not tried. */
 export type Verdict = Pick<Candidate, 'cost' | 'feasible' | 'violations'>;
 
 /** The worst of a quantity over the motors, and on which motor that is. */
@@ -15,7 +15,7 @@ export interface Worst {
   velocity: number | null;
 }
 
-export interface Line {
+export interface CandidateLine {
   /** Identifies the line within its group. */
   id: string;
   name: string;
@@ -70,7 +70,7 @@ export function idOf({ origin, start }: Candidate): string {
   return start === null ? origin : `start ${start.toString()}`;
 }
 
-function lineOf(candidate: Candidate, axis: Axis): Line | null {
+function lineOf(candidate: Candidate, axis: Axis): CandidateLine | null {
   const tuned = candidate.axes[axis];
   if (!tuned) return null;
   const stable = isStable(tuned);
@@ -92,7 +92,7 @@ function lineOf(candidate: Candidate, axis: Axis): Line | null {
 }
 
 /** Returns the lines of the group that an axis belongs to; the best candidate follows the paper's. */
-export function linesOf(groups: readonly TuneGroup[], axis: Axis): Line[] {
+export function linesOf(groups: readonly TuneGroup[], axis: Axis): CandidateLine[] {
   const group = groups.find(({ axes }) => axes.includes(axis));
   if (!group) return [];
   return [group.present, group.paper, ...group.candidates].flatMap((candidate) => {
@@ -102,7 +102,7 @@ export function linesOf(groups: readonly TuneGroup[], axis: Axis): Line[] {
 }
 
 /** Returns the line of gains that were picked off the landscape. */
-export function pickedLine({ k_p, k_d, cost }: Picked, variant: string, axis: Axis): Line {
+export function pickedLine({ k_p, k_d, cost }: Picked, variant: string, axis: Axis): CandidateLine {
   const path = `variants.${variant}.controller.${axis}`;
   return {
     id: 'picked',
@@ -135,7 +135,7 @@ export function placeOf({ motor, velocity }: Worst): string {
 }
 
 /** Says on which motor each quantity of a line is worst. */
-export function placesOf({ peak, rms, gainMargin, phaseMargin }: Line): string {
+export function placesOf({ peak, rms, gainMargin, phaseMargin }: CandidateLine): string {
   const worst = Object.entries({ peak, rms, GM: gainMargin, PM: phaseMargin });
   return worst.flatMap(([name, found]) => (found ? [`${name} ${placeOf(found)}`] : [])).join(', ');
 }

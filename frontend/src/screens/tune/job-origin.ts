@@ -27,7 +27,7 @@ export function othersOf(then: Scenario, now: Scenario, variant: string): Set<Ot
   return found;
 }
 
-/** A motor that is known by its name only is compared by it. */
+/** A motor given by name only is compared by name. */
 function samePlant({ plant: a }: Scenario, { plant: b }: Scenario): boolean {
   const bare = [a, b].some((plant) => Object.keys(plant).length === 1);
   return bare ? a.name === b.name : equal(a, b);
@@ -62,7 +62,7 @@ export function otherWords(
   return words.join(' and ');
 }
 
-export type Swept = 'present' | 'chosen';
+export type SweptLoop = 'present' | 'chosen';
 
 /** Returns of which of the two loops a job was; if of neither, what it was of, beside the likest. */
 export function loopOf(
@@ -70,7 +70,7 @@ export function loopOf(
   present: Scenario,
   chosen: Scenario | null,
   variant: string,
-): { of: Swept | null; told: string } {
+): { of: SweptLoop | null; told: string } {
   const differs = (whole: Scenario) =>
     LOOP.filter((other) => othersOf(then, whole, variant).has(other)).length;
   const likest = chosen && differs(chosen) < differs(present) ? chosen : present;

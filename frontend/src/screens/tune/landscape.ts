@@ -2,7 +2,7 @@
 
 import type { AxisLandscape, TuneHistory, Axis } from '../../app/api/types';
 import type { Line as MapLine, Spot } from '../../plot/types';
-import type { Line } from './candidates';
+import type { CandidateLine } from './candidates';
 
 /** The stability boundary: one line, with a gap between its pieces. */
 export function edgeLine({ edge }: AxisLandscape): MapLine[] {
@@ -36,7 +36,7 @@ const MARKERS = {
 } as const;
 
 /** Sets of gains as points; those that start from the present ones coincide with them. */
-export function spotsOf(lines: readonly Line[], chosen: string): Spot[] {
+export function spotsOf(lines: readonly CandidateLine[], chosen: string): Spot[] {
   return lines.map(({ id, name, k_p, k_d }) => {
     const own = id in MARKERS ? MARKERS[id as keyof typeof MARKERS] : null;
     const spot: Spot = {

@@ -71,7 +71,7 @@ export function marginNote({ figures }: LookedAt): string {
   return `Sliding at ${digits(figures.velocity * 1e3)} mm/s, four Stribeck velocities; the candidates’ are the worst from 0.5 to 4.`;
 }
 
-/** What the equations say of one loop, beside the simulation without friction and as it is. */
+/** Errors of one loop by the equations, and simulated without and with friction. */
 export function promiseRows({ accuracy, figures }: LookedAt): FigureRow[] {
   const { sine } = accuracy;
   const rows: FigureRow[] = [
@@ -105,8 +105,8 @@ export function promiseRows({ accuracy, figures }: LookedAt): FigureRow[] {
   ];
 }
 
-/** Says why the columns differ: what the equations do not know, and what of them does not apply. */
-export function promiseNote({ accuracy }: LookedAt, scenario: Scenario | null): string {
+/** Explains why the columns differ: effects outside the equations, and equations that do not apply.
+ */ export function promiseNote({ accuracy }: LookedAt, scenario: Scenario | null): string {
   const coupling = at(scenario, `plant.${accuracy.axis}.resonance.coupling`) ?? 0;
   const unknown = [
     ...(coupling !== 0 ? ['the resonance of this motor'] : []),

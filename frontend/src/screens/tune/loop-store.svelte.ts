@@ -1,4 +1,4 @@
-/** The loops that are looked at: the present gains and the chosen ones, asked for once a hand rests. */
+/** Loops of the present and the chosen gains, requested when a control comes to rest. */
 
 import type { Api } from '../../app/api/client';
 import type {
@@ -75,7 +75,7 @@ export class LoopStore {
       this.present = this.chosen = null;
       this.problem = errorText(error);
     }
-    // What was asked meanwhile is still to come.
+    // A newer request may be on its way.
     if (this.last === question) this.asking = false;
   }
 

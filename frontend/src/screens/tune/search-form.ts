@@ -1,11 +1,12 @@
-/** What the controls of a search for gains say, and what is asked of the server for it. */
+/** The form of a search for gains, and its requests. */
 
 import type { RequestOf } from '../../app/api/operations';
 import { at } from '../../app/api/scenario-paths';
 import type { components } from '../../app/api/schema';
 import type { Axis, ProblemField, Scenario } from '../../app/api/types';
-import type { Source } from '../../app/jobs/job-request';
+import type { ScenarioSource } from '../../app/jobs/job-request';
 import { fieldOf, nameOf, refusal, served, type Entries } from '../../app/fields/fields.svelte';
+import { listOf, nullOr, oneOf, partOf, recordOf } from '../../app/storage';
 import { clean } from '../../ui/units';
 
 type Schemas = components['schemas'];
@@ -14,7 +15,7 @@ type Schemas = components['schemas'];
 export type Metric = keyof NonNullable<RequestOf<'/tune'>['objective']>;
 export type Constraint = keyof Schemas['Constraints'];
 
-export interface Form {
+export interface SearchForm {
   /** Name of a shipped scenario; empty: what the Lab's controls show. */
   source: string;
   /** Whose gains; empty: the second variant, or the only one. */
@@ -36,13 +37,29 @@ export interface Form {
   evaluations: number;
 }
 
+/** The form of the settings that a browser keeps. */
+export const KEPT = partOf({
+  source: '',
+  variant: '',
+  axis: oneOf('x', 'y', 'both'),
+  weights: recordOf(0),
+  limits: recordOf(nullOr(0)),
+  k_p: [0, 0],
+  k_d: [0, 0],
+  observer: true,
+  plants: listOf(''),
+  window: nullOr([0, 0]),
+  starts: 0,
+  evaluations: 0,
+});
+
 /** Fields of the request, which are there before the screen is. */
 export function fields(): Entries {
   return served.requests.tune ?? {};
 }
 
 /** What the server takes for what is left out. */
-export function defaults(): Form {
+export function defaults(): SearchForm {
   const of = (path: string) => fields()[path]?.default;
   const from = {
     axis: of('axis'),
@@ -54,7 +71,7 @@ export function defaults(): Form {
     starts: of('starts'),
     evaluations: of('evaluations'),
   } as Pick<
-    Form,
+    SearchForm,
     'axis' | 'weights' | 'limits' | 'k_p' | 'k_d' | 'plants' | 'starts' | 'evaluations'
   >;
   return { source: '', variant: '', observer: false, window: null, ...from };
@@ -65,7 +82,7 @@ export const OBSERVER = 'disturbance_observer.bandwidth';
 const OBSERVER_RANGE = [5, 300];
 
 /** The variant that a form means, of those that a scenario has. */
-export function variantOf(form: Form, scenario: Scenario): string {
+export function variantOf(form: SearchForm, scenario: Scenario): string {
   const letters = Object.keys(scenario.variants);
   if (letters.includes(form.variant)) return form.variant;
   return letters[1] ?? letters[0] ?? '';
@@ -76,16 +93,16 @@ export function observes(scenario: object, variant: string): boolean {
   return at(scenario, `variants.${variant}.controller.disturbance_observer.enabled`) === true;
 }
 
-interface Common extends Source {
+interface Common extends ScenarioSource {
   variant: string;
-  axis: Form['axis'];
-  objective: Form['weights'];
-  bounds: Pick<Form, 'k_p' | 'k_d'>;
+  axis: SearchForm['axis'];
+  objective: SearchForm['weights'];
+  bounds: Pick<SearchForm, 'k_p' | 'k_d'>;
   window: { start: number; end: number } | null;
 }
 
-/** Returns what both the search and the landscape are asked for. */
-function common(form: Form, source: Source): Common {
+/** Returns the fields common to requests of search and landscape. */
+function common(form: SearchForm, source: ScenarioSource): Common {
   const { axis, weights, k_p, k_d, window } = form;
   return {
     ...source,
@@ -97,14 +114,18 @@ function common(form: Form, source: Source): Common {
   };
 }
 
-export function tuneBody(form: Form, source: Source, shown: object): RequestOf<'/tune'> {
+export function tuneBody(
+  form: SearchForm,
+  source: ScenarioSource,
+  shown: object,
+): RequestOf<'/tune'> {
   const body = common(form, source);
   const also = form.observer && observes(shown, body.variant) ? { [OBSERVER]: OBSERVER_RANGE } : {};
   const { limits, plants, starts, evaluations } = form;
   return { ...body, constraints: limits, also, plants, starts, evaluations };
 }
 
-export function landscapeBody(form: Form, source: Source): RequestOf<'/landscape'> {
+export function landscapeBody(form: SearchForm, source: ScenarioSource): RequestOf<'/landscape'> {
   return { ...common(form, source), points: 64 };
 }
 
@@ -117,14 +138,14 @@ export function settings(of: 'landscape' | 'search'): Record<string, string> {
   return Object.fromEntries(keys.map((key) => [key, fieldOf(key, fields()).label]));
 }
 
-/** Returns what a search or a landscape was asked for as the form shows it; not its scenario. */
-export function formOf(request: Readonly<Record<string, unknown>>): Partial<Form> {
+/** Returns the form of a request of a search or a landscape, without its scenario. */
+export function formOf(request: Readonly<Record<string, unknown>>): Partial<SearchForm> {
   const asked = request as Partial<Common> & {
-    constraints?: Partial<Form['limits']>;
+    constraints?: Partial<SearchForm['limits']>;
     also?: object;
-  } & Partial<Pick<Form, 'plants' | 'starts' | 'evaluations'>>;
+  } & Partial<Pick<SearchForm, 'plants' | 'starts' | 'evaluations'>>;
   const { bounds, window, constraints, also } = asked;
-  const form: { [Key in keyof Form]?: Form[Key] | undefined } = {
+  const form: { [Key in keyof SearchForm]?: SearchForm[Key] | undefined } = {
     variant: asked.variant,
     axis: asked.axis,
     weights: asked.objective,
@@ -138,14 +159,14 @@ export function formOf(request: Readonly<Record<string, unknown>>): Partial<Form
     evaluations: asked.evaluations,
   };
   const said = Object.entries(form).filter(([, value]) => value !== undefined);
-  return Object.fromEntries(said) as Partial<Form>;
+  return Object.fromEntries(said) as Partial<SearchForm>;
 }
 
-/** Writes what the server has against a request: which number, why, and what is allowed. */
+/** Writes an error of a request: which number, why, and the allowed range. */
 export function complaint(problem: ProblemField): string {
   return [nameOf(problem.loc, fields()), refusal(problem, fields())].join(': ');
 }
 
-/** A gain margin as a person of the field writes it, and back. */
+/** A gain margin in decibels, and back. */
 export const decibels = (factor: number): number => clean(20 * Math.log10(factor));
 export const factorOf = (dB: number): number => clean(10 ** (dB / 20));

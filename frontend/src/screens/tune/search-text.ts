@@ -1,6 +1,6 @@
-/** What things are called on the Tune screen. */
+/** Names on the Tune screen. */
 
-/** A word or two on what a search or a map was asked for. */
+/** Summary of the request of a search or a map. */
 export function describe(request: Record<string, unknown>): string {
   const { axis = 'both', objective = { rms: 1 }, scenario = 'circle' } = request;
   const name = typeof scenario === 'string' ? scenario : (scenario as { name: string }).name;

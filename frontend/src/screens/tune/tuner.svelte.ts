@@ -1,4 +1,4 @@
-/** What the Tune screen knows and does; components read it and call it. */
+/** State and actions of the Tune screen. */
 
 import { ApiError } from '../../app/api/client';
 import { at, equal, withChanges } from '../../app/api/scenario-paths';
@@ -13,23 +13,24 @@ import type {
 import { AppliedChanges } from '../../app/apply/applied-changes.svelte';
 import { Comparison } from '../../app/apply/comparison.svelte';
 import { errorText } from '../../app/error-text';
-import { differing, sourceOf, wholeOf, type Source } from '../../app/jobs/job-request';
+import { differing, sourceOf, wholeOf, type ScenarioSource } from '../../app/jobs/job-request';
 import { JobStore } from '../../app/jobs/job-store.svelte';
 import { load, save } from '../../app/storage';
 import { app } from '../../app/store.svelte';
-import { linesOf, pickedLine, type Line, type Picked } from './candidates';
-import { loopOf, MAP, otherWords, type Swept } from './job-origin';
+import { linesOf, pickedLine, type CandidateLine, type Picked } from './candidates';
+import { loopOf, MAP, otherWords, type SweptLoop } from './job-origin';
 import { costAt } from './landscape';
 import { LoopStore } from './loop-store.svelte';
 import {
   complaint,
   defaults,
   formOf,
+  KEPT,
   landscapeBody,
   settings,
   tuneBody,
   variantOf,
-  type Form,
+  type SearchForm,
 } from './search-form';
 
 type Choice = Partial<Record<Axis, string>>;
@@ -42,9 +43,9 @@ class Tuner {
   readonly comparison = new Comparison(app.api, (fields) => fields.map(complaint).join(' '));
   /** Gains that were given to the Lab. */
   readonly given = new AppliedChanges();
-  /** What a person has set; all else is the server's default. */
-  private entered = $state.raw<Partial<Form>>(load('tune', {}));
-  readonly form = $derived<Form>({ ...defaults(), ...this.entered });
+  /** The user's settings; all else is the server's default. */
+  private entered = $state.raw<Partial<SearchForm>>(load('tune', {}, KEPT));
+  readonly form = $derived<SearchForm>({ ...defaults(), ...this.entered });
   /** The shipped scenario that the form names. */
   private named = $state.raw<Scenario | null>(null);
   refused = $state.raw<readonly string[]>([]);
@@ -54,7 +55,7 @@ class Tuner {
   picked = $state.raw<Partial<Record<Axis, Picked>>>({});
 
   /** What is tuned: a scenario, and what-if changes of the Lab to it. */
-  readonly source = $derived.by((): Source | null => {
+  readonly source = $derived.by((): ScenarioSource | null => {
     if (this.form.source !== '') return this.named ? { scenario: this.named, set: {} } : null;
     const scenario = app.session.info?.scenario;
     return scenario ? { scenario, set: app.mode === 'whatif' ? app.draft : {} } : null;
@@ -106,7 +107,7 @@ class Tuner {
   });
 
   /** The last sweep, of which of the two loops it is, and else why it is not drawn. */
-  readonly swept = $derived.by((): { sweep: LoopSweep | null; of: Swept; told: string } => {
+  readonly swept = $derived.by((): { sweep: LoopSweep | null; of: SweptLoop; told: string } => {
     const { report } = this.sweep;
     const sweep = report?.result ?? report?.partial ?? null;
     if (!report || !sweep) return { sweep: null, of: 'present', told: '' };
@@ -133,7 +134,7 @@ class Tuner {
     const { request } = this.search.report ?? {};
     const { source, scenario } = this;
     if (!request || !source || !scenario) return [];
-    const body = (form: Form) => tuneBody(form, source, scenario);
+    const body = (form: SearchForm) => tuneBody(form, source, scenario);
     return differing(request, body(this.form), body(defaults()), settings('search'));
   });
 
@@ -141,7 +142,7 @@ class Tuner {
     const { request } = this.map.report ?? {};
     const { source } = this;
     if (!request || !source) return [];
-    const body = (form: Form) => landscapeBody(form, source);
+    const body = (form: SearchForm) => landscapeBody(form, source);
     return differing(request, body(this.form), body(defaults()), settings('landscape'));
   });
 
@@ -158,7 +159,7 @@ class Tuner {
     });
   }
 
-  change(changes: Partial<Form>): void {
+  change(changes: Partial<SearchForm>): void {
     this.entered = { ...this.entered, ...changes };
     this.refused = [];
     save('tune', this.entered);
@@ -224,7 +225,7 @@ class Tuner {
   /** Whether the Lab has the variant that was tuned. */
   readonly applicable = $derived(app.variants.includes(this.variant));
 
-  private linesFor(axis: Axis): Line[] {
+  private linesFor(axis: Axis): CandidateLine[] {
     const picked = this.picked[axis];
     const found = linesOf(this.result?.groups ?? [], axis);
     return picked ? [...found, pickedLine(picked, this.variant, axis)] : found;
@@ -265,7 +266,7 @@ class Tuner {
     const then = this.askedFor(request);
     const variant = typeof request['variant'] === 'string' ? request['variant'] : this.variant;
     if (then) return otherWords(then, now, variant, MAP);
-    // Asked for elsewhere by a scenario's name: its motor is known by its name.
+    // Requested elsewhere by a scenario's name: only the motor's name is there.
     return result && result.plant !== now.plant.name ? `another motor (${result.plant})` : '';
   }
 

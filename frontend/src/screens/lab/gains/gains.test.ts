@@ -1,6 +1,15 @@
 import { expect, it } from 'vitest';
 import type { Loops, Scenario } from '../../../app/api/types';
-import { achieved, gainLimits, savedOn, setName, snapshot, switchNotch, toChange } from './gains';
+import {
+  achieved,
+  gainLimits,
+  savedOn,
+  scaleOf,
+  setName,
+  snapshot,
+  switchNotch,
+  toChange,
+} from './gains';
 
 const controller = {
   x: { k_p: 1, k_d: 2, notch: { frequency: 250, damping: 0.5, gain: 0.2 } },
@@ -103,4 +112,9 @@ it('says what a set achieved, variant by variant', () => {
 it('writes when a set was saved', () => {
   const noon = new Date(2026, 10, 22, 14, 5).getTime() / 1e3;
   expect(savedOn(noon)).toBe('2026-11-22 14:05');
+});
+
+it('slides over the range that the server gives', () => {
+  const path = 'variants.B.controller.x.k_p';
+  expect(scaleOf(path)).toEqual({ least: 1e4, most: 1e7 });
 });

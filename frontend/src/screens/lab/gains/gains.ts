@@ -1,4 +1,4 @@
-/** Ranges of the sliders, and what can be kept as a named set. */
+/** Paths of gains, notches and switches, and what can be kept as a named set. */
 
 import { at, equal, numberAt } from '../../../app/api/scenario-paths';
 import {
@@ -8,48 +8,25 @@ import {
   type GainSet,
   type Loops,
   type Scenario,
+  type Value,
 } from '../../../app/api/types';
-import type { Scale } from '../../../ui/log-slider';
+import { entryOf } from '../../../app/fields/fields.svelte';
+import type { SliderScale } from '../../../ui/log-slider';
 import { digits, quantity, type Quantity } from '../../../ui/units';
 
 export type Gain = 'k_p' | 'k_d';
 
-/** Three decades around what the paper uses: 200 to 6000 N/mm and 1.08 to 3 N s/mm. */
-export const SCALES: Record<Gain, Scale> = {
-  k_p: { least: 1e4, most: 1e7 },
-  k_d: { least: 1e2, most: 1e5 },
-};
+/** Returns the range of a gain's slider. */
+export function scaleOf(path: string): SliderScale {
+  const [least, most] = entryOf(path)?.usual ?? [Number.NaN, Number.NaN];
+  return { least, most };
+}
 
 /** What a notch has; its gain is that at its frequency, and 1 is no notch. */
 export const NOTCH = ['frequency', 'damping', 'gain'] as const;
 
-/** Gain of a notch that the switch adds. */
-const NOTCHED = 0.1;
-
-export interface Switch {
-  /** Path below the controller. */
-  path: string;
-  name: string;
-  meaning: string;
-}
-
-export const SWITCHES: readonly Switch[] = [
-  {
-    path: 'compensation.enabled',
-    name: 'compensation',
-    meaning: 'Add the friction estimate; off, the observer runs all the same',
-  },
-  {
-    path: 'feedforward',
-    name: 'feedforward',
-    meaning: 'Add mass times the acceleration of the reference',
-  },
-  {
-    path: 'disturbance_observer.enabled',
-    name: 'DOB',
-    meaning: 'Disturbance observer: add what the force balance does not explain',
-  },
-];
+/** Switches by their paths below the controller. */
+export const SWITCHES = ['compensation.enabled', 'feedforward', 'disturbance_observer.enabled'];
 
 export function gainPath(variant: string, axis: Axis, gain: Gain): string {
   return `variants.${variant}.controller.${axis}.${gain}`;
@@ -68,7 +45,11 @@ export function notched(scenario: Scenario | null, variant: string, axis: Axis):
 export function switchNotch(scenario: Scenario | null, variant: string, on: boolean): Changes {
   const others = AXES.filter((axis) => notched(scenario, variant, axis) !== on);
   return Object.fromEntries(
-    others.map((axis) => [notchPath(variant, axis, 'gain'), on ? NOTCHED : 1]),
+    others.map((axis) => {
+      const path = notchPath(variant, axis, 'gain');
+      const entry = entryOf(path);
+      return [path, (on ? entry?.example : entry?.default) as Value];
+    }),
   );
 }
 
@@ -82,7 +63,7 @@ function tunables(variants: readonly string[]): string[] {
     ]),
     ...[
       'compensation.law',
-      ...SWITCHES.map(({ path }) => path),
+      ...SWITCHES,
       'disturbance_observer.bandwidth',
       'sharing.law',
       'sharing.overlap',

@@ -1,4 +1,4 @@
-/** Up to where each gain can grow before its loop turns unstable, asked for once a hand rests. */
+/** Largest stable value of each gain, requested when a control comes to rest. */
 
 import type { Changes, Scenario } from '../../../app/api/types';
 import { LatestWins } from '../../../app/latest-wins';

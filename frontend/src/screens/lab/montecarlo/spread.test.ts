@@ -67,6 +67,14 @@ it('rows have a unit of their own', () => {
   expect(rows.find(({ name }) => name === 'less max |e_x| in B')?.values[1]).toBe('50');
 });
 
+it('gives both variants of a metric one unit', () => {
+  const y = { ...study.variants['A']?.axes.x, ...axis([], 2e-7) };
+  const mixed = { ...study, variants: { ...study.variants, B: { axes: { x: y } } } };
+  const [a, b] = spreadRows(mixed as unknown as MonteCarlo);
+  expect(b).toMatchObject({ name: 'B max |e_x|', unit: 'µm' });
+  expect(a?.unit).toBe(b?.unit);
+});
+
 it('shares are not rounded to certainty', () => {
   expect([0, 0.0004, 0.717, 0.9997, 1].map(shareText)).toEqual([
     '0 %',

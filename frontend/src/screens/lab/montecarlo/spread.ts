@@ -1,9 +1,9 @@
-/** What a Monte Carlo study says, as the page shows it: bands, quantiles, and how sure a spec is. */
+/** Results of a Monte Carlo study for display: bands, quantiles, probability of meeting a spec. */
 
 import type { Axis, MonteCarlo } from '../../../app/api/types';
 import { AXES } from '../../../app/api/types';
 import type { QuantileBand } from '../../../plot/quantile-band';
-import { digits, scaleFor } from '../../../ui/units';
+import { among, digits, scaleFor } from '../../../ui/units';
 
 export type Spec = Partial<Record<Axis, number>>;
 
@@ -66,7 +66,7 @@ export interface SpreadRow {
   values: string[];
 }
 
-/** The quantiles of the largest and RMS following error, and how much the second variant gains. */
+/** The quantiles of the largest and RMS following error, one unit for a metric of an axis, and how much the second variant gains. */
 export function spreadRows(study: MonteCarlo): SpreadRow[] {
   const rows: SpreadRow[] = [];
   for (const axis of AXES) {
@@ -74,11 +74,13 @@ export function spreadRows(study: MonteCarlo): SpreadRow[] {
       ['max_abs_following_error', `max |e_${axis}|`],
       ['rms_following_error', `RMS e_${axis}`],
     ] as const) {
-      for (const [variant, { axes }] of Object.entries(study.variants)) {
+      const spreads = Object.entries(study.variants).flatMap(([variant, { axes }]) => {
         const spread = axes[axis]?.metrics[key];
-        if (!spread) continue;
-        const scale = scaleFor(spread.q50, 'm');
-        const values = [spread.q05, spread.q50, spread.q95].map((v) => digits(v * scale.factor));
+        return spread ? [{ variant, spread }] : [];
+      });
+      const scale = scaleFor(Math.max(...spreads.map(({ spread }) => spread.q50)), 'm');
+      for (const { variant, spread } of spreads) {
+        const values = [spread.q05, spread.q50, spread.q95].map((v) => among(v, scale));
         rows.push({ name: `${variant} ${title}`, unit: scale.unit, values });
       }
     }

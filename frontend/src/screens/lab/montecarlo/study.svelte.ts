@@ -1,13 +1,13 @@
-/** The Monte Carlo study of the Lab screen: asked for, watched, and whether it is of what is shown. */
+/** The Monte Carlo study of the Lab screen: its job, and whether it matches the controls. */
 
 import { equal } from '../../../app/api/scenario-paths';
 import type { Axis, MonteCarlo } from '../../../app/api/types';
-import { sourceOf, wholeOf, type Source as Asked } from '../../../app/jobs/job-request';
+import { sourceOf, wholeOf, type ScenarioSource } from '../../../app/jobs/job-request';
 import { JobStore } from '../../../app/jobs/job-store.svelte';
-import { load, save } from '../../../app/storage';
+import { load, oneOf, partOf, save } from '../../../app/storage';
 import { app } from '../../../app/store.svelte';
 import type { QuantileBand } from '../../../plot/quantile-band';
-import type { Source } from '../../../plot/source';
+import type { SampleSource } from '../../../plot/source';
 import { covers, quantileBands, type Spec } from './spread';
 
 export const CASES = [100, 300, 1000] as const;
@@ -16,14 +16,14 @@ class Study {
   readonly job = new JobStore(app.api, 'monte-carlo', ({ cases }) => {
     if (typeof cases === 'number') this.setCases(cases);
   });
-  cases = $state<number>(load('montecarlo.cases', 300));
+  cases = $state<number>(load('montecarlo.cases', 300, oneOf(...CASES)));
   /** Largest following error allowed, m. */
-  spec = $state.raw<Spec>(load('montecarlo.spec', {}));
+  spec = $state.raw<Spec>(load('montecarlo.spec', {}, partOf({ x: 0, y: 0 })));
   /** Whether the bands are drawn. */
   drawn = $state(load('montecarlo.drawn', true));
   readonly result = $derived<MonteCarlo | null>(this.job.report?.result ?? null);
 
-  private readonly question = $derived.by((): Asked | null => {
+  private readonly question = $derived.by((): ScenarioSource | null => {
     const scenario = app.session.info?.scenario;
     return scenario ? { scenario, set: app.draft } : null;
   });
@@ -71,7 +71,7 @@ class Study {
   }
 
   /** The bands behind a scope of what-if curves; none where they belong to other curves. */
-  behind(scope: string, source: Source | null): readonly QuantileBand[] {
+  behind(scope: string, source: SampleSource | null): readonly QuantileBand[] {
     const axis = scope === 'ex' ? 'x' : scope === 'ey' ? 'y' : null;
     if (!axis || !this.drawn || !this.bands || !source || app.mode !== 'whatif') return NONE;
     if (this.stale) return NONE;

@@ -1,9 +1,9 @@
-/** Whether the server has a 3-D view to show; asking starts it. */
+/** Whether the server has a 3-D view to show; the request starts it. */
 
-/** Which process shows it, or why none does, for people. */
-export type Standing = { tag: string } | { refusal: string };
+/** Its process, or why there is none, as text. */
+export type SceneStatus = { tag: string } | { refusal: string };
 
-export async function ready(path: string, signal: AbortSignal): Promise<Standing> {
+export async function ready(path: string, signal: AbortSignal): Promise<SceneStatus> {
   try {
     let response = await fetch(path, { method: 'HEAD', signal });
     // Only the answer to GET has a body with the reason.

@@ -1,7 +1,7 @@
 /** The scopes there are: what each draws, with which colour and line. */
 
 import { AXES, type Axis } from '../../../app/api/types';
-import type { Difference } from '../../../app/stream/ring';
+import type { ColumnDifference } from '../../../app/stream/ring';
 import type { Trace, Traces } from '../../../plot/scope-chart';
 import { differenceName } from '../../../plot/source';
 import type { Look } from '../../../plot/types';
@@ -10,7 +10,7 @@ import { looksOf } from '../../../plot/variant-looks';
 export interface Scope extends Traces {
   id: ScopeId;
   title: string;
-  difference?: Difference;
+  difference?: ColumnDifference;
 }
 
 export const SCOPES = [
@@ -118,7 +118,7 @@ export function scopeOf(
 }
 
 /** The differences there can be: computed whether shown or not, so that a scope has its past. */
-export function differencesOf(variants: readonly string[]): Difference[] {
+export function differencesOf(variants: readonly string[]): ColumnDifference[] {
   return AXES.flatMap((axis) => followingError(axis, variants).difference ?? []);
 }
 
@@ -133,7 +133,7 @@ function planeColumns(variants: readonly string[]): string[] {
   ];
 }
 
-/** Everything to ask the server for: what the plane and these scopes draw, each once. */
+/** Columns to subscribe to: those of the plane and of these scopes, each once. */
 export function columnsOf(scopes: readonly Scope[], variants: readonly string[]): string[] {
   const derived = new Set(scopes.map((scope) => scope.difference?.name));
   const drawn = scopes.flatMap((scope) => scope.traces.map((trace) => trace.column));

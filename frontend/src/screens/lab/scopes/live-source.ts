@@ -2,9 +2,9 @@
 
 import type { Ring } from '../../../app/stream/ring';
 import { cut, type Bins } from '../../../plot/bins';
-import type { Source } from '../../../plot/source';
+import type { SampleSource } from '../../../plot/source';
 
-export class LiveSource implements Source {
+export class LiveSource implements SampleSource {
   readonly start = 0;
 
   constructor(

@@ -1,7 +1,7 @@
 /** Statistics of a stretch of a curve, from all its samples. */
 
 import type { Range } from '../../../plot/range';
-import type { Source } from '../../../plot/source';
+import type { SampleSource } from '../../../plot/source';
 
 export const STATISTICS = [
   { id: 'value', name: 'value', meaning: 'At the pointer or a cursor, else the newest' },
@@ -23,7 +23,7 @@ let high = new Float32Array(0);
  * A what-if of more than 10 s keeps least and most of bins of some periods. Between the two a curve is
  * taken as even: its mean is theirs, its mean square (a^2 + a b + b^2)/3.
  */
-export function statistics(source: Source, column: string, { from, to }: Range): Statistics {
+export function statistics(source: SampleSource, column: string, { from, to }: Range): Statistics {
   const index = (time: number) => Math.round((time - source.start) / source.step);
   const first = Math.max(source.first, index(from));
   const count = Math.max(0, Math.min(source.last, index(to)) - first);

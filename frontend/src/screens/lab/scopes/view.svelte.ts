@@ -2,13 +2,13 @@
 
 import { AXES, type Axis } from '../../../app/api/types';
 import { nameOf } from '../../../app/fields/fields.svelte';
-import { fromAddress, load, save, setAddress } from '../../../app/storage';
+import { fromAddress, listOf, load, save, setAddress } from '../../../app/storage';
 import { app } from '../../../app/store.svelte';
 import { Ring } from '../../../app/stream/ring';
 import type { Pointer } from '../../../plot/chart-pointer';
 import { timeAt, type Range } from '../../../plot/range';
 import type { Moment } from '../../../plot/scope-chart';
-import type { Source } from '../../../plot/source';
+import type { SampleSource } from '../../../plot/source';
 import { columnsOf, DEFAULT_SCOPES, SCOPES, scopeOf, type ScopeId } from './catalog';
 import { LiveSource } from './live-source';
 import { STATISTICS, type Statistic } from './statistics';
@@ -35,7 +35,7 @@ class View {
   follow = $state(true);
   /** Times of the cursors that were set, the first of which values are compared with. */
   cursors = $state.raw<readonly number[]>([]);
-  /** What readings tell: the value at a moment, or a statistic of the stretch that is measured. */
+  /** The readings: the value at a moment, or a statistic of the measured interval. */
   statistic = $state<Statistic>(keptStatistic());
   /** Where the pointer is on the time axis; plain, as it moves with every event. */
   pointer: Pointer | null = null;
@@ -80,7 +80,7 @@ class View {
     return [...planned, ...changes, ...pushes].sort((a, b) => a.time - b.time);
   });
 
-  get source(): Source | null {
+  get source(): SampleSource | null {
     if (app.mode === 'whatif') return app.whatif.answer?.source ?? null;
     return app.session.moments.period > 0 ? this.live : null;
   }
@@ -124,7 +124,7 @@ class View {
     return this.cursors.length === 2 ? { from, to } : this.range();
   }
 
-  /** The moment that readouts tell of: the second cursor, else under the pointer, else the newest. */
+  /** The moment of the readouts: the second cursor, else under the pointer, else the newest. */
   moment(): number {
     const { hover, source } = this;
     const [, second] = this.cursors;
@@ -256,7 +256,7 @@ function keptStatistic(): Statistic {
 
 function keptScopes(): readonly ScopeId[] {
   const address = fromAddress('scopes')?.split(',');
-  const wanted: readonly string[] = address ?? load<string[]>('scopes', [...DEFAULT_SCOPES]);
+  const wanted: readonly string[] = address ?? load('scopes', DEFAULT_SCOPES, listOf(''));
   const known = SCOPES.map((scope) => scope.id).filter((id) => wanted.includes(id));
   return known.length > 0 ? known : DEFAULT_SCOPES;
 }

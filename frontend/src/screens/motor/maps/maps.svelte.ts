@@ -6,10 +6,10 @@ import { errorText } from '../../../app/error-text';
 import { JobStore } from '../../../app/jobs/job-store.svelte';
 import { LatestWins } from '../../../app/latest-wins';
 import { messages } from '../../../app/messages.svelte';
-import { fromAddress, load, save, setAddress } from '../../../app/storage';
+import { fromAddress, load, recordOf, save, setAddress } from '../../../app/storage';
 import { app } from '../../../app/store.svelte';
 import { numberIn, refusals, type Numbers } from '../quantity-fields';
-import { changesFrom, FIELDS, type Accuracy, type Design } from './geometry-fields';
+import { changesFrom, geometryFields, type Design } from './geometry-fields';
 
 const KEPT = 'motor.geometry';
 /** Time without another number before the server is asked, ms. */
@@ -17,6 +17,8 @@ const PAUSE = 60;
 /** A field takes a second to solve: that is asked for when a number stands. */
 const PAUSE_FIELD = 400;
 
+/** How well a map is computed. */
+export type Accuracy = MapEntry['preset'];
 export type View = 'curves' | 'surface' | 'field';
 
 const viewOf = (name: string | null): View =>
@@ -26,7 +28,9 @@ type Shown = MapTables & { preview: boolean };
 
 class Maps {
   readonly job = new JobStore(app.api, 'map');
-  geometry = $state.raw<Numbers>(load<{ set: Numbers }>(KEPT, { set: {} }).set);
+  geometry = $state.raw<Numbers>(
+    load<{ set: Numbers }>(KEPT, { set: {} }, { set: recordOf(0) }).set,
+  );
   accuracy = $state<Accuracy>('default');
   shown = $state.raw<Shown | null>(null);
   list = $state.raw<readonly MapEntry[]>([]);
@@ -209,7 +213,7 @@ class Maps {
       ...one,
       loc: one.loc.replace(/^(geometry|map)\.?/, ''),
     }));
-    this.problems = refusals(errors, FIELDS, this.last);
+    this.problems = refusals(errors, geometryFields(), this.last);
   }
 }
 

@@ -1,59 +1,44 @@
 /** What the platforms are asked with. Paths of `both` belong to the previous and the new design. */
 
 import type { Axis, PlatformDocument } from '../../../app/api/types';
-import { nested, numberIn, type Field, type Numbers } from '../quantity-fields';
+import {
+  fieldAt,
+  nested,
+  numberIn,
+  type Field,
+  type Group,
+  type Numbers,
+} from '../quantity-fields';
 
 export type DesignName = 'previous' | 'new';
 export const DESIGNS: readonly DesignName[] = ['previous', 'new'];
 
-export const SUPPORTS = ['carriages', 'guides', 'edges', 'clamped'] as const;
-export type Support = (typeof SUPPORTS)[number];
+/** The field of one force, which all four movers pull with. */
+export const FORCE = 'load.force';
 
-export interface Group {
-  title: string;
-  fields: readonly Field[];
-}
-
-const MM = { factor: 1e3, unit: 'mm' };
-
-const design = (of: DesignName): Field[] => [
-  { path: `${of}.thickness`, label: 'Thickness', symbol: 't', ...MM },
-  { path: `${of}.ribs_x`, label: 'Ribs along x', whole: true },
-  { path: `${of}.ribs_y`, label: 'Ribs along y', whole: true },
-  { path: `${of}.rib_width`, label: 'Rib width', symbol: 'w', ...MM },
-  { path: `${of}.rib_height`, label: 'Rib height', symbol: 'h', ...MM },
-];
-
-export const FORCE: Field = { path: 'load.force', label: 'Each normal force', unit: 'N' };
+const below = (of: string, names: readonly string[]) => names.map((name) => `${of}.${name}`);
+const PLATE = ['thickness', 'ribs_x', 'ribs_y', 'rib_width', 'rib_height'];
 
 export const GROUPS: readonly Group[] = [
-  { title: 'Previous design', fields: design('previous') },
-  { title: 'New design', fields: design('new') },
-  {
-    title: 'Both',
-    fields: [
-      { path: 'both.length', label: 'Length along x', ...MM },
-      { path: 'both.width', label: 'Width along y', ...MM },
-      { path: 'both.span_x', label: 'Supports apart, x', ...MM },
-      { path: 'both.span_y', label: 'Supports apart, y', ...MM },
-      { path: 'both.E', label: "Young's modulus", symbol: 'E', factor: 1e-9, unit: 'GPa' },
-    ],
-  },
-  {
-    title: 'Movers',
-    fields: [
-      { path: 'load.spacing_x', label: 'Apart along x', ...MM },
-      { path: 'load.spacing_y', label: 'Apart along y', ...MM },
-    ],
-  },
+  { title: 'Previous design', paths: below('previous', PLATE) },
+  { title: 'New design', paths: below('new', PLATE) },
+  { title: 'Both', paths: below('both', ['length', 'width', 'span_x', 'span_y', 'E']) },
+  { title: 'Movers', paths: below('load', ['spacing_x', 'spacing_y']) },
 ];
 
-export const FIELDS: readonly Field[] = [FORCE, ...GROUPS.flatMap(({ fields }) => fields)];
+const PATHS = [FORCE, ...GROUPS.flatMap(({ paths }) => paths)];
+
+export function platformField(path: string): Field {
+  const inRequest = path === FORCE ? 'load.forces' : path.replace(/^both\./, 'new.');
+  return fieldAt('platform', path, inRequest);
+}
+
+export const platformFields = (): Field[] => PATHS.map(platformField);
 
 export interface Asked {
   axis: Axis;
   set: Numbers;
-  support: Support;
+  support: string;
   /** Name of the force map that pulls; empty where forces are given. */
   map: string;
 }
@@ -64,7 +49,7 @@ export function bodyOf({ axis, set, support, map }: Asked): Record<string, unkno
   let force: number | null = null;
   for (const [path, value] of Object.entries(set)) {
     const [of, name] = path.split('.') as [string, string];
-    if (path === FORCE.path) force = value;
+    if (path === FORCE) force = value;
     else if (of === 'both') for (const one of DESIGNS) numbers[`${one}.${name}`] = value;
     else numbers[path] = value;
   }
@@ -89,7 +74,7 @@ export function shared(pictures: readonly (readonly (readonly number[])[])[]): {
 export function valueIn(found: PlatformDocument | null, path: string): number | null {
   const [of, name] = path.split('.') as [string, string];
   if (found === null) return null;
-  if (path === FORCE.path) return found.load.forces[0];
+  if (path === FORCE) return found.load.forces[0];
   if (of === 'load') return numberIn(found.load, name);
   const shape = found.designs[of === 'previous' ? 'previous' : 'new']?.shape;
   return numberIn(shape, name);

@@ -2,19 +2,26 @@
 
 import { ApiError, UNREACHABLE } from '../../../app/api/client';
 import type { Axis, MapEntry, PlatformDocument } from '../../../app/api/types';
+import { choicesOf, served } from '../../../app/fields/fields.svelte';
 import { LatestWins } from '../../../app/latest-wins';
-import { load, save } from '../../../app/storage';
+import { load, oneOf, recordOf, save } from '../../../app/storage';
 import { app } from '../../../app/store.svelte';
 import { refusals, type Numbers } from '../quantity-fields';
-import { bodyOf, FIELDS, valueIn, type Asked, type Support } from './platform-fields';
+import { bodyOf, platformFields, valueIn, type Asked } from './platform-fields';
 
 const KEPT = 'motor.platform';
 const INITIAL: Asked = { axis: 'y', set: {}, support: 'carriages', map: '' };
+const FORM = {
+  axis: oneOf('x', 'y'),
+  set: recordOf(0),
+  support: oneOf(...choicesOf('new.support', served.requests.platform).map(({ value }) => value)),
+  map: '',
+};
 /** Time without another number before the server is asked, ms. */
 const PAUSE = 80;
 
 class Platform {
-  asked = $state.raw<Asked>({ ...INITIAL, ...load(KEPT, INITIAL) });
+  asked = $state.raw<Asked>(load(KEPT, INITIAL, FORM));
   found = $state.raw<PlatformDocument | null>(null);
   /** Maps that can pull at the platforms. */
   maps = $state.raw<readonly MapEntry[]>([]);
@@ -56,7 +63,7 @@ class Platform {
     this.ask({ axis, set: {} });
   }
 
-  hold(support: Support): void {
+  hold(support: string): void {
     this.ask({ support });
   }
 
@@ -83,7 +90,7 @@ class Platform {
       const { errors, detail } = error.problem;
       this.problems =
         errors.length > 0 && error.status !== UNREACHABLE
-          ? refusals(errors, FIELDS, this.last)
+          ? refusals(errors, platformFields(), this.last)
           : { '': detail };
     }
   }

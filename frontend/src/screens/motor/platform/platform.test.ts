@@ -1,6 +1,6 @@
 import { describe, expect, it } from 'vitest';
 import type { PlatformDocument } from '../../../app/api/types';
-import { bodyOf, FIELDS, shared, valueIn } from './platform-fields';
+import { bodyOf, platformField, platformFields, shared, valueIn } from './platform-fields';
 
 const ASKED = { axis: 'y', set: {}, support: 'carriages', map: '' } as const;
 
@@ -47,7 +47,13 @@ describe('what the server took', () => {
   });
 
   it('knows no path twice', () => {
-    expect(new Set(FIELDS.map(({ path }) => path)).size).toBe(FIELDS.length);
+    const fields = platformFields();
+    expect(new Set(fields.map(({ path }) => path)).size).toBe(fields.length);
+  });
+
+  it('is shown as the server shows the field of the request', () => {
+    expect(platformField('both.length')).toMatchObject({ label: 'length along x', factor: 1e3 });
+    expect(platformField('load.force')).toMatchObject({ label: 'each normal force', unit: 'N' });
   });
 });
 

@@ -15,9 +15,7 @@ const asked: Asked = {
   machines: ['new-design', 'previous-design'],
   laws: ['least-norm', 'sine'],
   belief: 'same',
-  force: 20,
-  current_limit: 10,
-  overlap: 0.1,
+  set: { force: 20, overlap: 0.1 },
 };
 
 const found = {
@@ -49,7 +47,6 @@ describe('requests', () => {
       law: 'least-norm',
       overlap: 0.1,
       force: 20,
-      current_limit: 10,
     });
   });
 

@@ -5,6 +5,7 @@ import { choicesOf } from '../../../app/fields/fields.svelte';
 import type { Ink } from '../../../plot/palette';
 import type { Dash, Series } from '../../../plot/types';
 import { minus } from '../../../ui/units';
+import type { Numbers } from '../quantity-fields';
 
 export type Law = SharingDocument['law'];
 
@@ -30,9 +31,8 @@ export interface Asked {
   machines: readonly string[];
   laws: readonly Law[];
   belief: Belief;
-  force: number;
-  current_limit: number;
-  overlap: number;
+  /** Numbers that a person has changed. */
+  set: Numbers;
 }
 
 export interface Run {
@@ -53,12 +53,12 @@ export function requests(
   asked: Asked,
   fits: ReadonlyMap<string, MapFit>,
 ): { machine: string; law: Law; body: object }[] {
-  const { machines, laws, belief, force, current_limit, overlap } = asked;
+  const { machines, laws, belief, set } = asked;
   return machines.flatMap((machine) =>
     laws.map((law) => {
       const fit = belief === 'fit' ? fits.get(machine)?.force_map : undefined;
       const maps = fit ? { controller: fit, plant: machine } : { controller: machine };
-      return { machine, law, body: { ...maps, law, overlap, force, current_limit } };
+      return { machine, law, body: { ...maps, law, ...set } };
     }),
   );
 }

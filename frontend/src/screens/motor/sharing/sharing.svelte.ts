@@ -3,10 +3,11 @@
 import { ApiError } from '../../../app/api/client';
 import type { MapEntry, MapFit } from '../../../app/api/types';
 import { errorText } from '../../../app/error-text';
+import { entryOf, served } from '../../../app/fields/fields.svelte';
 import { LatestWins } from '../../../app/latest-wins';
-import { load, save } from '../../../app/storage';
+import { listOf, load, oneOf, recordOf, save } from '../../../app/storage';
 import { app } from '../../../app/store.svelte';
-import { refusals, type Field } from '../quantity-fields';
+import { fieldAt, refusals } from '../quantity-fields';
 import { LAWS, requests, type Asked, type Law, type Run } from './sharing-runs';
 
 const KEPT = 'motor.sharing';
@@ -15,27 +16,31 @@ const PAUSE = 80;
 /** Machines side by side: more could not be read. */
 export const MOST = 2;
 
-export const FIELDS: readonly Field[] = [
-  { path: 'force', label: 'Force', unit: 'N' },
-  { path: 'current_limit', label: 'Current limit', unit: 'A' },
-  { path: 'overlap', label: 'Hand-over', factor: 100, unit: '% τ' },
-];
+export const PATHS = ['force', 'current_limit', 'overlap'];
 
 const DEFAULT: Asked = {
   machines: ['new-design'],
   laws: ['least-norm', 'force-per-ampere'],
   belief: 'same',
-  force: 20,
-  current_limit: 10,
-  overlap: 1 / 6,
+  set: {},
+};
+
+const FORM = {
+  machines: listOf(''),
+  laws: listOf(''),
+  belief: oneOf('same', 'fit'),
+  set: recordOf(0),
 };
 
 /** What was kept, as far as it is still known. */
 function kept(): Asked {
-  const found = load(KEPT, DEFAULT);
+  const found = load(KEPT, DEFAULT, FORM);
   const laws = LAWS.filter((law) => found.laws.includes(law));
   return { ...found, laws: laws.length > 0 ? laws : DEFAULT.laws };
 }
+
+export const field = (path: string) => fieldAt('sharing', path);
+const fields = () => PATHS.map(field);
 
 class Sharing {
   asked = $state.raw<Asked>(kept());
@@ -59,10 +64,15 @@ class Sharing {
     });
   }
 
+  /** What a field shows: what was typed, else the default. */
+  value(path: string): number {
+    return this.asked.set[path] ?? Number(entryOf(path, served.requests.sharing)?.default);
+  }
+
   /** Takes one number. */
   take(path: string, value: number): void {
     this.last = path;
-    this.ask({ [path]: value });
+    this.ask({ set: { ...this.asked.set, [path]: value } });
   }
 
   /** Adds or takes away a law; one always stays. */
@@ -93,7 +103,7 @@ class Sharing {
     } catch (error) {
       const errors = error instanceof ApiError ? error.problem.errors : [];
       this.problems =
-        errors.length > 0 ? refusals(errors, FIELDS, this.last) : { '': errorText(error) };
+        errors.length > 0 ? refusals(errors, fields(), this.last) : { '': errorText(error) };
     }
   }
 

@@ -1,78 +1,36 @@
-/** What sizing is asked with, in the order of its form. Ranges are the server's. */
+/** What sizing is asked with, in the order of its form. */
 
-import type { Field, Numbers } from '../quantity-fields';
+import { fieldAt, type Field, type Group, type Numbers } from '../quantity-fields';
 
 export type Direction = 'requirements' | 'dimensions';
 
-export interface Group {
-  title: string;
-  fields: Field[];
-}
-
-const MM = { factor: 1e3, unit: 'mm' };
-const KILO = { factor: 1e-3, unit: 'kA/m' };
-
-const shared = (of: Direction): Group[] => [
-  {
-    title: 'Specified for one phase',
-    fields: [
-      { path: `${of}.f_max`, label: 'Thrust', symbol: 'f_max', unit: 'N' },
-      { path: `${of}.v_max`, label: 'Velocity', symbol: 'v_max', unit: 'm/s' },
-      { path: `${of}.i`, label: 'Current', symbol: 'i', unit: 'A' },
-    ],
-  },
-  {
-    title: 'Teeth',
-    fields: [
-      { path: `${of}.tau`, label: 'Pole pitch', symbol: 'tau', ...MM },
-      { path: `${of}.p`, label: 'Tooth', symbol: 'p', ...MM },
-      { path: `${of}.s`, label: 'Slot', symbol: 's', ...MM },
-      { path: `${of}.sigma`, label: 'Tooth over slot', symbol: 'sigma' },
-      { path: `${of}.n`, label: 'Teeth per limb', symbol: 'n', whole: true },
-      { path: `${of}.limbs`, label: 'Limbs', whole: true },
-    ],
-  },
-  {
-    title: 'Magnetic circuit',
-    fields: [
-      { path: `${of}.g`, label: 'Air gap', symbol: 'g', ...MM },
-      { path: `${of}.B_g`, label: 'Flux density', symbol: 'B_g', unit: 'T' },
-      { path: `${of}.H_a`, label: 'Field in the iron', symbol: 'H_a', ...KILO },
-      { path: `${of}.l_a`, label: 'Path in the iron', symbol: 'l_a', ...MM },
-      { path: `${of}.lambda`, label: 'Inductance ratio', symbol: 'lambda' },
-      { path: `${of}.K_e`, label: 'Efficiency', symbol: 'K_e' },
-      { path: `${of}.K_d`, label: 'Duty cycle', symbol: 'K_d' },
-      { path: `${of}.loading_min`, label: 'Loading, least', ...KILO },
-      { path: `${of}.loading_max`, label: 'Loading, most', ...KILO },
-    ],
-  },
-];
-
-const axis = (of: 'x' | 'y'): Field[] => [
-  { path: `dimensions.${of}.mass`, label: `Moving mass ${of}`, unit: 'kg' },
-  { path: `dimensions.${of}.platform_mass`, label: `Platform mass ${of}`, unit: 'kg' },
-  { path: `dimensions.${of}.stroke`, label: `Stroke ${of}`, ...MM },
-];
-
-const machine: Group = {
-  title: 'Machine',
-  fields: [
-    { path: 'dimensions.l_m', label: 'Stack length', symbol: 'l_m', ...MM },
-    { path: 'dimensions.N', label: 'Turns', symbol: 'N', whole: true },
-    { path: 'dimensions.single_phase_force', label: 'Thrust, one phase', unit: 'N' },
-    { path: 'dimensions.two_phase_force', label: 'Thrust, two phases', unit: 'N' },
-    ...axis('x'),
-    ...axis('y'),
+const SHARED: readonly [title: string, names: readonly string[]][] = [
+  ['Specified for one phase', ['f_max', 'v_max', 'i']],
+  ['Teeth', ['tau', 'p', 's', 'sigma', 'n', 'limbs']],
+  [
+    'Magnetic circuit',
+    ['g', 'B_g', 'H_a', 'l_a', 'lambda', 'K_e', 'K_d', 'loading_min', 'loading_max'],
   ],
-};
+];
+const AXIS = ['mass', 'platform_mass', 'stroke'];
+const MACHINE = [
+  ...['l_m', 'N', 'single_phase_force', 'two_phase_force'],
+  ...['x', 'y'].flatMap((axis) => AXIS.map((name) => `${axis}.${name}`)),
+];
+
+const groups = (of: Direction, more: typeof SHARED = []): Group[] =>
+  [...more, ...SHARED].map(([title, names]) => ({
+    title,
+    paths: names.map((name) => `${of}.${name}`),
+  }));
 
 export const GROUPS: Record<Direction, readonly Group[]> = {
-  requirements: shared('requirements'),
-  dimensions: [machine, ...shared('dimensions')],
+  requirements: groups('requirements'),
+  dimensions: groups('dimensions', [['Machine', MACHINE]]),
 };
 
 export const fieldsOf = (direction: Direction): Field[] =>
-  GROUPS[direction].flatMap(({ fields }) => fields);
+  GROUPS[direction].flatMap(({ paths }) => paths.map((path) => fieldAt('design', path)));
 
 /** Tooth, slot and their ratio: of these the last one that was typed holds, the pitch with it. */
 const TEETH = ['p', 's', 'sigma'];

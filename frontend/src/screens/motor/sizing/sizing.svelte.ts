@@ -3,7 +3,7 @@
 import { ApiError, UNREACHABLE } from '../../../app/api/client';
 import type { DesignDocument } from '../../../app/api/types';
 import { LatestWins } from '../../../app/latest-wins';
-import { fromAddress, load, save, setAddress } from '../../../app/storage';
+import { fromAddress, load, recordOf, save, setAddress } from '../../../app/storage';
 import { app } from '../../../app/store.svelte';
 import { nested, numberIn, refusals, type Numbers } from '../quantity-fields';
 import { dropped, fieldsOf, taken, type Direction } from './sizing-fields';
@@ -11,6 +11,8 @@ import { dropped, fieldsOf, taken, type Direction } from './sizing-fields';
 export type Preset = DesignDocument['preset'];
 
 const KEPT = 'motor.sizing';
+const INITIAL = { preset: 'paper', set: {} };
+const FORM = { preset: '', set: recordOf(0) };
 /** Time without another number before the server is asked, ms. */
 const PAUSE = 40;
 
@@ -18,10 +20,8 @@ class Sizing {
   direction = $state<Direction>(
     fromAddress('direction') === 'dimensions' ? 'dimensions' : 'requirements',
   );
-  preset = $state<Preset>(
-    load(KEPT, { preset: 'paper', set: {} }).preset === 'previous' ? 'previous' : 'paper',
-  );
-  set = $state.raw<Numbers>(load(KEPT, { preset: 'paper', set: {} }).set);
+  preset = $state<Preset>(load(KEPT, INITIAL, FORM).preset === 'previous' ? 'previous' : 'paper');
+  set = $state.raw<Numbers>(load(KEPT, INITIAL, FORM).set);
   found = $state.raw<DesignDocument | null>(null);
   /** What is wrong, by path; at '' what belongs to no single number. */
   problems = $state.raw<Record<string, string>>({});
