@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import json
 import reprlib
 from dataclasses import dataclass, field
 from typing import Any
@@ -13,14 +15,49 @@ LENGTH_MAX = 200
 """Characters of a value or a path that are shown."""
 
 _INTEGER_MAX = 128  # bits; Python refuses to print one of thousands of digits
-_REPR = reprlib.Repr()  # bounded in depth and breadth, whatever is given
+
+
+class Written(str):
+    """Text that is shown without quotes: a value as JSON."""
+
+    __slots__ = ()
+    __repr__ = str.__str__
+
+
+class _Json(reprlib.Repr):
+    """JSON bounded in depth and breadth, whatever is given."""
+
+    def repr_bool(self, x: bool, level: int) -> str:
+        return "true" if x else "false"
+
+    def repr_NoneType(self, x: None, level: int) -> str:
+        return "null"
+
+    def repr_str(self, x: str, level: int) -> str:
+        text = x if len(x) <= self.maxstring else x[: self.maxstring - 3] + "..."
+        return json.dumps(text.encode("utf-8", "backslashreplace").decode(), ensure_ascii=False)
+
+    def repr_tuple(self, x: tuple[Any, ...], level: int) -> str:
+        return self.repr_list(list(x), level)
+
+    def repr_dict(self, x: dict[Any, Any], level: int) -> str:
+        if level <= 0 and x:
+            return "{...}"
+        items = [
+            f"{self.repr1(key, level - 1)}: {self.repr1(item, level - 1)}"
+            for key, item in itertools.islice(x.items(), self.maxdict)
+        ]
+        return "{" + ", ".join(items + ["..."] * (len(x) > self.maxdict)) + "}"
+
+
+_REPR = _Json()
 _REPR.maxlevel = 3
 _REPR.maxdict = _REPR.maxlist = _REPR.maxtuple = 8
 _REPR.maxstring = _REPR.maxother = LENGTH_MAX
 
 
 def shown(value: object, length_max: int = LENGTH_MAX) -> object:
-    """Return a value short enough to print: scalars as they are, text cut, anything else as text.
+    """Return a value short enough to print: scalars as they are, text cut, anything else as JSON.
 
     Parameters
     ----------
@@ -37,7 +74,8 @@ def shown(value: object, length_max: int = LENGTH_MAX) -> object:
         text = value if isinstance(value, str) else _REPR.repr(value)
     except ValueError:  # somewhere inside is a whole number of thousands of digits
         text = f"a {type(value).__name__}"
-    return text if len(text) <= length_max else text[: length_max - 3] + "..."
+    kind = str if type(value) is str else Written
+    return kind(text if len(text) <= length_max else text[: length_max - 3] + "...")
 
 
 class MotionLabError(Exception):
@@ -100,7 +138,10 @@ class FieldError:
         """Return one line that names field, value, range and unit."""
         text = f"{shown(self.loc)}: {self.message}"
         if self.value is not None:
-            text += f"; got {shown(self.value)!r}"
+            got = (
+                _REPR.repr(self.value) if isinstance(self.value, bool) else repr(shown(self.value))
+            )
+            text += f"; got {got}"
         if self.range:
             text += f"; allowed {self.range}"
         if self.unit not in {"", "1"}:

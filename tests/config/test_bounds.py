@@ -156,4 +156,4 @@ def test_what_is_shown_is_short() -> None:
         assert len(str(FieldError("x" * 1000, "is wrong", value))) < 500
     for value in (None, True, 1, 1.5, "text"):
         assert shown(value) == value
-    assert shown([1, "a"]) == "[1, 'a']"
+    assert shown([1, "a"]) == '[1, "a"]'

@@ -14,7 +14,7 @@ from motionlab.config.force_map import ForceMapConfig
 from motionlab.config.load import epochs, load_scenario
 from motionlab.config.shipped import config_root, names, read
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
-from motionlab.errors import ConfigError
+from motionlab.errors import ConfigError, FieldError
 
 SCENARIOS = [
     "circle",
@@ -40,6 +40,47 @@ TABLE_1 = {  # k_xp, k_xd, k_yp, k_yd in N/m and N s/m; None: the paper gives no
     "circle": (200.3e3, 1530.0, 280.5e3, 1080.0),
 }
 CIRCLE = {"plant": "nominal", "trajectory": "circle", "variants": {"A": {"controller": "pd"}}}
+
+
+def refused(changes: dict[str, Any]) -> tuple[FieldError, ...]:
+    with pytest.raises(ConfigError) as caught:
+        load_scenario("circle", changes)
+    return caught.value.errors
+
+
+def test_errors_of_scenario_and_schedule_come_together() -> None:
+    events = [
+        {"time": 1.0, "set": {"load.x": 1e9}},
+        {"time": 2.0, "set": {"trajectory.laps": 3}},
+        {"time": 3.0, "set": {"plant.x.mass": -1.0}},
+    ]
+    found = refused({"load.y": 1e9, "seed": -1, "schedule": events})
+    assert [error.loc for error in found] == [
+        "seed",
+        "load.y",
+        "schedule.0.set.load.x",
+        "schedule.1.set.trajectory.laps",
+        "schedule.2.set.plant.x.mass",
+    ]
+    found = refused({"schedule": [events[0], events[2]]})
+    assert [error.loc for error in found] == [
+        "schedule.0.set.load.x",
+        "schedule.1.set.plant.x.mass",
+    ]
+
+
+def test_a_value_is_shown_as_json_and_a_switch_is_named() -> None:
+    (found,) = refused({"load.x": {"constant": 1.0, "on": [True, None]}})
+    assert 'got {"constant": 1.0, "on": [true, null]}; allowed' in str(found)
+    (found,) = refused({"variants.B.controller.compensation": False})
+    assert str(found).endswith(
+        "must be a table: set variants.B.controller.compensation.enabled; got false"
+    )
+
+
+def test_one_field_under_two_names_is_refused() -> None:
+    (found,) = refused({"plant": "matched", "plant.base": "nominal"})
+    assert (found.loc, found.message) == ("plant.base", "is set twice, also as plant")
 
 
 def test_what_ships() -> None:

@@ -52,7 +52,7 @@ def set_short(page: Page, motor: str = "matched") -> None:
         "rates, N/s": "50",
     }.items():
         set_field(page, label, value)
-    page.get_by_label("places").select_option("4")
+    page.get_by_label("positions").select_option("4")
     expect(region(page, "Experiment")).to_contain_text("18 motions there and back", timeout=LONG)
 
 

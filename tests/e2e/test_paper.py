@@ -114,8 +114,8 @@ def test_rows_are_shown_by_kind(paper: Page, server: Server) -> None:
 def test_lax_rows_say_why(paper: Page, server: Server) -> None:
     computed(paper, server, "sizing")
     loading = row(paper, "Electric loading A")
-    expect(loading).to_contain_text("arithmetic, lax", timeout=LONG)
-    paper.get_by_role("radio", name="Lax").click()
+    expect(loading).to_contain_text("arithmetic, weak test", timeout=LONG)
+    paper.get_by_role("radio", name="Weak").click()
     expect(row(paper, "Turns of a phase N")).to_have_count(0)
     loading.get_by_role("button").click()
     expect(region(paper, "Row")).to_contain_text("nearly any model would hold this row")

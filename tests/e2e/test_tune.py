@@ -62,7 +62,7 @@ def test_search_reload_compare_apply_and_undo(tune: Page) -> None:
     button(page, "Compare")
     row = apply.locator("tbody tr", has_text="RMS").first
     expect(row.locator("td").last).to_contain_text("\u2212", timeout=LONG)
-    button(page, "Apply to B")
+    apply.get_by_role("button", name=re.compile(r"^Apply x (\d|paper).* to B$")).click()
     expect(apply).to_contain_text("has these gains, as a what-if change")
     apply.get_by_role("link", name="Open the Lab").click()
     changes = region(page, "Changes")

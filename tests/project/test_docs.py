@@ -3,10 +3,12 @@
 import re
 import subprocess
 import sys
+from typing import get_args
 
 import pytest
 
 from motionlab.service.app import create_app
+from motionlab.service.job_reports import Kind
 from tests.e2e.pictures import PICTURES
 from tests.paths import ROOT
 
@@ -110,3 +112,8 @@ def test_the_plots_are_drawn_and_print_what_the_pages_quote(tmp_path):
     reached = re.search(r"40 N commanded: (\S+) to (\S+) N", printed)
     assert reached is not None
     assert [f"{float(force):.1f}" for force in reached.groups()] == ["28.1", "34.1"]
+
+
+def test_every_kind_of_job_is_documented():
+    page = (ROOT / "docs" / "rest.md").read_text()
+    assert [kind for kind in get_args(Kind) if f"`{kind}`" not in page] == []

@@ -59,7 +59,7 @@ def post(client: httpx.Client, text: str | bytes, path: str = "/simulate") -> ht
         ('"5.9"', "5.9"),
         ('"nan"', "nan"),
         ("true", True),
-        ("null", "None"),
+        ("null", "null"),
         ("[]", "[]"),
         ("-1.0", -1.0),
         ("0", 0),

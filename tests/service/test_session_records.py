@@ -86,6 +86,15 @@ def test_metrics_from_the_first_tick_on(live: Live) -> None:
         assert math.isfinite(got["variants"]["A"]["axes"]["x"]["rms_following_error"])
 
 
+def test_metrics_end_where_a_stop_began(live: Live) -> None:
+    live.step(12_000)
+    before = metrics_of(live)
+    live.do("stop")
+    until(lambda: live.state == "stopped")
+    assert live.tick > 12_000
+    assert metrics_of(live) == before
+
+
 @pytest.mark.parametrize("kind", ["csv", "parquet"])
 def test_telemetry_reopens_with_the_same_values(
     live: Live, kind: str, tmp_path_factory: pytest.TempPathFactory

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -65,13 +65,42 @@ def validate(document: Mapping[str, Any]) -> Scenario:
     Raises
     ------
     ConfigError
-        Naming every field that is wrong.
+        Naming every field that is wrong, those of the schedule too.
     """
-    scenario = _validate(document)
-    for index, event in enumerate(scenario.schedule):
-        check_schedulable(event.set, f"schedule.{index}.set")
+    found: list[FieldError] = []
+    scenario = None
+    try:
+        scenario = _validate(document)
+    except ConfigError as error:
+        found += error.errors
+    found += _errors_of_events(document, found)
+    if scenario is None or found:
+        raise ConfigError(*found)
     epochs(scenario)
     return scenario
+
+
+def _errors_of_events(document: Mapping[str, Any], known: Sequence[FieldError]) -> list[FieldError]:
+    """Return what is wrong with the changes of each event by itself, beside `known` errors."""
+    found: list[FieldError] = []
+    schedule = document.get("schedule")
+    for index, event in enumerate(schedule if isinstance(schedule, list | tuple) else ()):
+        changes: Any = event.get("set") if isinstance(event, Mapping) else None
+        if not isinstance(changes, dict) or not all(isinstance(path, str) for path in changes):
+            continue  # an error of the scenario
+        place = f"schedule.{index}.set"
+        try:
+            check_schedulable(changes, place)
+            if known:  # else `epochs` applies one event after another
+                _validate(apply_changes(dict(document), changes))
+        except ConfigError as error:
+            new = [e for e in error.errors if e not in known]
+            found += [e if e.loc.startswith(place) else _below(place, e) for e in new]
+    return found
+
+
+def _below(place: str, error: FieldError) -> FieldError:
+    return replace(error, loc=f"{place}.{error.loc}")
 
 
 def validate_trajectory(tables: Mapping[str, Any]) -> TrajectoryConfig:
@@ -106,6 +135,7 @@ def epochs(scenario: Scenario, start: int = 0) -> list[tuple[int, Scenario]]:
     result = [(start, scenario)]
     if not scenario.schedule:
         return result
+    found: list[FieldError] = []
     document = scenario.model_dump(mode="json")
     order = sorted(enumerate(scenario.schedule), key=lambda item: item[1].time)
     for index, event in order:
@@ -113,7 +143,7 @@ def epochs(scenario: Scenario, start: int = 0) -> list[tuple[int, Scenario]]:
         if 0 < tick <= start:
             continue
         if tick <= result[-1][0]:
-            raise ConfigError(
+            found.append(
                 FieldError(
                     loc=f"schedule.{index}.time",
                     message="needs a control period of its own after the start and other events",
@@ -122,17 +152,20 @@ def epochs(scenario: Scenario, start: int = 0) -> list[tuple[int, Scenario]]:
                     unit="s",
                 )
             )
+            continue
         try:
-            document = apply_changes(document, event.set)
-            changed = _validate(document)
+            after = apply_changes(document, event.set)
+            changed = _validate(after)
         except ConfigError as error:
-            place = f"schedule.{index}.set."
-            raise ConfigError(*(replace(e, loc=place + e.loc) for e in error.errors)) from None
+            found += [_below(f"schedule.{index}.set", e) for e in error.errors]
+            continue
         if changed.variants.keys() != scenario.variants.keys():
-            raise ConfigError(
-                FieldError(loc=f"schedule.{index}.set", message="adds a variant during the run")
-            )
+            found.append(FieldError(f"schedule.{index}.set", "adds a variant during the run"))
+            continue
+        document = after
         result.append((tick, changed))
+    if found:
+        raise ConfigError(*found)
     return result
 
 

@@ -7,13 +7,13 @@ import types
 import typing
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
 from motionlab.config.shipped import did_you_mean
-from motionlab.errors import SHOWN_MAX, ConfigError, FieldError, shown
+from motionlab.errors import SHOWN_MAX, ConfigError, FieldError, Written, shown
 
 ModelT = TypeVar("ModelT", bound=BaseModel)
 
@@ -45,6 +45,15 @@ _ENDS = {
     "le": "maximum",
     "lt": "exclusive_maximum",
 }
+_WORDS = {
+    float: "a number",
+    str: "a name",
+    dict: "a table",
+    tuple: "a list",
+    list: "a list",
+    bool: "true or false",
+}
+"""Members of a union, in the order in which an error lists them."""
 _CHOICE = re.compile(r"'([^']*)'")
 _LONGEST_VALUE = 80
 
@@ -91,16 +100,35 @@ def field_errors(error: ValidationError, model: type[BaseModel]) -> list[FieldEr
     list of FieldError
         In pydantic's order; only the first `SHOWN_MAX` in full.
     """
-    items = error.errors(include_url=False)
+    items = _one_of_each_union([dict(item) for item in error.errors(include_url=False)], model)
     containing = {item["loc"][:end] for item in items for end in range(len(item["loc"]))}
     return [
-        _field_error(dict(item), model)
+        _field_error(item, model)
         if index < SHOWN_MAX
         else FieldError(".".join(map(str, item["loc"])), str(item["msg"]))  # counted, not shown
         for index, item in enumerate(items)
         # A list with a bad item is also "too short": its good items alone were counted.
         if not (item["type"] == "too_short" and item["loc"] in containing)
     ]
+
+
+def _one_of_each_union(items: list[dict[str, Any]], model: type[BaseModel]) -> list[dict[str, Any]]:
+    """Return the errors with one for a value that is of no member of a union, without its tag.
+
+    The error that says most stays: text may be too long and, as any text is, no number.
+    """
+    found: dict[object, dict[str, Any]] = {}
+    for number, item in enumerate(items):
+        union = _walk(item["loc"], model).union
+        if not union:
+            found[number] = item
+            continue
+        loc = item["loc"][:-1]
+        if item["type"].endswith(("_type", "_from_float")):
+            found.setdefault(loc, item | {"loc": loc, "type": "union", "members": union})
+        elif found.get(loc, {"type": "union"})["type"] == "union":
+            found[loc] = item | {"loc": loc}
+    return list(found.values())
 
 
 def unit_of(path: str, model: BaseModel) -> str:
@@ -131,7 +159,7 @@ def _field_at(path: str, model: BaseModel) -> FieldInfo | None:
 
 
 def _field_error(item: dict[str, Any], model: type[BaseModel]) -> FieldError:
-    path, info, siblings = _walk(item["loc"], model)
+    path, info, siblings, _ = _walk(item["loc"], model)
     kind = item["type"]
     allowed, bounds = _choices(info), bounds_of(info)
     if kind == "extra_forbidden":
@@ -143,6 +171,11 @@ def _field_error(item: dict[str, Any], model: type[BaseModel]) -> FieldError:
             range="one of " + ", ".join(siblings),
         )
     message = _MESSAGES.get(kind) or str(item["msg"]).removeprefix("Value error, ")
+    if kind == "union":
+        kinds = [words for member, words in _WORDS.items() if member in item["members"]]
+        message = f"must be {', '.join(kinds[:-1])} or {kinds[-1]}"
+    if isinstance(item["input"], bool) and _has_switch(info):
+        message += f": set {'.'.join(path)}.enabled"
     unit = unit_of_field(info)
     at_fault = kind != "missing" and not (kind == "value_error" and isinstance(item["input"], dict))
     value = _shown(item["input"]) if at_fault else None
@@ -180,23 +213,45 @@ def _field_error(item: dict[str, Any], model: type[BaseModel]) -> FieldError:
 
 def _shown(value: Any) -> Any:
     """Return a value as shown in a message; None as text."""
-    return "None" if value is None else shown(value, _LONGEST_VALUE)
+    return Written("null") if value is None else shown(value, _LONGEST_VALUE)
 
 
-def _walk(
-    loc: tuple[int | str, ...], model: type[BaseModel]
-) -> tuple[list[str], FieldInfo | None, list[str]]:
-    """Follow an error's location through the models.
+def _has_switch(info: FieldInfo | None) -> bool:
+    """Return whether a field is a table with the field ``enabled``."""
+    found = members(info.annotation) if info is not None else []
+    return any("enabled" in getattr(member, "model_fields", {}) for member in found)
 
-    Returns the location without the tags that pydantic adds for unions, the field it ends at, and
-    the names of the fields next to it.
+
+class _Walked(NamedTuple):
+    """A location without the tags that pydantic adds for unions, and where it ends.
+
+    Attributes
+    ----------
+    path : list of str
+        The location.
+    info : FieldInfo or None
+        Field at its end.
+    siblings : list of str
+        Names of the fields next to it.
+    union : list
+        Members of the union of plain values, if the location ends with a tag of it.
     """
+
+    path: list[str]
+    info: FieldInfo | None
+    siblings: list[str]
+    union: list[Any]
+
+
+def _walk(loc: tuple[int | str, ...], model: type[BaseModel]) -> _Walked:
+    """Follow an error's location through the models."""
     path: list[str] = []
     info: FieldInfo | None = None
     siblings: list[str] = []
+    union: list[Any] = []
     at: Any = model
     for step in loc:
-        at = strip(at)
+        at, union = strip(at), []
         found = members(at)
         if len(found) > 1:
             tagged = [m for m in found if _tag(m) == step]
@@ -204,6 +259,8 @@ def _walk(
                 at = tagged[0]
                 continue
             models = [m for m in found if isinstance(m, type) and issubclass(m, BaseModel)]
+            if not models:
+                union = [typing.get_origin(strip(m)) or strip(m) for m in found]
             found = models or found
         at = found[0]
         path.append(str(step))
@@ -219,7 +276,7 @@ def _walk(
             info = FieldInfo.from_annotation(at)
             info.json_schema_extra = {"unit": unit}  # a list has the unit of its items
             siblings = []
-    return path, info, siblings
+    return _Walked(path, info, siblings, union)
 
 
 def strip(annotation: Any) -> Any:

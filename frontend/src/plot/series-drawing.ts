@@ -139,11 +139,23 @@ export function drawMarks(
   const { left, right, top, bottom } = boxOf(x, y);
   canvas.font();
   const drawn: { axis: 'x' | 'y'; px: number; row: number }[] = [];
-  for (const { axis, at, label, ink = 'muted', dash = 'dash' } of marks) {
-    const scale = axis === 'x' ? x : y;
+  for (const { axis, at, label, ink = 'muted', dash = 'dash', between } of marks) {
+    const [scale, other] = axis === 'x' ? [x, y] : [y, x];
     if (!scale.holds(at)) continue;
     const px = scale.px(at);
     const wide = c.measureText(label).width + 8;
+    const rim = palette.panel;
+    if (between) {
+      const [from, to] = [other.px(between[0]), other.px(between[1])];
+      canvas.pen(ink, 2.5, 'solid');
+      canvas.lines([axis === 'x' ? [px, from, px, to] : [from, px, to, px]]);
+      const early = axis === 'x' && px - wide > left;
+      const [across, along] = axis === 'x' ? [px, (from + to) / 2] : [(from + to) / 2, px - 8];
+      const align = axis === 'y' ? 'center' : early ? 'right' : 'left';
+      const shift = axis === 'y' ? 0 : early ? -6 : 6;
+      canvas.write(label, across + shift, along, { align, ink: 'text', rim });
+      continue;
+    }
     // Labels that would stand on each other go one row further.
     const room = axis === 'x' ? wide : 12;
     const taken = drawn.filter((one) => one.axis === axis && Math.abs(one.px - px) < room);
@@ -154,7 +166,6 @@ export function drawMarks(
     const line = crisp(px);
     canvas.lines([axis === 'x' ? [line, top, line, bottom] : [left, line, right, line]]);
     const late = px + wide > right;
-    const rim = palette.panel;
     if (axis === 'x') {
       const align = late ? 'right' : 'left';
       canvas.write(label, px + (late ? -4 : 4), top + 8 + 13 * row, { align, ink: 'text', rim });

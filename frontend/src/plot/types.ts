@@ -67,6 +67,8 @@ export interface Mark {
   label: string;
   ink?: Ink;
   dash?: Dash;
+  /** The part of the other axis that it spans: a distance, labelled at its middle. */
+  between?: readonly [number, number];
 }
 
 /** Where one reads; plots that share it are linked. `y` tells apart the branches of a loop. */

@@ -112,6 +112,7 @@ def test_cases_that_diverge_or_cannot_be_followed_are_named() -> None:
         ),
         ([{"path": GAIN, "start": -1e308, "stop": 1e308, "count": 3}], "too wide a range"),
         ([{"path": "seed", "start": 1, "stop": 2, "count": 3}], "whole numbers, and the range"),
+        ([{"path": GAIN, "values": [1.0, None]}], "values.1: must be a number, a name or true or"),
         ([{"path": GAIN, "values": [1.0, -5.0, 2.0]}], "0: variants.B.controller.x.k_p"),
         ([{"path": f"plant.{a}.mass", "start": 1, "stop": 2, "count": 101} for a in "xy"], "10201"),
         ([{"path": "plant.x.mas", "values": [1.0]}], "did you mean 'mass'"),
@@ -179,6 +180,13 @@ def test_the_first_results_come_before_the_last_cases() -> None:
     assert sizes[:4] == [64, 128, 256, 512]
     assert sum(sizes) == 10_000
     assert max(sizes) == 1000
+
+
+def test_a_value_of_no_kind_is_one_error() -> None:
+    with pytest.raises(ConfigError) as caught:
+        read_request({"scenario": 3, "grid": [{"path": "seed", "values": [None]}]})
+    assert [error.loc for error in caught.value.errors] == ["scenario", "grid.0.values.0"]
+    assert "scenario: must be a name or a table; got 3" in str(caught.value)
 
 
 def test_a_list_of_unequal_lengths_is_refused() -> None:

@@ -82,7 +82,12 @@ class History:
         return self._payloads[key]
 
     def recording(
-        self, simulation: Simulation, length: int | None = None, *, braked: bool
+        self,
+        simulation: Simulation,
+        length: int | None = None,
+        *,
+        braked: bool,
+        end: int | None = None,
     ) -> Recording:
         """Return the latest ticks; safe while another thread records.
 
@@ -94,8 +99,10 @@ class History:
             Ticks at most; all that the ring holds when left out.
         braked : bool
             Whether a stop has left the trajectory, which otherwise gives the reference in float64.
+        end : int, optional
+            Tick before which they end; the newest one when left out.
         """
-        start, data = self.latest(length)
+        start, data = self.latest(length, end)
         references = None
         if not braked:
             position, velocity, acceleration, _ = simulation.timeline.at(
@@ -106,15 +113,18 @@ class History:
         failed = dict(zip(self._variants, simulation.failed_ticks, strict=True))
         return as_recording(start, data, failed, references)
 
-    def latest(self, length: int | None) -> tuple[int, NDArray[np.float32]]:
-        """Return the first tick and the columns of the latest ticks.
+    def latest(
+        self, length: int | None, before: int | None = None
+    ) -> tuple[int, NDArray[np.float32]]:
+        """Return the first tick and the columns of the latest ticks, or of those before a tick.
 
         The oldest ticks may be overwritten while they are copied: then fewer are taken.
         """
         length = self.ring.capacity if length is None else length
         while True:
-            end = self.ring.end
-            start = max(self.ring.first, end - length)
+            first = self.ring.first
+            end = self.ring.end if before is None else max(before, first)
+            start = max(first, end - length)
             try:
                 return start, self.ring.read(slice(None), start, end)
             except IndexError:

@@ -131,6 +131,7 @@ class Session:
         self._order = asyncio.Lock()
         self._last = 0.0  # until when the clock has been followed
         self._owed = 0.0  # ticks that the clock is ahead, less than one
+        self._stop_tick = 0
         self._announced = (-1, "")
         self._texts: dict[str, tuple[Any, str]] = {}
         self._untold = False  # whether the state has changed since listeners were notified
@@ -246,6 +247,7 @@ class Session:
         if self.state in {"stopping", "stopped"}:
             return
         with self._claimed():
+            self._stop_tick = self.tick
             self.simulation.stop()
             self._note(Event(tick=self.tick, kind="stop"))
             self.state = "stopping"
@@ -295,7 +297,10 @@ class Session:
         self._tell_state()
 
     async def metrics(self) -> bytes:
-        """Return metrics of the last two periods, or ten seconds, as JSON; none before a tick."""
+        """Return metrics of the last two periods, or ten seconds, as JSON; none before a tick.
+
+        They end where a stop began: its braking leaves the trajectory.
+        """
         period = self.prepared.reference.period
         length = 2 * period if period else to_ticks(METRICS_SECONDS)
         return await self._in_thread(self._measure, length)
@@ -432,7 +437,9 @@ class Session:
         return tick
 
     def _measure(self, length: int) -> bytes:
-        recording = self.recording(length)
+        stopped = self.state in {"stopping", "stopped"}
+        end = self._stop_tick if stopped else None
+        recording = self.history.recording(self.simulation, length, braked=False, end=end)
         band = self.simulation.scenario.settling_band
         measured = latest_metrics(recording, self.prepared.reference, settling_band=band)
         return json.dumps(measured, allow_nan=False, separators=(",", ":")).encode()

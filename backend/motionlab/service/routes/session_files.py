@@ -37,7 +37,7 @@ _TELEMETRY = {"csv": "text/csv", "parquet": "application/vnd.apache.parquet"}
     responses=responses(404),
 )
 async def get_metrics(session: FoundSession) -> Response:
-    """Return metrics over the last two periods, or ten seconds."""
+    """Return metrics over the last two periods, or ten seconds; they end where a stop began."""
     return Response(await session.metrics(), media_type="application/json")
 
 

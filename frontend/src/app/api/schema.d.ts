@@ -598,7 +598,7 @@ export interface paths {
         };
         /**
          * Get Metrics
-         * @description Return metrics over the last two periods, or ten seconds.
+         * @description Return metrics over the last two periods, or ten seconds; they end where a stop began.
          */
         get: operations["getMetrics"];
         put?: never;

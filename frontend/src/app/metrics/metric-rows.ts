@@ -128,7 +128,7 @@ function row({ shown, definition, axis, numbers }: Line, scale: Scale): MetricRo
 export function metricsOfAxis(): readonly { key: string; name: string; unit: string }[] {
   return Object.entries(served.scenario.metrics).map(([key, { label, unit }]) => ({
     key,
-    name: label.replace(/_?\$/, '').trim(),
+    name: label.replace(/ ?_?\$/, '').trim(),
     unit,
   }));
 }

@@ -5,6 +5,21 @@ import type { SessionInfo } from '../api/types';
 /** Number of changes whose times are kept. */
 const CHANGES = 200;
 
+/** Moments of the same kind that follow each other within `gap`, s, as one, at the last of them. */
+export function gathered(
+  changes: readonly { time: number; set: object }[],
+  gap: number,
+): { time: number; set: object }[] {
+  const found: { time: number; set: object }[] = [];
+  for (const { time, set } of changes) {
+    const last = found.at(-1);
+    if (last && time - last.time < gap) {
+      found[found.length - 1] = { time, set: { ...last.set, ...set } };
+    } else found.push({ time, set });
+  }
+  return found;
+}
+
 export class Moments {
   /** Control period, s; 0 until the stream has sent it. */
   period = $state(0);

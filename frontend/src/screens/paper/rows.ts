@@ -36,8 +36,16 @@ export const FILTERS: readonly { value: Filter; name: string; title: string }[] 
   { value: 'judged', name: 'Judged', title: 'Without what cannot be compared' },
   { value: 'red', name: 'Red', title: 'Failures, known ones among them' },
   { value: 'better', name: 'Better', title: 'Ours stays well inside of a bound' },
-  { value: 'lax', name: 'Lax', title: 'Rows that hold, but would with nearly any model' },
-  { value: 'none', name: 'Rest', title: 'Not comparable: what the text gives no way to compute' },
+  {
+    value: 'lax',
+    name: 'Weak',
+    title: 'Weak tests: rows that hold, but would with nearly any model',
+  },
+  {
+    value: 'none',
+    name: 'Unjudged',
+    title: 'Not comparable: what the text gives no way to compute',
+  },
 ];
 
 export function standingOf(row: PaperRow, judged: JudgedRow | null): RowState {
@@ -80,10 +88,10 @@ export function isLax(judged: JudgedRow | null): boolean {
   return judged !== null && judged.lax !== '';
 }
 
-/** Remark below a row's status: its kind, unless it is the plain one, and whether it is lax. */
+/** Remark below a row's status: its kind, unless it is the plain one, and whether it is a weak test. */
 export function remarkOf({ row, judged }: PaperLine, title: string): string {
   const kind = row.kind === 'printed' ? [] : [title];
-  return [...kind, ...(isLax(judged) ? ['lax'] : [])].join(', ');
+  return [...kind, ...(isLax(judged) ? ['weak test'] : [])].join(', ');
 }
 
 /** Rows of a kind: how many hold, how many are red, and how many are neither. */

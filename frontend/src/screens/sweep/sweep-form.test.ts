@@ -4,6 +4,7 @@ import {
   casesOf,
   formOf,
   gridOf,
+  isWrong,
   groupsOf,
   refusedFields,
   sweptOf,
@@ -62,7 +63,9 @@ describe('a swept field', () => {
       gridOf([sweptOf('plant.x.mass', scenario, []), wrong]);
       expect.unreachable();
     } catch (error) {
-      expect((error as Refused).problems).toEqual({ 1: ['“4oo” is not a number.'] });
+      expect((error as Refused).problems).toEqual({
+        1: [{ key: 'stop', text: '“4oo” is not a number.' }],
+      });
     }
   });
 });
@@ -80,7 +83,26 @@ it('refusals go to their field', () => {
     { loc: `grid.1: ${GAIN}`, message: 'is out of range', value: -5, bounds, unit: 'N/m' },
     { loc: 'sweep', message: '20000 cases are more than 10000' },
   ]);
-  expect(byField[1]?.[0]).toContain('Is out of range');
-  expect(byField[1]?.[0]).toContain('1000000 N/mm');
+  expect(byField[1]?.[0]?.text).toContain('Is out of range');
+  expect(byField[1]?.[0]?.text).toContain('1000000 N/mm');
   expect(others).toEqual(['20000 cases are more than 10000.']);
+});
+
+it('marks the input that holds what is refused, or all where it is not known', () => {
+  const swept = { ...sweptOf(GAIN, scenario, []), start: '-5', stop: '400' };
+  const marked = (problem: object) =>
+    (['start', 'stop', 'count'] as const).filter((key) =>
+      isWrong(swept, [{ text: '', ...problem }], key),
+    );
+  expect(marked({ key: 'count' })).toEqual(['count']);
+  expect(marked({ value: -5000 })).toEqual(['start']);
+  expect(marked({ value: 7 })).toEqual(['start', 'stop', 'count']);
+  expect(marked({})).toEqual(['start']);
+  swept.start = '5';
+  expect(marked({})).toEqual(['start', 'stop', 'count']);
+});
+
+it('names the controller of each of its fields', () => {
+  const names = groupsOf(scenario).flatMap(({ fields }) => fields.map(({ name }) => name));
+  expect(names.filter((name) => name.startsWith('B '))).toHaveLength(3);
 });

@@ -18,6 +18,17 @@ export interface SweptField {
   scale: 'linear' | 'log';
 }
 
+/** A text input of a swept field. */
+export type Input = 'start' | 'stop' | 'count' | 'values';
+
+/** What is refused of a swept field: which input, or the SI value that one of them holds. */
+export interface Problem {
+  key?: Input | undefined;
+  value?: number;
+  text: string;
+}
+export type Problems = Readonly<Record<number, readonly Problem[]>>;
+
 export type Combine = 'grid' | 'list';
 
 export interface SweepForm {
@@ -91,7 +102,9 @@ export function groupsOf(scenario: Scenario | null): readonly FieldGroup[] {
     if (typeof value === 'number' || typeof value === 'boolean' || choice) {
       const group = groupOf(path);
       const { label, unit } = fieldOf(path);
-      const name = `${label.replaceAll('_', '')}${unit && `, ${unit}`}`;
+      const [, letter] = /^variants\.([A-Z])\./.exec(path) ?? [];
+      const of = letter === undefined ? '' : `${letter} `;
+      const name = `${of}${label.replaceAll('_', '')}${unit && `, ${unit}`}`;
       groups.set(group, [...(groups.get(group) ?? []), { path, name }]);
     } else if (typeof value === 'object' && value !== null && !Array.isArray(value)) {
       for (const [key, inner] of Object.entries(value)) {
@@ -116,18 +129,21 @@ function groupOf(path: string): string {
 
 /** The request; throws Refused if an entry is no number. */
 export function gridOf(fields: readonly SweptField[]): object[] {
-  const problems: Record<number, string[]> = {};
+  const problems: Record<number, Problem[]> = {};
   const grid = fields.map((swept, k) => {
     const { path, by, scale } = swept;
     const { factor } = fieldOf(path);
-    const number = (text: string, of: number) => {
+    const number = (key: 'start' | 'stop' | 'count', of: number) => {
+      const text = swept[key];
       const value = parseNumber(text);
-      if (value === null) (problems[k] ??= []).push(`“${text.trim()}” is not a number.`);
+      if (value === null) {
+        (problems[k] ??= []).push({ key, text: `“${text.trim()}” is not a number.` });
+      }
       return clean((value ?? 0) / of);
     };
     if (by === 'range') {
-      const [start, stop] = [number(swept.start, factor), number(swept.stop, factor)];
-      return { path, start, stop, count: number(swept.count, 1), scale };
+      const [start, stop] = [number('start', factor), number('stop', factor)];
+      return { path, start, stop, count: number('count', 1), scale };
     }
     return { path, values: split(swept.values).map((text) => valueOf(text, factor)) };
   });
@@ -136,7 +152,7 @@ export function gridOf(fields: readonly SweptField[]): object[] {
 }
 
 export class Refused extends Error {
-  constructor(readonly problems: Readonly<Record<number, readonly string[]>>) {
+  constructor(readonly problems: Problems) {
     super('Not a number');
   }
 }
@@ -182,18 +198,39 @@ export function formOf(request: Record<string, unknown>): SweepForm {
 
 /** Puts what the server refuses beside the field that it is about; `null` is the whole request. */
 export function refusedFields(errors: readonly ProblemField[]): {
-  byField: Record<number, string[]>;
+  byField: Record<number, Problem[]>;
   others: string[];
 } {
-  const byField: Record<number, string[]> = {};
+  const byField: Record<number, Problem[]> = {};
   const others: string[] = [];
   for (const error of errors) {
     const [, index, rest = ''] = /^grid\.(\d+)[:.]?\s*(.*)$/.exec(error.loc) ?? [];
     const text = refusal({ ...error, loc: rest });
     if (index === undefined) others.push(refusal(error));
-    else (byField[Number(index)] ??= []).push(text);
+    else {
+      const [key] = /(?<=^grid\.\d+\.)(start|stop|count|values)\b/.exec(error.loc) ?? [];
+      const value = typeof error.value === 'number' ? { value: error.value } : {};
+      (byField[Number(index)] ??= []).push({ key: key as Input | undefined, text, ...value });
+    }
   }
   return { byField, others };
+}
+
+/** Whether an input holds what is refused; all of them where that is not known. */
+export function isWrong(swept: SweptField, problems: readonly Problem[], key: Input): boolean {
+  const { factor } = fieldOf(swept.path);
+  const holds = (input: 'start' | 'stop', value: number) =>
+    clean((parseNumber(swept[input]) ?? Number.NaN) / factor) === value;
+  return problems.some(({ key: named, value }) => {
+    if (named !== undefined) return named === key;
+    const log = swept.by === 'range' && swept.scale === 'log';
+    const ends = (['start', 'stop'] as const).filter((input) =>
+      value === undefined
+        ? log && (parseNumber(swept[input]) ?? 0) <= 0 // which has no logarithm
+        : holds(input, value),
+    );
+    return ends.length === 0 || ends.some((input) => input === key);
+  });
 }
 
 /** Number of cases of a form; NaN while undefined. */

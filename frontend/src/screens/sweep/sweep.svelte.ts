@@ -8,7 +8,7 @@ import { JobStore } from '../../app/jobs/job-store.svelte';
 import { load, oneOf, save } from '../../app/storage';
 import { app } from '../../app/store.svelte';
 import { FIELDS_MAX, formOf, gridOf, KEPT, Refused, refusedFields, sweptOf } from './sweep-form';
-import type { SweepForm, SweptField } from './sweep-form';
+import type { Problems, SweepForm, SweptField } from './sweep-form';
 
 const FIRST = 'variants.B.controller.x.k_p';
 const EMPTY: SweepForm = { source: '', combine: 'grid', fields: [] };
@@ -31,7 +31,7 @@ class Sweep {
     ),
   );
   /** What is refused, by swept field, and of the request as a whole. */
-  problems = $state.raw<Readonly<Record<number, readonly string[]>>>({});
+  problems = $state.raw<Problems>({});
   refused = $state.raw<readonly string[]>([]);
   private named = $state.raw<Scenario | null>(null);
   readonly result = $derived<SweepResult | null>(this.job.report?.result ?? null);

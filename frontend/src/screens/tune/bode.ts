@@ -3,6 +3,7 @@
 import type { LoopResponse, LoopSweep } from '../../app/api/types';
 import type { Mark, Series } from '../../plot/types';
 import { digits } from '../../ui/units';
+import { inDecibels, inDegrees } from './candidates';
 import type { LookedAt } from './loop-store.svelte';
 
 export const VIEWS = [
@@ -74,6 +75,60 @@ export function sweepSeries(
   ];
 }
 
+/** Frequency, of those where `values` crosses `level`, at which `distance` is least. */
+function crossing(
+  { frequency }: LoopResponse,
+  values: readonly number[],
+  level: number,
+  distance: (share: number, k: number) => number,
+): number | null {
+  let [found, least] = [null as number | null, Infinity];
+  for (let k = 1; k < frequency.length; k++) {
+    const [a, b] = [(values[k - 1] ?? NaN) - level, (values[k] ?? NaN) - level];
+    if (!(a * b <= 0) || a === b) continue;
+    const share = a / (a - b);
+    const away = distance(share, k);
+    if (away >= least) continue;
+    const [from, to] = [frequency[k - 1] ?? NaN, frequency[k] ?? NaN];
+    [found, least] = [from * (to / from) ** share, away];
+  }
+  return found;
+}
+
+function between(values: readonly number[], share: number, k: number): number {
+  const [a, b] = [values[k - 1] ?? NaN, values[k] ?? NaN];
+  return a + share * (b - a);
+}
+
+/** The gain margin in the magnitude of L: from L to one, where its phase is −180°. */
+export function gainMarginMark(looked: LookedAt | null): Mark[] {
+  const margin = looked?.figures?.gain_margin;
+  if (!looked || typeof margin !== 'number') return [];
+  const { magnitude, phase } = looked.response.open;
+  const at = crossing(looked.response, phase, -Math.PI, (share, k) =>
+    Math.abs(Math.log(between(magnitude, share, k) * margin)),
+  );
+  if (at === null) return [];
+  const label = `gain margin ${inDecibels(margin)} dB`;
+  return [{ axis: 'x', at, between: [1 / margin, 1], label, ink: 'good' }];
+}
+
+/** The phase margin in the phase of L: from −180° to L, where its magnitude is one. */
+export function phaseMarginMark(looked: LookedAt | null): Mark[] {
+  const margin = looked?.figures?.phase_margin;
+  if (!looked || typeof margin !== 'number') return [];
+  const { magnitude, phase } = looked.response.open;
+  const away = (at: number) => Math.abs(Math.abs(at + Math.PI) - margin);
+  const logs = magnitude.map(Math.log);
+  const at = crossing(looked.response, logs, 0, (share, k) => away(between(phase, share, k)));
+  if (at === null) return [];
+  const k = looked.response.frequency.findIndex((f) => f >= at);
+  const side = (phase[k] ?? 0) < -Math.PI ? -1 : 1;
+  const label = `phase margin ${inDegrees(margin)}°`;
+  const end = -180 + side * margin * DEGREES;
+  return [{ axis: 'x', at, between: [-180, end], label, ink: 'good' }];
+}
+
 /** Crossover and gain one of L, bandwidth of T, peak of S. */
 export function marksOf(looked: LookedAt | null, view: LoopView): Mark[] {
   const figures = looked?.figures;
@@ -90,6 +145,7 @@ export function marksOf(looked: LookedAt | null, view: LoopView): Mark[] {
         dash: 'dot',
       });
     }
+    found.push(...gainMarginMark(looked));
   } else if (view === 'closed' && figures.bandwidth !== null) {
     found.push({ axis: 'x', at: figures.bandwidth, label: 'bandwidth', ink: 'muted', dash: 'dot' });
   } else if (view === 'sensitivity') {

@@ -1,6 +1,6 @@
 import { expect, it } from 'vitest';
 import type { Candidate, GainMargins, TuneGroup } from '../../app/api/types';
-import { bestSoFar, inDecibels, linesOf, pickedLine, placesOf } from './candidates';
+import { bestSoFar, choiceText, inDecibels, linesOf, pickedLine, placesOf } from './candidates';
 
 const at = (value: number, velocity: number) => ({ value, velocity });
 const MARGINS: Record<string, GainMargins> = {
@@ -83,4 +83,12 @@ it('keeps the best so far, and nothing before a constraint is held', () => {
 it('writes margins in decibels', () => {
   expect(inDecibels(2)).toBe('6.02');
   expect(inDecibels(null)).toBe('∞');
+});
+
+it('names the chosen line of each axis', () => {
+  const chosen = [
+    { axis: 'x', id: 'start 2' },
+    { axis: 'y', id: 'paper' },
+  ] as const;
+  expect(choiceText(chosen)).toBe('x 2, y paper');
 });

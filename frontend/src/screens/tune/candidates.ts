@@ -91,6 +91,11 @@ function lineOf(candidate: Candidate, axis: Axis): CandidateLine | null {
   };
 }
 
+/** Names chosen lines in short: `x 2, y paper`. */
+export function choiceText(chosen: readonly { axis: Axis; id: string }[]): string {
+  return chosen.map(({ axis, id }) => `${axis} ${id.replace(/^start /, '')}`).join(', ');
+}
+
 /** Returns the lines of the group that an axis belongs to; the best candidate follows the paper's. */
 export function linesOf(groups: readonly TuneGroup[], axis: Axis): CandidateLine[] {
   const group = groups.find(({ axes }) => axes.includes(axis));

@@ -55,10 +55,12 @@ function number(value: number | null, factor = 1): string {
   return value === null ? '–' : digits(value * factor);
 }
 
-/** Margins of the present loop and of the chosen one. */
+/** Margins of the present loop and of the chosen one, with the velocity at which they hold. */
 export function marginRows(present: LookedAt | null, chosen: LookedAt | null): FigureRow[] {
+  const figures = (chosen ?? present)?.figures;
+  const speed = figures ? ` at ${digits(figures.velocity * 1e3)} mm/s` : '';
   return MARGINS.map(({ name, unit, title, read }) => ({
-    name,
+    name: name.endsWith('margin') ? `${name}${speed}` : name,
     unit,
     title,
     values: [present, chosen].map((looked) => (looked?.figures ? read(looked.figures) : '–')),
@@ -68,7 +70,7 @@ export function marginRows(present: LookedAt | null, chosen: LookedAt | null): F
 /** Says at which velocity the margins hold. */
 export function marginNote({ figures }: LookedAt): string {
   if (!figures) return '';
-  return `Sliding at ${digits(figures.velocity * 1e3)} mm/s, four Stribeck velocities; the candidates’ are the worst from 0.5 to 4.`;
+  return `Sliding at ${digits(figures.velocity * 1e3)} mm/s, four Stribeck velocities; the candidates’ margins are the worst from 0.5 to 4.`;
 }
 
 /** Errors of one loop by the equations, and simulated without and with friction. */

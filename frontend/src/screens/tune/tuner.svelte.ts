@@ -106,6 +106,14 @@ class Tuner {
     return Object.fromEntries(entries);
   });
 
+  /** The chosen line of each axis, but where that is what is there. */
+  readonly chosenLines = $derived(
+    this.axes.flatMap((axis) => {
+      const id = this.chosenFor(axis);
+      return id === 'present' ? [] : [{ axis, id }];
+    }),
+  );
+
   /** The last sweep, of which of the two loops it is, and else why it is not drawn. */
   readonly swept = $derived.by((): { sweep: LoopSweep | null; of: SweptLoop; told: string } => {
     const { report } = this.sweep;

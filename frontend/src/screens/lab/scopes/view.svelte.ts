@@ -2,6 +2,7 @@
 
 import { AXES, type Axis } from '../../../app/api/types';
 import { nameOf } from '../../../app/fields/fields.svelte';
+import { gathered } from '../../../app/session/moments.svelte';
 import { fromAddress, listOf, load, save, setAddress } from '../../../app/storage';
 import { app } from '../../../app/store.svelte';
 import { Ring } from '../../../app/stream/ring';
@@ -20,6 +21,9 @@ const READOUT = 100;
 
 /** How much of a live session the plane shows, s. */
 const TRAIL = 6;
+
+/** Changes closer together than this have one mark, s. */
+const DRAG = 1;
 
 /** Shortest time axis, in control periods. */
 const LEAST_SPAN = 4;
@@ -73,10 +77,12 @@ class View {
     if (app.mode === 'whatif') return planned;
     const { period, pushes } = app.session.moments;
     if (period === 0) return planned;
-    const changes = (app.session.info?.changes ?? []).map(({ tick, set }) => ({
-      time: tick * period,
-      label: labelOf(set),
-    }));
+    const made = app.session.info?.changes ?? [];
+    // A drag is many changes; played faster, they are further apart.
+    const changes = gathered(
+      made.map(({ tick, set }) => ({ time: tick * period, set })),
+      DRAG * Math.max(1, app.session.speed),
+    ).map(({ time, set }) => ({ time, label: labelOf(set) }));
     return [...planned, ...changes, ...pushes].sort((a, b) => a.time - b.time);
   });
 

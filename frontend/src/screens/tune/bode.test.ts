@@ -1,0 +1,37 @@
+import { expect, it } from 'vitest';
+import { gainMarginMark, marksOf, phaseMarginMark } from './bode';
+import type { LookedAt } from './loop-store.svelte';
+
+// |L| = 100/f, arg L = -90° - f/4°: one at 100 Hz with 65° left, -180° at 360 Hz.
+const frequency = Array.from({ length: 901 }, (_, k) => 10 ** (k / 300));
+const open = {
+  magnitude: frequency.map((f) => 100 / f),
+  phase: frequency.map((f) => (-(90 + f / 4) * Math.PI) / 180),
+};
+const figures = {
+  crossover: 100,
+  gain_margin: 3.6,
+  phase_margin: (65 * Math.PI) / 180,
+};
+const looked = { response: { frequency, open }, figures } as unknown as LookedAt;
+
+it('draws the gain margin where the phase of L is −180°', () => {
+  const [mark] = gainMarginMark(looked);
+  expect(mark?.at).toBeCloseTo(360, 0);
+  expect(mark?.between).toEqual([1 / 3.6, 1]);
+  expect(mark?.label).toBe('gain margin 11.1 dB');
+  expect(marksOf(looked, 'open')).toContainEqual(mark);
+});
+
+it('draws the phase margin where the magnitude of L is one', () => {
+  const [mark] = phaseMarginMark(looked);
+  expect(mark?.at).toBeCloseTo(100, 1);
+  expect(mark?.between?.[1]).toBeCloseTo(-115, 5);
+  expect(mark?.label).toBe('phase margin 65.0°');
+});
+
+it('draws no margin of a loop without one', () => {
+  const none = { ...looked, figures: { ...figures, gain_margin: null, phase_margin: null } };
+  expect(gainMarginMark(none as unknown as LookedAt)).toEqual([]);
+  expect(phaseMarginMark(none as unknown as LookedAt)).toEqual([]);
+});
