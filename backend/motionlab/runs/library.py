@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import functools
 import logging
 import os
@@ -321,12 +320,10 @@ class Library:
     @contextlib.contextmanager
     def _part(self, run_id: str) -> Iterator[Path]:
         """Give a file to write, which is gone afterwards."""
-        part = self.spools / f".{run_id}.part"  # `store.files.remove_leftovers` knows the form
+        part = self.spools / f".{run_id}.parquet"  # a form that `spool.remove_leftovers` knows
         try:
             self.spools.mkdir(parents=True, exist_ok=True)
-            with part.open("wb") as file:
-                fcntl.flock(file, fcntl.LOCK_EX)
-                yield part
+            yield part
         except OSError as error:
             raise failure(f"{run_id} cannot be kept", error) from error
         finally:

@@ -27,7 +27,7 @@ from motionlab.store.files import replace
 from motionlab.telemetry.channels import Channel
 from motionlab.telemetry.recorder import ROWS, parquet_writer, telemetry_schema
 
-_MADE_AFTER = 60.0  # s: a folder gets its name within milliseconds
+_IDLE_SECONDS = 600.0  # after which nobody writes what is still there
 _RUN, _SAMPLES, _EVENTS, _ENDED = "run.json", "samples.arrows", "events.jsonl", "ended"
 
 
@@ -192,10 +192,14 @@ def claimed(root: Path, run_id: str) -> Iterator[bool]:
 
 def remove_leftovers(root: Path) -> None:
     """Remove what killed processes began to make or to remove."""
-    for folder in root.glob(".r-*"):
+    for path in root.glob(".r-*"):
         with contextlib.suppress(OSError):
-            if folder.is_dir() and abs(time.time() - folder.stat().st_mtime) > _MADE_AFTER:
-                shutil.rmtree(folder)
+            if abs(time.time() - path.stat().st_mtime) < _IDLE_SECONDS:
+                continue
+            if path.is_dir():
+                shutil.rmtree(path)
+            else:
+                path.unlink()
 
 
 def ended(root: Path, run_id: str) -> bool:
