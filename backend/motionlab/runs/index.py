@@ -74,7 +74,7 @@ class Index:
         StoreError
             If the index cannot be reached; `StoreFull` where its disk is full.
         """
-        with _failures(), self._engine.begin() as connection:
+        with _failures(), self._alone.begin() as connection:
             yield connection
 
     def put(self, run: RunDetail) -> None:
