@@ -2937,6 +2937,11 @@ export interface components {
                 [key: string]: unknown;
             };
             /**
+             * Checked
+             * @description Of a change: tick at which it was checked, before it took effect
+             */
+            checked?: number | null;
+            /**
              * Axis
              * @description Of a push
              */
