@@ -19,8 +19,9 @@ from motionlab.config.load import load_scenario
 from motionlab.config.shipped import parse_text
 from motionlab.errors import ConfigError
 from motionlab.runs import exports
-from motionlab.runs.exports import Selection, Source, check_selection, export, within
+from motionlab.runs.exports import Source, check_selection, export, within
 from motionlab.runs.mcap_files import identifiers, topics
+from motionlab.runs.selection import Selection
 from motionlab.simulation.result import metadata
 from motionlab.telemetry import recorder
 from tests.recordings import noise

@@ -47,7 +47,8 @@ def add(commands: Any) -> None:
 
 
 def _export(options: argparse.Namespace) -> int:
-    from motionlab.runs.exports import FORMATS, Selection, check_selection, export, within
+    from motionlab.runs.exports import check_selection, export, within
+    from motionlab.runs.selection import FORMATS, Selection
     from motionlab.store.files import check_target, complete_file
 
     check_target(options.file, *(f".{name}" for name in FORMATS), loc="FILE")

@@ -18,17 +18,10 @@ from pyarrow import csv, parquet
 from motionlab.errors import ConfigError, FieldError
 from motionlab.runs.mcap_files import Extras, identifiers, write_mcap
 from motionlab.runs.run import RunDetail
+from motionlab.runs.selection import Selection
 from motionlab.runs.telemetry import check_columns
 from motionlab.store.files import failure
 from motionlab.telemetry.recorder import ROWS, parquet_writer
-
-FORMATS = {
-    "csv": "text/csv",
-    "parquet": "application/vnd.apache.parquet",
-    "mat": "application/x-matlab-data",
-    "mcap": "application/octet-stream",
-}
-"""Media types by format, which is also the ending of a file's name."""
 
 MAT_MAX = 2**31 - 2**20
 """Most bytes of a variable in a MAT file of format 5, and some room for what describes it."""
@@ -38,23 +31,6 @@ _CSV_ROWS = 4096  # made text at a time
 _ALWAYS = ("tick", "time")
 _FIELD_MAX = 63  # characters of a field's name in MATLAB
 _RESERVED = ("time", "tick", "units", "metadata", "channels", "fields")
-
-
-@dataclass(frozen=True)
-class Selection:
-    """Which part of a run is exported.
-
-    Attributes
-    ----------
-    columns : tuple of str
-        Names of channels, in the order of the file; all of them when empty.
-    start, stop : int
-        Samples [start, stop), counted from the first; `stop` None for all to the end.
-    """
-
-    columns: tuple[str, ...] = ()
-    start: int = 0
-    stop: int | None = None
 
 
 @dataclass(frozen=True)

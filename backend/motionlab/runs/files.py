@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import shutil
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pyarrow as pa
 from numpy.typing import NDArray
-from pyarrow import fs, parquet
 
 from motionlab.errors import ConfigError, FieldError, StoreError
 from motionlab.runs.run import is_id
-from motionlab.store.files import failure
+from motionlab.store.files import complete_file, failure
+
+if TYPE_CHECKING:
+    from pyarrow import parquet
 
 _PIECE = 1 << 20  # bytes that are copied at a time
 
@@ -30,15 +33,18 @@ class RunFiles:
     """
 
     def __init__(self, url: str) -> None:
+        from pyarrow import fs
 
+        self._local = "://" not in url
         try:
-            if "://" in url:
-                self._system, self._folder = fs.FileSystem.from_uri(url)
-            else:
+            if self._local:
                 self._system, self._folder = fs.LocalFileSystem(), str(Path(url).absolute())
+            else:
+                self._system, self._folder = fs.FileSystem.from_uri(url)
         except (OSError, ValueError, TypeError) as error:
+            told = "" if "@" in url else f": {error}"  # it may quote the address, with its key
             raise ConfigError(
-                FieldError("MOTIONLAB_RUNS_URL", f"cannot be used: {error}", url.partition("@")[2])
+                FieldError("MOTIONLAB_RUNS_URL", f"cannot be used{told}", url.rpartition("@")[2])
             ) from None
 
     def path(self, run_id: str) -> str:
@@ -63,22 +69,16 @@ class RunFiles:
         target = self.path(run_id)
         try:
             size = source.stat().st_size
-            if isinstance(self._system, fs.LocalFileSystem):
+            if self._local:
                 Path(self._folder).mkdir(parents=True, exist_ok=True)
-                part = Path(f"{target}.part")
-                try:
-                    _copy(source, part)
-                    part.replace(target)
-                finally:
-                    part.unlink(missing_ok=True)
+                _move(source, Path(target))
             else:
                 with (
                     source.open("rb") as file,
                     self._system.open_output_stream(target) as stream,  # appears when it is closed
                 ):
-                    while piece := file.read(_PIECE):
-                        stream.write(piece)
-            source.unlink()
+                    shutil.copyfileobj(file, stream, _PIECE)
+                source.unlink()
         except OSError as error:
             raise failure(f"the telemetry of {run_id} cannot be stored", error) from error
         return size
@@ -91,6 +91,9 @@ class RunFiles:
         StoreError
             If it is not there or damaged.
         """
+        import pyarrow as pa
+        from pyarrow import parquet
+
         try:
             return parquet.ParquetFile(self._system.open_input_file(self.path(run_id)))
         except (OSError, pa.ArrowInvalid) as error:
@@ -113,6 +116,8 @@ class RunFiles:
 
     def names(self) -> list[str]:
         """Return the runs whose telemetry lies here."""
+        from pyarrow import fs
+
         selector = fs.FileSelector(self._folder, allow_not_found=True)
         found = (
             info.base_name.removesuffix(".parquet") for info in self._system.get_file_info(selector)
@@ -154,7 +159,7 @@ def read_ticks(
     result = np.empty((len(columns), max(0, stop - start)), dtype=np.float32)
     if not groups or stop <= start:
         return result
-    table: pa.Table = file.read_row_groups(groups, columns=list(columns), use_threads=False)
+    table = file.read_row_groups(groups, columns=list(columns), use_threads=False)
     for into, name in zip(result, columns, strict=True):
         into[:] = table[name].slice(start - first, stop - start).to_numpy()
     return result
@@ -178,9 +183,15 @@ def _text(field: Any, key: bytes) -> str:
     return (field.metadata or {}).get(key, b"").decode()
 
 
-def _copy(source: Path, target: Path) -> None:
-    with source.open("rb") as file, target.open("wb") as copy:
-        while piece := file.read(_PIECE):
-            copy.write(piece)
-        copy.flush()
-        os.fsync(copy.fileno())
+def _move(source: Path, target: Path) -> None:
+    """Move a file to where it appears as a whole, also from another file system."""
+    with source.open("rb") as file:
+        os.fsync(file.fileno())
+        try:
+            source.replace(target)
+        except OSError as error:
+            if error.errno != errno.EXDEV:
+                raise
+            with complete_file(str(target)) as part, part.open("wb") as copy:
+                shutil.copyfileobj(file, copy, _PIECE)
+            source.unlink()

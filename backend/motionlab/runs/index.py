@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import base64
 import json
+import math
 import operator
 import os
-import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,18 +16,15 @@ import sqlalchemy as sa
 from sqlalchemy import event
 from sqlalchemy.dialects.postgresql import insert as insert_postgresql
 from sqlalchemy.dialects.sqlite import insert as insert_sqlite
-from sqlalchemy.exc import OperationalError
+from sqlalchemy.exc import ArgumentError, DBAPIError
 
 from motionlab.errors import ConfigError, FieldError, StoreError, StoreFull
-from motionlab.runs.run import Page, Run, RunDetail
-from motionlab.runs.search import HEADLINE, SORTS, Search, metric_name
+from motionlab.runs.run import CHANGEABLE, Page, Run, RunDetail, is_id
+from motionlab.runs.search import HEADLINE, LIMIT_MAX, SORTS, Search, metric_name
 from motionlab.runs.tables import DOCUMENTS, METRICS, RUNS, TAGS
 
 VERSION = "0002"
 """Version of the tables; migrations/versions has the way there."""
-
-LIMIT_MAX = 200
-"""Runs on a page."""
 
 _BUSY_SECONDS = 10.0  # for another process's write to SQLite
 _NARROW = {column.name for column in RUNS.columns} - {"words"}
@@ -51,13 +48,18 @@ class Index:
     """
 
     def __init__(self, url: str) -> None:
-        self._engine = sa.create_engine(url, pool_pre_ping=True)
+        self._engine = _engine(url)
+        self._alone = self._engine.execution_options(begin="IMMEDIATE")  # of SQLite's writers
         self._sqlite = self._engine.dialect.name == "sqlite"
         if self._sqlite:
             event.listen(self._engine, "connect", _set_up_sqlite)
             event.listen(self._engine, "begin", _begin_sqlite)
-        with _failures():
-            self._migrate()
+        try:
+            with _failures():
+                self._migrate()
+        except StoreError:
+            self.close()
+            raise
 
     def close(self) -> None:
         """Close its connections."""
@@ -72,7 +74,7 @@ class Index:
         StoreError
             If the index cannot be reached; `StoreFull` where its disk is full.
         """
-        with _failures(), self._engine.begin() as connection:
+        with _failures(), self._alone.begin() as connection:
             yield connection
 
     def put(self, run: RunDetail) -> None:
@@ -104,16 +106,8 @@ class Index:
 
     def get(self, run_id: str) -> RunDetail | None:
         """Return a run, also a deleted one; None if there is none of that identifier."""
-        query = (
-            sa.select(RUNS, DOCUMENTS.c.entry, DOCUMENTS.c.record)
-            .join(DOCUMENTS)
-            .where(RUNS.c.id == run_id)
-        )
         with _failures(), self._engine.connect() as connection:
-            row = connection.execute(query).mappings().one_or_none()
-        if row is None:
-            return None
-        return RunDetail(**_narrow(row), **row["entry"], **row["record"])
+            return _read(connection, run_id)
 
     def page(
         self,
@@ -163,22 +157,46 @@ class Index:
         shown = [runs[row.id] for row in found[:limit] if row.id in runs]
         return Page(runs=shown, total=total, cursor=more)
 
-    def change(self, run: RunDetail) -> None:
-        """Replace a run's name, note, tags, pin and deletion, and nothing else."""
-        row = {name: getattr(run, name) for name in ("name", "pinned", "deleted")}
+    def change(self, run_id: str, changes: Mapping[str, Any]) -> RunDetail | None:
+        """Change `CHANGEABLE` fields of a run; None if there is none of that identifier."""
+        with _failures(), self._alone.begin() as connection:
+            run = _read(connection, run_id, lock=not self._sqlite)
+            if run is None:
+                return None
+            run = run.model_copy(update={name: changes[name] for name in CHANGEABLE & set(changes)})
+            row = {name: getattr(run, name) for name in ("name", "pinned", "deleted")}
+            entry = run.model_dump(mode="json", include=_ENTRY)
+            connection.execute(
+                sa.update(RUNS).where(RUNS.c.id == run_id).values(**row, words=_words(run))
+            )
+            connection.execute(
+                sa.update(DOCUMENTS).where(DOCUMENTS.c.run == run_id).values(entry=entry)
+            )
+            if "tags" in changes:
+                _replace(connection, TAGS, run_id, [{"tag": tag} for tag in run.tags])
+            return run
+
+    def condemn(self, run_id: str, before: float = math.inf) -> bool:
+        """Take a run out of every list for good, its files to be deleted next.
+
+        Parameters
+        ----------
+        run_id : str
+            Which.
+        before : float
+            When it must have been deleted at the latest, s since 1970; any when left out.
+
+        Returns
+        -------
+        bool
+            Whether that was done; not if it has been restored, pinned or dropped meanwhile.
+        """
+        which = [RUNS.c.id == run_id]
+        which.append(RUNS.c.pinned.is_(False) if before == math.inf else RUNS.c.deleted < before)
         with _failures(), self._engine.begin() as connection:
-            connection.execute(
-                sa.update(RUNS).where(RUNS.c.id == run.id).values(**row, words=_words(run))
+            return bool(
+                connection.execute(sa.update(RUNS).where(*which).values(deleted=0.0)).rowcount
             )
-            entry = connection.execute(
-                sa.select(DOCUMENTS.c.entry).where(DOCUMENTS.c.run == run.id)
-            ).scalar_one()
-            connection.execute(
-                sa.update(DOCUMENTS)
-                .where(DOCUMENTS.c.run == run.id)
-                .values(entry=entry | {"note": run.note, "tags": run.tags})
-            )
-            _replace(connection, TAGS, run.id, [{"tag": tag} for tag in run.tags])
 
     def drop(self, run_id: str) -> None:
         """Forget a run."""
@@ -191,21 +209,25 @@ class Index:
         with _failures(), self._engine.connect() as connection:
             return list(connection.execute(query).scalars())
 
-    def unpinned(self) -> Iterator[tuple[str, int]]:
-        """Yield identifier and size of the runs that may be evicted, the oldest first."""
+    def unpinned(self) -> list[tuple[str, int]]:
+        """Return identifier and size of what may be evicted: deleted ones, then the oldest."""
         query = (
             sa.select(RUNS.c.id, RUNS.c.size)
             .where(RUNS.c.pinned.is_(False), RUNS.c.state != "recording")
-            .order_by(RUNS.c.created)
+            .order_by(RUNS.c.deleted.is_(None), RUNS.c.created)
         )
         with _failures(), self._engine.connect() as connection:
-            yield from ((row.id, row.size) for row in connection.execute(query).all())
+            return [(row.id, row.size) for row in connection.execute(query)]
 
-    def unfinished(self) -> list[str]:
-        """Return the runs that are being recorded, or were when their server was killed."""
-        query = sa.select(RUNS.c.id).where(RUNS.c.state == "recording")
+    def sizes(self) -> tuple[int, int]:
+        """Return the bytes that runs take, also deleted ones, and of these the pinned ones."""
+        pinned = sa.func.sum(sa.case((RUNS.c.pinned, RUNS.c.size), else_=0))
+        query = sa.select(
+            sa.func.coalesce(sa.func.sum(RUNS.c.size), 0), sa.func.coalesce(pinned, 0)
+        )
         with _failures(), self._engine.connect() as connection:
-            return list(connection.execute(query).scalars())
+            held, kept = connection.execute(query).one()
+        return int(held), int(kept)
 
     def totals(self) -> dict[str, Any]:
         """Return how many runs there are, their bytes, those pinned; counts by tag and scenario."""
@@ -264,8 +286,7 @@ class Index:
 
         config = Config()
         config.set_main_option("script_location", str(Path(__file__).parent / "migrations"))
-        alone = self._engine.execution_options(begin="IMMEDIATE")
-        with alone.begin() as connection:
+        with self._alone.begin() as connection:
             if not self._sqlite:
                 connection.execute(sa.text("SELECT pg_advisory_xact_lock(7212019)"))
             rows = []
@@ -288,6 +309,7 @@ class _Order:
     """What a list is sorted by, with the identifier to break ties."""
 
     def __init__(self, name: str, *, descending: bool) -> None:
+        self.name = name
         self.descending = descending
         self.metric = None if name in SORTS else metric_name(name, "sort")
         column = METRICS.c.value if self.metric else RUNS.c[name]
@@ -310,15 +332,18 @@ class _Order:
         return [c.desc() if self.descending else c.asc() for c in columns]
 
     def cursor(self, row: Any) -> str:
-        return base64.urlsafe_b64encode(json.dumps([row.key, row.id]).encode()).decode()
+        return base64.urlsafe_b64encode(json.dumps([self.name, row.key, row.id]).encode()).decode()
 
     def beyond(self, cursor: str) -> Any:
         try:
-            key, run_id = json.loads(base64.urlsafe_b64decode(cursor.encode()))
-            wanted = str if self.key is RUNS.c.name else (int, float)
-            if not isinstance(key, wanted) or not isinstance(run_id, str):
+            name, key, run_id = json.loads(base64.urlsafe_b64decode(cursor.encode()))
+            if name != self.name or not is_id(run_id):
                 raise ValueError(cursor)
-        except (ValueError, TypeError, RecursionError):
+            if name != "name":
+                key = float(key)
+            if "\0" in str(key) or (isinstance(key, float) and not math.isfinite(key)):
+                raise ValueError(cursor)
+        except (ValueError, TypeError, OverflowError, RecursionError):
             raise ConfigError(FieldError("cursor", "is of no list of runs", cursor)) from None
         here = sa.tuple_(self.key, RUNS.c.id)
         there = sa.tuple_(sa.literal(key), sa.literal(run_id))
@@ -349,6 +374,18 @@ def _conditions(search: Search) -> Iterator[Any]:
         yield RUNS.c.created < search.before
     if search.pinned:
         yield RUNS.c.pinned.is_(True)
+
+
+def _read(connection: sa.Connection, run_id: str, *, lock: bool = False) -> RunDetail | None:
+    query = (
+        sa.select(RUNS, DOCUMENTS.c.entry, DOCUMENTS.c.record)
+        .join(DOCUMENTS)
+        .where(RUNS.c.id == run_id)
+    )
+    if lock:
+        query = query.with_for_update(of=RUNS)
+    row = connection.execute(query).mappings().one_or_none()
+    return None if row is None else RunDetail(**_narrow(row), **row["entry"], **row["record"])
 
 
 def _replace(
@@ -386,12 +423,21 @@ def _begin_sqlite(connection: sa.Connection) -> None:
     connection.exec_driver_sql(f"BEGIN {kind}")
 
 
+def _engine(url: str) -> sa.Engine:
+    try:
+        return sa.create_engine(url, pool_pre_ping=True)
+    except (ArgumentError, ValueError):  # which may quote it, with its password
+        raise _no_address(url) from None
+    except ModuleNotFoundError:
+        raise StoreError("PostgreSQL needs psycopg: pip install 'motionlab[postgres]'") from None
+
+
 @contextmanager
 def _failures() -> Iterator[None]:
     try:
         yield
-    except OperationalError as error:
-        reason = str(error.orig).strip().splitlines()[0]
+    except DBAPIError as error:
+        reason = (str(error.orig).strip().splitlines() or [type(error.orig).__name__])[0]
         if "full" in reason or "No space" in reason:
             raise StoreFull(f"the index of runs cannot be written: {reason}") from error
         raise StoreError(f"the index of runs cannot be reached: {reason}") from error
@@ -406,16 +452,15 @@ def index_url(root: Path) -> str:
         return "postgresql+psycopg://" + url.partition("://")[2]
     if url.startswith(("sqlite:///", "postgresql+psycopg://")):
         return url
-    raise ConfigError(
+    raise _no_address(url)
+
+
+def _no_address(url: str) -> ConfigError:
+    return ConfigError(
         FieldError(
             "MOTIONLAB_DATABASE_URL",
             "is no address of a database that can be used",
-            url.partition("@")[0].partition(":")[0],
+            url.partition(":")[0],
             "sqlite:///PATH or postgresql://USER@HOST/DATABASE",
         )
     )
-
-
-def now() -> float:
-    """Return the time, seconds since 1970."""
-    return time.time()

@@ -10,9 +10,7 @@ import shutil
 import time
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
-
-from pyarrow import parquet
+from typing import Any
 
 from motionlab import __version__
 from motionlab.config.load import load_scenario
@@ -31,15 +29,13 @@ from motionlab.executors.code import processor
 from motionlab.kernel.force_maps import maps_of
 from motionlab.lanes import model_hash
 from motionlab.results.latest import latest_metrics
-from motionlab.runs import spool
 from motionlab.runs.description import differences, headline, labels, thumbnail
 from motionlab.runs.files import RunFiles, column_descriptions, runs_url
-from motionlab.runs.index import Index, index_url
-from motionlab.runs.run import Event, Kind, RunDetail, new_id
+from motionlab.runs.run import CHANGEABLE, Event, Kind, RunDetail, new_id
 from motionlab.runs.telemetry import recording as read_recording
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.result import metadata
-from motionlab.store.files import data_root
+from motionlab.store.files import data_root, failure
 from motionlab.telemetry import recorder
 from motionlab.telemetry.recording import Recording
 
@@ -57,6 +53,7 @@ FREE_LEAST = 200_000_000
 
 _LOG = logging.getLogger(__name__)
 _SPOOLS = "recording"
+_CUT_OFF = "its recording was cut off: its server was killed, or could not write its end"
 
 
 class Library:
@@ -79,6 +76,8 @@ class Library:
             root.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise StoreError(f"{root} cannot be made: {error.strerror}") from error
+        from motionlab.runs.index import Index, index_url
+
         self.spools = spools(root)
         self.index = Index(index_url(root))
         self.files = RunFiles(runs_url(root))
@@ -110,11 +109,13 @@ class Library:
         Busy
             If it is still being recorded.
         """
-        run = self.get(run_id)
-        if run.deleted is not None:
+        run: RunDetail | None = self.get(run_id)
+        if run is not None and run.state == "recording":  # or was, when its server was killed
+            run = self.finish(run_id)
+            if run is None:
+                raise Busy(f"{run_id} is being recorded: it can be read when its session has ended")
+        if run is None or run.deleted is not None:
             raise Unknown(f"no run {run_id!r}: it is deleted")
-        if run.state == "recording":
-            raise Busy(f"{run_id} is being recorded: it can be read when its session has ended")
         return run
 
     def keep(
@@ -147,6 +148,7 @@ class Library:
         with self._part(run.id) as part:
             recorder.write(recording, str(part), metadata=metadata(prepared.scenario))
             self.make_room(part.stat().st_size)
+            _check_disk(self.spools)
             return self._add(
                 run,
                 part,
@@ -156,39 +158,50 @@ class Library:
             )
 
     def finish(self, run_id: str) -> RunDetail | None:
-        """Make a run of what a live session recorded; None if it recorded nothing.
+        """Make a run of what a live session recorded.
 
         Parameters
         ----------
         run_id : str
-            A spool that is closed, or whose server has ended.
+            Its spool.
+
+        Returns
+        -------
+        RunDetail or None
+            None if nothing was recorded, or its server or another process is at it.
 
         Raises
         ------
         StoreError
             If it cannot be kept; its spool stays then.
         """
+        from motionlab.runs import spool
+
+        with spool.claimed(self.spools, run_id) as mine:
+            return self._finish(run_id) if mine else None
+
+    def _finish(self, run_id: str) -> RunDetail | None:
+        from motionlab.runs import spool
+
         run, events = spool.begun(self.spools, run_id)
-        gaps = [event for event in events if event.kind == "gap"]
         with self._part(run_id) as part:
-            try:
-                ticks = spool.compact(self.spools, run_id, part)
-            except OSError as error:
-                raise StoreError(f"{run_id} cannot be compacted: {error.strerror}") from error
+            ticks = spool.compact(self.spools, run_id, part)
             if ticks == 0:
                 self.index.drop(run_id)
                 spool.remove(self.spools, run_id)
                 return None
-            whole = spool.ended(self.spools, run_id)
-            reason = _missing(gaps) if whole else "the server ended while it was being recorded"
-            run = run.model_copy(
-                update={
-                    "events": events,
-                    "state": "partial" if reason else "complete",
-                    "reason": reason,
-                }
-            )
-            result, picture = _latest(run, part, ticks)
+            gaps = [event for event in events if event.kind == "gap"]
+            reason = _missing(gaps) if spool.ended(self.spools, run_id) else _CUT_OFF
+            update: dict[str, Any] = {
+                "events": events,
+                "state": "partial" if reason else "complete",
+                "reason": reason,
+            }
+            if known := self.index.get(run_id):  # what was changed while it was recorded
+                update |= {name: getattr(known, name) for name in CHANGEABLE}
+            run = run.model_copy(update=update)
+            begin = gaps[-1].tick + (gaps[-1].ticks or 0) if gaps else 0
+            result, picture = _latest(run, part, begin, ticks)
             self.make_room(part.stat().st_size)
             kept = self._add(run, part, ticks=ticks, result=result, picture=picture)
         spool.remove(self.spools, run_id)
@@ -196,25 +209,29 @@ class Library:
 
     def recover(self) -> list[str]:
         """Make runs of what servers recorded that were killed; return the identifiers."""
+        from motionlab.runs import spool
+
+        spool.remove_leftovers(self.spools)
         found = []
-        for run_id in spool.abandoned(self.spools):
+        for run_id in spool.waiting(self.spools):
             try:
                 if self.finish(run_id):
                     found.append(run_id)
-            except MotionLabError as error:  # tried again at the next start
+            except MotionLabError as error:  # tried again later
                 _LOG.warning("%s", error)
         return found
 
     def change(self, run_id: str, changes: Mapping[str, Any]) -> RunDetail:
-        """Change name, note, tags or pin of a run.
+        """Change `CHANGEABLE` fields of a run.
 
         Raises
         ------
         Unknown
             If there is none of that identifier.
         """
-        run = self.get(run_id).model_copy(update=dict(changes))
-        self.index.change(run)
+        run = self.index.change(run_id, changes)
+        if run is None:
+            raise Unknown(f"no run {run_id!r}")
         return run
 
     def delete(self, run_id: str) -> RunDetail:
@@ -236,8 +253,10 @@ class Library:
 
     def purge(self) -> None:
         """Remove what was deleted longer than `UNDO_SECONDS` ago."""
-        for run_id in self.index.deleted_before(time.time() - UNDO_SECONDS):
-            self._remove(run_id)
+        before = time.time() - UNDO_SECONDS
+        for run_id in self.index.deleted_before(before):
+            if self.index.condemn(run_id, before):
+                self._remove(run_id)
 
     def make_room(self, size: int) -> None:
         """Evict unpinned runs, the oldest first, until one of `size` bytes fits the quota.
@@ -245,28 +264,22 @@ class Library:
         Raises
         ------
         StoreFull
-            If it does not fit however many are evicted, or the disk is nearly full.
+            If it does not fit however many are evicted; none is evicted then.
         """
         most = quota()
-        held = self.index.totals()
-        excess = held["size"] + size - most
-        if excess > 0:
-            for run_id, freed in self.index.unpinned():
-                if excess <= 0:
-                    break
+        held, pinned = self.index.sizes()
+        if pinned + size > most:
+            raise StoreFull(
+                f"runs may take {most} bytes (MOTIONLAB_RUNS_MAX), pinned ones take {pinned}; "
+                f"this one would take {size}: delete or unpin some"
+            )
+        excess = held + size - most
+        for run_id, freed in self.index.unpinned() if excess > 0 else ():
+            if excess <= 0:
+                break
+            if self.index.condemn(run_id):
                 self._remove(run_id)
                 excess -= freed
-        if excess > 0:
-            raise StoreFull(
-                f"runs may take {most} bytes (MOTIONLAB_RUNS_MAX), pinned ones take "
-                f"{held['pinned_size']}; this one would take {size}: delete or unpin some"
-            )
-        free = shutil.disk_usage(self.spools.parent).free
-        if free - size < FREE_LEAST:
-            raise StoreFull(
-                f"the disk of the data has {free} bytes left; a run of {size} would leave less "
-                f"than {FREE_LEAST}"
-            )
 
     def _add(
         self,
@@ -277,6 +290,7 @@ class Library:
         result: dict[str, Any],
         picture: dict[str, list[int]],
     ) -> RunDetail:
+        from pyarrow import parquet
 
         columns = column_descriptions(parquet.read_schema(part))
         size = self.files.put(run.id, part)
@@ -306,15 +320,15 @@ class Library:
     @contextlib.contextmanager
     def _part(self, run_id: str) -> Iterator[Path]:
         """Give a file to write, which is gone afterwards."""
-        folder = self.spools.parent / ".parts"
-        part = folder / f"{run_id}.parquet"
+        part = self.spools / f".{run_id}.parquet"  # a form that `spool.remove_leftovers` knows
         try:
-            folder.mkdir(parents=True, exist_ok=True)
+            self.spools.mkdir(parents=True, exist_ok=True)
             yield part
         except OSError as error:
-            raise StoreError(f"{run_id} cannot be kept: {error.strerror}") from error
+            raise failure(f"{run_id} cannot be kept", error) from error
         finally:
-            part.unlink(missing_ok=True)
+            with contextlib.suppress(OSError):
+                part.unlink(missing_ok=True)
 
 
 def spools(root: Path) -> Path:
@@ -329,8 +343,8 @@ def _library(root: Path, _process: int, *_urls: str) -> Library:
 
 def library() -> Library:
     """Return the library of the user's data; each process opens its own, once."""
-    root = data_root()
-    return _library(root, os.getpid(), index_url(root), runs_url(root))
+    places = ("MOTIONLAB_DATABASE_URL", "MOTIONLAB_RUNS_URL")
+    return _library(data_root(), os.getpid(), *(os.environ.get(name, "") for name in places))
 
 
 def live_run(scenario: Scenario, run_id: str, created: float) -> RunDetail:
@@ -356,7 +370,6 @@ def quota() -> int:
 
 
 def _begun(kind: Kind, scenario: Scenario, result: dict[str, Any], *, name: str = "") -> RunDetail:
-    about = _Code.of(scenario)
     return RunDetail(
         id=new_id(),
         kind=kind,
@@ -377,10 +390,10 @@ def _begun(kind: Kind, scenario: Scenario, result: dict[str, Any], *, name: str 
         metrics={},
         thumbnail={},
         seed=scenario.seed,
-        version=about.version,
-        model=about.model,
-        processor=about.processor,
-        maps=about.maps,
+        version=__version__,
+        model=model_hash(),
+        processor=processor(),
+        maps=maps_of(scenario),
         scenario_document=scenario.model_dump(mode="json"),
         events=[],
         result=result,
@@ -388,24 +401,27 @@ def _begun(kind: Kind, scenario: Scenario, result: dict[str, Any], *, name: str 
     )
 
 
-class _Code(NamedTuple):
-    version: str
-    model: str
-    processor: str
-    maps: dict[str, Any]
-
-    @classmethod
-    def of(cls, scenario: Scenario) -> _Code:
-
-        return cls(__version__, model_hash(), processor(), maps_of(scenario))
+def _check_disk(folder: Path) -> None:
+    free = shutil.disk_usage(folder).free
+    if free < FREE_LEAST:
+        raise StoreFull(
+            f"the disk of the data is nearly full: keeping this would leave {free} bytes, less "
+            f"than {FREE_LEAST}"
+        )
 
 
-def _latest(run: RunDetail, part: Path, ticks: int) -> tuple[dict[str, Any], dict[str, list[int]]]:
-    """Return metrics and picture of the latest two periods, or ten seconds, of a live run."""
+def _latest(
+    run: RunDetail, part: Path, begin: int, ticks: int
+) -> tuple[dict[str, Any], dict[str, list[int]]]:
+    """Return metrics and picture of the latest two periods, or ten seconds, from a tick on."""
+    from pyarrow import parquet
+
     prepared = prepare(load_scenario(run.scenario_document or {}), checked=True)
     period = prepared.reference.period
-    length = min(ticks, 2 * period if period else to_ticks(METRICS_SECONDS))
+    length = 2 * period if period else to_ticks(METRICS_SECONDS)
     with parquet.ParquetFile(part) as file:
+        first = int(file.read_row_group(0, columns=["tick"])["tick"][0].as_py())
+        length = min(length, first + ticks - max(first, begin))
         recording = read_recording(file, run.variants, ticks - length, ticks)
     band = prepared.scenario.settling_band
     measured = latest_metrics(recording, prepared.reference, settling_band=band)

@@ -17,9 +17,15 @@ ID = "^r-[a-z2-7]{12}$"
 TAG = "^[a-z0-9][a-z0-9._-]{0,31}$"
 """Form of a tag."""
 
+TEXT = r"^[^\x00]*$"
+"""Form of names and notes: PostgreSQL knows no zero in a text."""
+
 NAME_MAX = 120
 NOTE_MAX = 10_000
 TAGS_MAX = 20
+
+CHANGEABLE = frozenset({"name", "note", "tags", "pinned", "deleted"})
+"""What can be changed of a run."""
 
 _LETTERS = "abcdefghijklmnopqrstuvwxyz234567"
 _ID = re.compile(ID)

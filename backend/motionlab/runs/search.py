@@ -20,6 +20,9 @@ HEADLINE = {
 }
 """Metrics that can be searched and sorted by: short name to name, of each axis of each variant."""
 
+LIMIT_MAX = 200
+"""Runs on a page."""
+
 SEARCH_MAX = 1000
 """Longest search, characters."""
 
@@ -128,6 +131,8 @@ def parse(text: str) -> Search:
     """
     if len(text) > SEARCH_MAX:
         raise ConfigError(FieldError("q", "is too long", len(text), bounds={"maximum": SEARCH_MAX}))
+    if any(ord(letter) < 32 or 0xD800 <= ord(letter) < 0xE000 for letter in text):
+        raise ConfigError(FieldError("q", "has a character that no text has", text))
     try:
         terms = shlex.split(text)
     except ValueError:

@@ -8,11 +8,11 @@ end, or when the next server starts.
 from __future__ import annotations
 
 import contextlib
-import errno
 import fcntl
 import io
 import os
 import shutil
+import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -27,6 +27,7 @@ from motionlab.store.files import replace
 from motionlab.telemetry.channels import Channel
 from motionlab.telemetry.recorder import ROWS, parquet_writer, telemetry_schema
 
+_IDLE_SECONDS = 600.0  # after which nobody writes what is still there
 _RUN, _SAMPLES, _EVENTS, _ENDED = "run.json", "samples.arrows", "events.jsonl", "ended"
 
 
@@ -59,7 +60,7 @@ class Spool:
     ) -> None:
 
         self.folder = root / run.id
-        replace(self.folder / _RUN, run.model_dump_json().encode())
+        part = root / f".{run.id}.new"  # nobody takes it for abandoned before it is locked
         schema = telemetry_schema(channels, metadata)
         self._schema = pa.schema(
             [field for field in schema if field.name != "time"], schema.metadata
@@ -67,15 +68,17 @@ class Spool:
         self._sink = io.BytesIO()
         options = pa.ipc.IpcWriteOptions(compression="lz4")
         self._writer = pa.ipc.new_stream(self._sink, self._schema, options=options)
-        self._samples = os.open(
-            self.folder / _SAMPLES, os.O_WRONLY | os.O_CREAT | os.O_CLOEXEC, 0o600
-        )
+        self._samples = self._events = -1
         try:
-            fcntl.flock(self._samples, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            self._end = 0
+            replace(part / _RUN, run.model_dump_json().encode())
+            self._samples = _created(part / _SAMPLES)
+            fcntl.flock(self._samples, fcntl.LOCK_EX)
+            self._events = _created(part / _EVENTS)
             self._write()
+            part.rename(self.folder)
         except OSError:
             self.close()
+            shutil.rmtree(part, ignore_errors=True)
             raise
 
     def append(self, first_tick: int, samples: NDArray[np.float32]) -> None:
@@ -107,45 +110,96 @@ class Spool:
         OSError
             If it cannot be written.
         """
-        with (self.folder / _EVENTS).open("ab") as file:
-            file.write(event.model_dump_json().encode() + b"\n")
+        _append(self._events, event.model_dump_json().encode() + b"\n")
 
     @property
     def size(self) -> int:
         """Bytes of its samples."""
-        return self._end
+        return os.fstat(self._samples).st_size
 
-    def end(self) -> None:
-        """Say that the record is complete, and close it; others may then compact it."""
-        with contextlib.suppress(OSError):
-            (self.folder / _ENDED).touch()
+    def end(self, *, complete: bool) -> None:
+        """Close it, so that it can be compacted.
+
+        Parameters
+        ----------
+        complete : bool
+            Whether everything has been written, with its gaps among the events.
+        """
+        if complete:
+            with contextlib.suppress(OSError):
+                (self.folder / _ENDED).touch()
         self.close()
 
     def close(self) -> None:
-        """Close its file."""
-        with contextlib.suppress(OSError):
-            os.close(self._samples)
+        """Close its files."""
+        for descriptor in (self._events, self._samples):
+            with contextlib.suppress(OSError):
+                os.close(descriptor)
 
     def _write(self) -> None:
         """Write what the Arrow writer has given; all of it, or the file is as it was."""
-        view = memoryview(self._sink.getvalue())
+        data = self._sink.getvalue()
         self._sink.seek(0)
         self._sink.truncate()
+        _append(self._samples, data)
+
+
+def _created(path: Path) -> int:
+    return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o600)
+
+
+def _append(descriptor: int, data: bytes) -> None:
+    """Append to a file; all of it, or the file is as it was."""
+    end = os.fstat(descriptor).st_size
+    view = memoryview(data)
+    try:
+        while view:
+            view = view[os.write(descriptor, view) :]
+    except OSError:
+        os.ftruncate(descriptor, end)
+        raise
+
+
+def waiting(root: Path) -> list[str]:
+    """Return all spools, also those that are being written."""
+    return sorted(folder.name for folder in root.glob("r-*") if is_id(folder.name))
+
+
+@contextlib.contextmanager
+def claimed(root: Path, run_id: str) -> Iterator[bool]:
+    """Claim a spool, so that no other process compacts or removes it.
+
+    Yields
+    ------
+    bool
+        False where it is being written, another process has claimed it, or it is gone.
+    """
+    try:
+        descriptor = os.open(root / run_id / _SAMPLES, os.O_RDONLY | os.O_CLOEXEC)
+    except OSError:
+        yield False
+        return
+    try:
         try:
-            while view:
-                view = view[os.write(self._samples, view) :]
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            mine = os.fstat(descriptor).st_nlink > 0  # else removed since it was opened
         except OSError:
-            os.ftruncate(self._samples, self._end)
-            os.lseek(self._samples, self._end, os.SEEK_SET)
-            raise
-        self._end = os.lseek(self._samples, 0, os.SEEK_CUR)
+            mine = False
+        yield mine
+    finally:
+        os.close(descriptor)
 
 
-def abandoned(root: Path) -> Iterator[str]:
-    """Yield the spools whose server has ended."""
-    for folder in sorted(root.glob("r-*")):
-        if is_id(folder.name) and _unlocked(folder / _SAMPLES):
-            yield folder.name
+def remove_leftovers(root: Path) -> None:
+    """Remove what killed processes began to make or to remove."""
+    for path in root.glob(".r-*"):
+        with contextlib.suppress(OSError):
+            if abs(time.time() - path.stat().st_mtime) < _IDLE_SECONDS:
+                continue
+            if path.is_dir():
+                shutil.rmtree(path)
+            else:
+                path.unlink()
 
 
 def ended(root: Path, run_id: str) -> bool:
@@ -164,25 +218,25 @@ def begun(root: Path, run_id: str) -> tuple[RunDetail, list[Event]]:
     folder = root / run_id
     try:
         run = RunDetail.model_validate_json((folder / _RUN).read_bytes())
-        lines = (folder / _EVENTS).read_bytes().splitlines() if (folder / _EVENTS).is_file() else []
+        lines = (folder / _EVENTS).read_bytes().splitlines()
     except (OSError, ValueError) as error:
         raise StoreError(f"the recording of {run_id} cannot be read: {error}") from error
     events = []
     for line in lines:
         with contextlib.suppress(ValueError):  # the last may be cut off
             events.append(Event.model_validate_json(line))
-    return run, events
+    return run, sorted(events, key=lambda event: event.tick)
 
 
 def compact(root: Path, run_id: str, target: Path) -> int:
-    """Write what a spool holds as Parquet.
+    """Write what a spool holds as Parquet; ticks that are missing become nulls.
 
     Parameters
     ----------
     root : Path
         Folder of all spools.
     run_id : str
-        Which.
+        Which; claimed by the caller.
     target : Path
         File to write.
 
@@ -194,14 +248,10 @@ def compact(root: Path, run_id: str, target: Path) -> int:
     Raises
     ------
     OSError
-        If `target` cannot be written.
+        If it cannot be read, or `target` cannot be written.
     """
-    try:
-        file = (root / run_id / _SAMPLES).open("rb")
-    except FileNotFoundError:  # killed before it was made
-        return 0
     total = 0
-    with file:
+    with (root / run_id / _SAMPLES).open("rb") as file:
         try:
             reader = pa.ipc.open_stream(file)
         except pa.ArrowInvalid:  # cut off within the schema
@@ -209,30 +259,60 @@ def compact(root: Path, run_id: str, target: Path) -> int:
         fields = list(reader.schema)
         schema = pa.schema([fields[0], _time_field(), *fields[1:]], reader.schema.metadata)
         with parquet_writer(target, schema) as writer:
-            for batches in _groups(reader):
-                table = _table(batches, schema)
-                writer.write_table(table, row_group_size=ROWS)
-                total += table.num_rows
+            for rows in _groups(_without_gaps(_batches(reader), reader.schema)):
+                writer.write_table(_table(rows, schema), row_group_size=ROWS)
+                total += rows.num_rows
     return total
 
 
 def remove(root: Path, run_id: str) -> None:
-    """Remove a spool."""
-    if is_id(run_id):
-        shutil.rmtree(root / run_id, ignore_errors=True)
+    """Remove a spool; at once, or a killed process would leave a part of it."""
+    if not is_id(run_id):
+        return
+    gone = root / f".{run_id}.old"
+    with contextlib.suppress(OSError):
+        (root / run_id).rename(gone)
+    shutil.rmtree(gone, ignore_errors=True)
 
 
-def _groups(reader: pa.RecordBatchReader) -> Iterator[list[pa.RecordBatch]]:
-    """Yield the complete batches of a stream, which may be cut off anywhere, by row groups."""
-    waiting: list[pa.RecordBatch] = []
-    with contextlib.suppress(StopIteration, OSError, pa.ArrowInvalid):
-        while True:
-            waiting.append(reader.read_next_batch())
-            if sum(batch.num_rows for batch in waiting) >= ROWS:
-                yield waiting
-                waiting = []
-    if waiting:
-        yield waiting
+def _batches(reader: pa.RecordBatchReader) -> Iterator[pa.RecordBatch]:
+    """Yield the complete batches of a stream, which may be cut off anywhere."""
+    while True:
+        try:
+            batch = reader.read_next_batch()
+        except (StopIteration, OSError, pa.ArrowInvalid):
+            return
+        if batch.num_rows:
+            yield batch
+
+
+def _without_gaps(batches: Iterator[pa.RecordBatch], schema: pa.Schema) -> Iterator[pa.Table]:
+    """Yield batches, with rows of NaN for ticks that are missing between them."""
+    following: int | None = None
+    for batch in batches:
+        first = batch.column(0)[0].as_py()
+        while following is not None and following < first:
+            ticks = np.arange(following, min(first, following + ROWS))
+            nothing = pa.array(np.full(len(ticks), np.nan, dtype=np.float32))
+            yield pa.table([pa.array(ticks), *[nothing] * (len(schema) - 1)], schema=schema)
+            following += len(ticks)
+        yield pa.Table.from_batches([batch])
+        following = first + batch.num_rows
+
+
+def _groups(tables: Iterator[pa.Table]) -> Iterator[pa.Table]:
+    """Yield rows by whole row groups, and the rest."""
+    waiting: list[pa.Table] = []
+    for table in tables:
+        waiting.append(table)
+        if sum(each.num_rows for each in waiting) >= ROWS:
+            rows = pa.concat_tables(waiting)
+            whole = rows.num_rows // ROWS * ROWS
+            yield rows.slice(0, whole)
+            waiting = [rows.slice(whole)]
+    rest = pa.concat_tables(waiting) if waiting else None
+    if rest is not None and rest.num_rows:
+        yield rest
 
 
 def _time_field() -> pa.Field:
@@ -240,24 +320,9 @@ def _time_field() -> pa.Field:
     return pa.field("time", pa.float64(), metadata={"unit": "s", "meaning": "tick times 0.5 ms"})
 
 
-def _table(batches: list[pa.RecordBatch], schema: pa.Schema) -> pa.Table:
-    """Return batches as one table with times, and nulls for what is no number."""
-    table = pa.Table.from_batches(batches)
-    ticks = table.column(0).to_numpy()
-    floats = [pa.array(column.to_numpy(), from_pandas=True) for column in table.columns[1:]]
+def _table(rows: pa.Table, schema: pa.Schema) -> pa.Table:
+    """Return rows with their times, and nulls for what is no number."""
+    ticks = rows.column(0).to_numpy()
+    floats = [pa.array(column.to_numpy(), from_pandas=True) for column in rows.columns[1:]]
     arrays = [pa.array(ticks), pa.array(ticks * CONTROL_PERIOD), *floats]
     return pa.Table.from_arrays(arrays, schema=schema)
-
-
-def _unlocked(path: Path) -> bool:
-    try:
-        descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
-    except OSError as error:
-        return error.errno == errno.ENOENT  # killed before it was made
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        return False
-    finally:
-        os.close(descriptor)
-    return True

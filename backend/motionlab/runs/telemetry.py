@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pyarrow import parquet
 
 from motionlab.errors import ConfigError, FieldError
 from motionlab.runs.files import read_ticks
 from motionlab.telemetry.channels import stream_columns
 from motionlab.telemetry.decimate import min_max
 from motionlab.telemetry.recording import Recording, as_recording
+
+if TYPE_CHECKING:
+    from pyarrow import parquet
 
 
 class Window(NamedTuple):
@@ -79,7 +81,8 @@ def recording(
     rows = {name: row for row, name in enumerate(columns)}
     failed: dict[str, int | None] = {}
     first = int(file.read_row_group(0, columns=["tick"])["tick"][0].as_py()) + start
+    recorded = ~np.isnan(samples[0])  # what is missing for all is a gap of the recording
     for name in variants:
-        missing = np.flatnonzero(np.isnan(samples[rows[f"{name}.x.position"]]))
+        missing = np.flatnonzero(np.isnan(samples[rows[f"{name}.x.position"]]) & recorded)
         failed[name] = first + int(missing[0]) if missing.size else None
     return as_recording(first, samples, failed)

@@ -24,10 +24,13 @@ def warm_up() -> None:
     document(prepared, run(prepared))
     linearise(prepared.scenario, "A", "x", v=0.0)
     trajectories.warm_up()
+    importlib.import_module("motionlab.runs.spool")  # which the first Play needs
 
 
 def load_the_rest() -> None:
-    """Import rarely used modules: studies, scipy, and skfem by a force-map preview."""
+    """Import rarely used modules: studies, runs, scipy, and skfem by a force-map preview."""
     compute(Geometry(), "preview")
     for module in pkgutil.walk_packages(studies.__path__, "motionlab.studies."):
         importlib.import_module(module.name)
+    importlib.import_module("motionlab.runs.index")
+    importlib.import_module("pyarrow.parquet")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import errno
+import fcntl
 import ipaddress
 import logging
 import os
@@ -13,6 +14,7 @@ import resource
 import socket
 import sys
 import threading
+from pathlib import Path
 from types import FrameType
 
 import uvicorn
@@ -28,6 +30,7 @@ from motionlab.service.settings import LOOPBACK, Settings
 from motionlab.store.files import data_root, remove_leftovers
 
 _TOKEN_MIN = 16
+_LOCK = ".server"  # of the folder of the data, while a server uses it
 _VISIBLE = re.compile("[!-~]+")
 _HOST_NAME = re.compile(r"[a-z0-9._-]+|\[[0-9a-f:.]+\]")
 MESSAGE_MAX = 128 * 1024
@@ -66,7 +69,8 @@ def serve(host: str, port: int, names: frozenset[str], scheduler: str | None = N
     ------
     ConfigError
         If another address than loopback has no token, the token cannot serve as one, a name is
-        none, or the server cannot listen at the address.
+        none, another server uses the folder of the data, or the server cannot listen at the
+        address.
     """
     token = os.environ.get("MOTIONLAB_TOKEN") or None
     if token is None and not _is_loopback(host):
@@ -92,6 +96,7 @@ def serve(host: str, port: int, names: frozenset[str], scheduler: str | None = N
     with executing(scheduler):
         pass  # what is no scheduler is refused now
     names |= _names_in(os.environ.get("MOTIONLAB_HOSTS", ""))
+    alone = _alone(data_root())
     listener = listen(host, port)
     address, taken = listener.getsockname()[:2]
     own = {f"[{address}]" if ":" in address else address}
@@ -111,8 +116,32 @@ def serve(host: str, port: int, names: frozenset[str], scheduler: str | None = N
     remove_leftovers(data_root())
     logging.basicConfig(format="%(asctime)s %(levelname)s %(message)s")
     logging.getLogger("motionlab").setLevel(logging.INFO)
-    with contextlib.suppress(KeyboardInterrupt):  # how it is meant to end
+    with alone, contextlib.suppress(KeyboardInterrupt):  # how it is meant to end
         _Server(configuration(create_app(settings))).run(sockets=[listener])
+
+
+def _alone(root: Path) -> contextlib.AbstractContextManager[object]:
+    """Return the lock of a folder of data, which ends with the process, however that ends.
+
+    Raises
+    ------
+    ConfigError
+        If another server holds it.
+    """
+    try:
+        root.mkdir(parents=True, exist_ok=True)
+        file = (root / _LOCK).open("wb")
+    except OSError:  # a folder that cannot be written needs no lock
+        return contextlib.nullcontext()
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        file.close()
+        text = "another server uses this folder: end that one, or name another folder"
+        raise ConfigError(FieldError("MOTIONLAB_DATA", text, str(root.absolute()))) from None
+    except OSError:  # a file system without locks
+        pass
+    return file
 
 
 def configuration(app: FastAPI, log_level: str = "warning") -> uvicorn.Config:

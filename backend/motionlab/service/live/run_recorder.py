@@ -7,6 +7,7 @@ out, and the gap is in the record.
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import errno
 import logging
 import os
@@ -14,10 +15,10 @@ import shutil
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from fastapi import HTTPException
@@ -27,17 +28,21 @@ from motionlab.config.scenario import Scenario
 from motionlab.errors import MotionLabError
 from motionlab.runs.library import FREE_LEAST, library, live_run, quota, spools
 from motionlab.runs.run import Event, RunDetail, new_id
-from motionlab.runs.spool import Spool
 from motionlab.service.workers.pool import Workers
 from motionlab.service.workers.worker import Call
 from motionlab.simulation.result import metadata
 from motionlab.telemetry.channels import Channel
 from motionlab.telemetry.ring import Ring
 
+if TYPE_CHECKING:
+    from motionlab.runs.spool import Spool
+
 _PERIOD = 0.4  # s between two batches, so that less than a second is lost by a kill
 _SHARE = 4  # of the ring: a batch is taken at the latest when so much of it is new
 _PENDING_MAX = 128_000_000  # bytes that wait for the disk
 _TIDY_PERIOD = 30.0  # s
+_RECOVER_TURNS = 20  # tidyings until what could not be made a run is tried again
+_CLOSE_SECONDS = 1.5  # for what waits when the server ends
 _FINISH_SECONDS = 600.0
 
 _LOG = logging.getLogger(__name__)
@@ -52,7 +57,9 @@ class _Record:
     id: str = field(default_factory=new_id)
     created: float = field(default_factory=time.time)
     spool: Spool | None = None
-    lost: int = 0  # ticks in a row that could not be written
+    events: list[Event] = field(default_factory=list)  # that are not yet written
+    end: int = 0  # the tick after the latest
+    lost: int = 0  # of the latest ticks, so many in a row could not be written
     problem: str = ""
 
 
@@ -94,6 +101,7 @@ class SessionRecorder:
         self._scenario = scenario
         self._lock = threading.Lock()
         self._record: _Record | None = None
+        self._early: list[Event] = []  # before the first sample
         self._taken = 0
         self._due = 0.0
         self._ended = False
@@ -120,8 +128,10 @@ class SessionRecorder:
         """Record an event, after the ticks before it."""
         with self._lock:
             self._take()
-            if not self._ended:
-                self._recorder.put(_Item(self._begun(), event=event))
+            if self._record is None:
+                self._early.append(event)
+            elif not self._ended:
+                self._recorder.put(_Item(self._record, event=event))
 
     def end(self) -> None:
         """Record the rest, and make it a run."""
@@ -131,16 +141,13 @@ class SessionRecorder:
                 self._recorder.put(_Item(self._record, end=True))
             self._ended = True
 
-    def _begun(self) -> _Record:
-        if self._record is None:
-            self._record = self._recorder.begin(self._scenario, self._channels)
-        return self._record
-
     def _take(self) -> None:
         self._due = time.monotonic() + _PERIOD
         if self._ended or self._ring.end <= self._taken:
             return
-        record = self._begun()
+        if self._record is None:
+            self._record = _Record(self._scenario, self._channels, events=self._early)
+        record = self._record
         while self._taken < (end := self._ring.end):
             start = max(self._taken, self._ring.first)
             try:
@@ -175,16 +182,11 @@ class RunRecorder:
         self._thread.start()
         self._tidying = self._loop.create_task(self._tidy())
 
-    def begin(self, scenario: Scenario, channels: list[tuple[str, Channel]]) -> _Record:
-        """Return a new record; its file is made with its first batch."""
-        return _Record(scenario, channels)
-
     def put(self, item: _Item) -> None:
         """Hand something to the thread; samples that it cannot take are left out."""
         size = 0 if item.samples is None else item.samples.nbytes
         with self._changed:
-            if self._pending + size > _PENDING_MAX:
-                assert item.samples is not None
+            if item.samples is not None and self._pending + size > _PENDING_MAX:
                 item.lost += item.samples.shape[1]
                 item.first += item.samples.shape[1]
                 item.samples, size = None, 0
@@ -198,10 +200,13 @@ class RunRecorder:
         with self._changed:
             self._closed = True
             self._changed.notify()
-        await asyncio.to_thread(self._thread.join, _PERIOD * 10)
-        for task in self._tasks.values():
+        await asyncio.to_thread(self._thread.join, _CLOSE_SECONDS)
+        # What is not a run within a moment becomes one when the next server starts.
+        if tasks := list(self._tasks.values()):
+            await asyncio.wait(tasks, timeout=_CLOSE_SECONDS)
+        for task in tasks:
             task.cancel()
-        await asyncio.gather(*self._tasks.values(), return_exceptions=True)
+        await asyncio.gather(*tasks, self._tidying, return_exceptions=True)
 
     def _write_all(self) -> None:
         while True:
@@ -219,39 +224,54 @@ class RunRecorder:
     def _carry_out(self, item: _Item) -> None:
         record = item.record
         record.lost += item.lost
+        if item.event is not None:
+            record.events.append(item.event)
+        if item.samples is not None:
+            self._attempt(record, self._append, item.first, item.samples)
+            record.end = item.first + item.samples.shape[1]
+        elif item.lost:
+            record.end = item.first
+        if record.spool is not None:
+            if item.end:
+                _note_gap(record, record.end)
+            self._attempt(record, self._write_events)
+            if item.end:
+                record.spool.end(complete=not record.events)
+                self._call(record.id, _finished, record.id)
+
+    def _attempt(self, record: _Record, work: Callable[..., None], *arguments: Any) -> None:
         try:
-            if item.samples is not None:
-                self._append(record, item.first, item.samples)
-            if item.event is not None:
-                self._spool(record).note(item.event)
+            work(record, *arguments)
         except (OSError, MotionLabError) as error:
-            reason = error.strerror if isinstance(error, OSError) else str(error)
+            reason = error.strerror if isinstance(error, OSError) else None
             if not record.problem:
-                _LOG.warning("%s is not being recorded: %s", record.id, reason)
+                _LOG.warning("%s is not being recorded: %s", record.id, reason or error)
             record.problem = reason or str(error)
-            record.lost += 0 if item.samples is None else item.samples.shape[1]
-        if item.end and record.spool is not None:
-            record.spool.end()
-            self._call(self._finish(record.id), record.id)
 
     def _append(self, record: _Record, first: int, samples: NDArray[np.float32]) -> None:
+        record.lost += samples.shape[1]  # until they are written
         spool = self._spool(record)
         self._check_room(spool)
         spool.append(first, samples)
-        if record.lost:
-            reason = record.problem or "the disk was too slow"
-            missing = Event(tick=first - record.lost, kind="gap", ticks=record.lost, reason=reason)
-            spool.note(missing)
-        record.lost, record.problem = 0, ""
+        record.lost -= samples.shape[1]
+        _note_gap(record, first)
+        record.problem = ""
+
+    def _write_events(self, record: _Record) -> None:
+        while record.spool is not None and record.events:
+            record.spool.note(record.events[0])
+            del record.events[0]
 
     def _spool(self, record: _Record) -> Spool:
         """Return the file of a record; made when it is first wanted, and can be."""
         if record.spool is None:
+            from motionlab.runs.spool import Spool  # noqa: PLC0415 - slow to load: see preload
+
             self._check_room(None)
             run = live_run(record.scenario, record.id, record.created)
             about = metadata(record.scenario)
             record.spool = Spool(spools(self._root), run, record.channels, about)
-            self._call(self._list(run), record.id)
+            self._call(record.id, _put, run)
         return record.spool
 
     def _check_room(self, spool: Spool | None) -> None:
@@ -260,8 +280,8 @@ class RunRecorder:
         if spool is not None and spool.size > quota():
             raise OSError(errno.EDQUOT, "the run takes all that runs may take (MOTIONLAB_RUNS_MAX)")
 
-    def _call(self, work: Coroutine[Any, Any, None], run_id: str) -> None:
-        """Carry out work on the event loop, after what was begun for the same run."""
+    def _call(self, run_id: str, function: Callable[..., None], *arguments: Any) -> None:
+        """Have a worker carry something out, after what was begun for the same run."""
 
         def begin() -> None:
             before = self._tasks.get(run_id)
@@ -269,32 +289,25 @@ class RunRecorder:
             async def carry_out() -> None:
                 if before is not None:
                     await asyncio.wait([before])
-                await work
+                await self._worked(function, *arguments)
 
             task = self._tasks[run_id] = self._loop.create_task(carry_out())
             task.add_done_callback(lambda done: self._forget(run_id, done))
 
-        try:
+        with contextlib.suppress(RuntimeError):  # the loop has ended; the next server does it
             self._loop.call_soon_threadsafe(begin)
-        except RuntimeError:  # the loop has ended; the next server finishes it
-            work.close()
 
     def _forget(self, run_id: str, task: asyncio.Task[None]) -> None:
         if self._tasks.get(run_id) is task:
             del self._tasks[run_id]
 
-    async def _list(self, run: RunDetail) -> None:
-        await self._worked(_put, run)
-
-    async def _finish(self, run_id: str) -> None:
-        await self._worked(_finished, run_id)
-
     async def _tidy(self) -> None:
-        """Make runs of what killed servers recorded; then remove deleted runs now and then."""
-        await self._worked(_recovered)
+        """Make runs of what killed servers recorded, and remove deleted ones, now and then."""
         while True:
-            await self._worked(_purged)
-            await asyncio.sleep(_TIDY_PERIOD)
+            await self._worked(_recovered)
+            for _ in range(_RECOVER_TURNS):
+                await self._worked(_purged)
+                await asyncio.sleep(_TIDY_PERIOD)
 
     async def _worked(self, function: Callable[..., None], *arguments: Any) -> None:
         try:
@@ -302,6 +315,15 @@ class RunRecorder:
             answer.close()
         except (MotionLabError, HTTPException) as error:  # tried again by the next server
             _LOG.warning("runs: %s", getattr(error, "detail", None) or error)
+
+
+def _note_gap(record: _Record, end: int) -> None:
+    """Note that the ticks before `end` were lost, if any were."""
+    if record.lost:
+        reason = record.problem or "the disk was too slow"
+        first = end - record.lost
+        record.events.append(Event(tick=first, kind="gap", ticks=record.lost, reason=reason))
+    record.lost = 0
 
 
 def _put(_: Call, run: RunDetail) -> None:

@@ -135,6 +135,7 @@ class Session:
         self._announced = (-1, "")
         self._texts: dict[str, tuple[Any, str]] = {}
         self._untold = False  # whether the state has changed since listeners were notified
+        self._recording_told: tuple[str | None, str] = (None, "")
         self._adopt(Simulation(prepared, endless=True))
 
     @property
@@ -460,12 +461,16 @@ class Session:
 
     def _recorded(self, *, flush: bool = False) -> None:
         """Record what is new; all of it and no more once the motion has ended."""
-        if self._record is None:
+        record = self._record  # before the state: a reset changes that first
+        if record is None:
             return
         if self.state in {"finished", "stopped"}:
-            self._record.end()
+            record.end()
         else:
-            self._record.advanced(flush=flush)
+            record.advanced(flush=flush)
+        if (told := (record.run, record.problem)) != self._recording_told:
+            self._recording_told = told
+            self._untold = True
 
     def _note(self, event: Event) -> None:
         if self._record is not None:

@@ -9,16 +9,8 @@ from fastapi import APIRouter, Query, Request, Response
 from pydantic import BaseModel, Field
 
 from motionlab.errors import ConfigError, FieldError
-from motionlab.runs.exports import (
-    FORMATS,
-    Selection,
-    Source,
-    check_selection,
-    export,
-    memory_of,
-    size_of,
-)
 from motionlab.runs.library import library
+from motionlab.runs.selection import FORMATS, Selection
 from motionlab.service.file_download import WRITE_SECONDS, file_download
 from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute
@@ -103,6 +95,8 @@ async def get_run_telemetry(
 
 
 def _plan(_: Call, run_id: str, selection: Selection, format: str) -> tuple[Selection, int]:
+    from motionlab.runs.exports import Source, check_selection, size_of
+
     run = library().complete(run_id)
     with library().files.open(run_id) as file:
         checked = check_selection(Source.of(file, run), selection)
@@ -110,6 +104,8 @@ def _plan(_: Call, run_id: str, selection: Selection, format: str) -> tuple[Sele
 
 
 def _write(call: Call, run_id: str, selection: Selection, path: str, format: str) -> None:
+    from motionlab.runs.exports import Source, export, memory_of
+
     if format == "mat":  # written as a whole, the others by row groups
         call.hold(2 * memory_of(selection))
     run = library().complete(run_id)

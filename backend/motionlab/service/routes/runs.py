@@ -9,10 +9,9 @@ from fastapi import Path as PathParameter
 from pydantic import BaseModel, ConfigDict, Field
 
 from motionlab.errors import ConfigError, FieldError
-from motionlab.runs.index import LIMIT_MAX
 from motionlab.runs.library import FREE_LEAST, UNDO_SECONDS, library, quota
-from motionlab.runs.run import ID, NAME_MAX, NOTE_MAX, TAG, TAGS_MAX, Page, Run, RunDetail
-from motionlab.runs.search import SEARCH_MAX, parse
+from motionlab.runs.run import ID, NAME_MAX, NOTE_MAX, TAG, TAGS_MAX, TEXT, Page, Run, RunDetail
+from motionlab.runs.search import LIMIT_MAX, SEARCH_MAX, parse
 from motionlab.runs.telemetry import check_columns, window
 from motionlab.service.http.binary_answer import MEDIA_TYPE, packed
 from motionlab.service.http.openapi_input import examples
@@ -48,8 +47,8 @@ class RunChange(BaseModel):
 
     model_config = ConfigDict(extra="forbid") | examples({"tags": ["rig"], "pinned": True})
 
-    name: str | None = Field(default=None, min_length=1, max_length=NAME_MAX)
-    note: str | None = Field(default=None, max_length=NOTE_MAX)
+    name: str | None = Field(default=None, min_length=1, max_length=NAME_MAX, pattern=TEXT)
+    note: str | None = Field(default=None, max_length=NOTE_MAX, pattern=TEXT)
     tags: list[Annotated[str, Field(pattern=TAG)]] | None = Field(default=None, max_length=TAGS_MAX)
     pinned: bool | None = Field(default=None, strict=True)
 

@@ -1,0 +1,30 @@
+"""Which part of a run is exported, and in which form."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+FORMATS = {
+    "csv": "text/csv",
+    "parquet": "application/vnd.apache.parquet",
+    "mat": "application/x-matlab-data",
+    "mcap": "application/octet-stream",
+}
+"""Media types by format, which is also the ending of a file's name."""
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Which part of a run is exported.
+
+    Attributes
+    ----------
+    columns : tuple of str
+        Names of channels, in the order of the file; all of them when empty.
+    start, stop : int
+        Samples [start, stop), counted from the first; `stop` None for all to the end.
+    """
+
+    columns: tuple[str, ...] = ()
+    start: int = 0
+    stop: int | None = None

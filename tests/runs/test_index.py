@@ -1,0 +1,331 @@
+"""The index of runs, on SQLite and PostgreSQL alike."""
+
+from __future__ import annotations
+
+import base64
+import json
+import random
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import sqlalchemy as sa
+
+from motionlab.errors import ConfigError, StoreError
+from motionlab.runs.index import VERSION, Index, index_url
+from motionlab.runs.run import RunDetail
+from motionlab.runs.search import LIMIT_MAX, SORTS, parse
+from tests.runs.sample_runs import sample
+
+MAX = "max_abs_following_error"
+
+
+def found(index: Index, text: str = "", sort: str = "-created") -> list[str]:
+    """Return the names of all runs that a search finds, page by page of three."""
+    return [name for page in pages(index, text, sort) for name in page]
+
+
+def pages(index: Index, text: str, sort: str) -> Iterator[list[str]]:
+    cursor = None
+    while True:
+        page = index.page(parse(text), sort=sort, limit=3, cursor=cursor)
+        yield [run.name for run in page.runs]
+        cursor = page.cursor
+        if cursor is None:
+            return
+
+
+def test_a_run_comes_back_as_it_was_put(index: Index) -> None:
+    run = sample(metrics={f"A.x.{MAX}": 2.5e-6}, tags=["rig"], note="a\nnote", result={"x": [1]})
+    index.put(run)
+    assert index.get(run.id) == run
+    index.put(changed := run.model_copy(update={"tags": ["b"], "ticks": 7, "metrics": {}}))
+    assert index.get(run.id) == changed
+    assert index.page(parse("tag:rig")).total == 0
+    index.drop(run.id)
+    assert index.get(run.id) is None
+    assert index.page(parse("")).runs == []
+
+
+def test_searches_find_what_they_ask_for(index: Index) -> None:
+    runs = [
+        sample(name="first", created=1000.0, tags=["rig", "cold"], metrics={f"B.x.{MAX}": 2e-6}),
+        sample(name="second", created=2000.0, tags=["rig"], metrics={f"B.x.{MAX}": 4e-6}),
+        sample(name="third 100%", created=3000.0, kind="live", state="partial", pinned=True),
+        sample(name="fourth_x", created=4000.0, scenario="rhombus", note="Motor No. 7 \\ old"),
+    ]
+    for run in runs:
+        index.put(run)
+    for text, names in {
+        "": ["fourth_x", "third 100%", "second", "first"],
+        "tag:rig": ["second", "first"],
+        "tag:rig tag:cold": ["first"],
+        "kind:live": ["third 100%"],
+        "kind:live kind:simulation": ["fourth_x", "third 100%", "second", "first"],
+        "state:partial": ["third 100%"],
+        "is:pinned": ["third 100%"],
+        "scenario:rhombus scenario:none": ["fourth_x"],
+        "B.x.max<3um": ["first"],
+        "B.x.max<=4e-6 B.x.max>=2um": ["second", "first"],
+        "B.x.max>4um": [],
+        "B.y.max>0": [],
+        '"no. 7"': ["fourth_x"],
+        "MOTOR": ["fourth_x"],
+        "100%": ["third 100%"],
+        "%": ["third 100%"],
+        "d_x": [],
+        "h_x": ["fourth_x"],
+        "'\\ old'": ["fourth_x"],
+        "plant.x.mass rhombus": ["fourth_x"],
+        "after:1970-01-01T00:50:00 ": ["fourth_x", "third 100%"],
+        "before:1970-01-01T00:50:00+00:00": ["second", "first"],
+        runs[1].id: ["second"],
+        "is:deleted": [],
+    }.items():
+        assert found(index, text) == names, text
+        assert index.page(parse(text)).total == len(names), text
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [
+        ("kind:dream", "kind:dream"),
+        ("is:open", "is:open"),
+        ("after:yesteryear", "after:yesteryear"),
+        ("B.x.max<3 um", "um"),
+        ("B.x.max<3miles", "B.x.max<3miles"),
+        ("B.x.nothing<3", "B.x.nothing"),
+        ("max<3", "max<3"),
+        ("B.x.max<1e999", "B.x.max<1e999"),
+        ('"open', "open"),
+        ("a\0b", "a"),
+        ("x" * 1001, "1001"),
+    ],
+)
+def test_a_search_that_is_none_is_refused(text: str, named: str) -> None:
+    if text == "B.x.max<3 um":
+        assert parse(text).words == ("um",)  # a blank parts two terms
+        return
+    with pytest.raises(ConfigError) as refused:
+        parse(text)
+    assert named in str(refused.value)
+
+
+@pytest.mark.parametrize("sort", [*SORTS, "B.x.max"])
+@pytest.mark.parametrize("sign", ["", "-"])
+def test_pages_lose_and_repeat_nothing(index: Index, sort: str, sign: str) -> None:
+    chance = random.Random(7)
+    runs = [
+        sample(
+            name=f"run {chance.randrange(3)}",  # many ties
+            created=float(chance.randrange(3)),
+            duration=float(chance.randrange(3)),
+            size=chance.randrange(3),
+            metrics={f"B.x.{MAX}": chance.randrange(3) * 1e-6} if chance.random() < 0.7 else {},
+        )
+        for _ in range(23)
+    ]
+    for run in runs:
+        index.put(run)
+
+    def key(run: RunDetail) -> float | str:
+        if sort in SORTS:
+            return getattr(run, sort)
+        return run.metrics.get(f"B.x.{MAX}", -1.0 if sign else 1.0)
+
+    seen: list[str] = []
+    cursor = None
+    while True:
+        page = index.page(parse(""), sort=sign + sort, limit=4, cursor=cursor)
+        assert page.total == len(runs)
+        seen += [run.id for run in page.runs]
+        if (cursor := page.cursor) is None:
+            break
+    ordered = sorted(runs, key=lambda run: (key(run), run.id), reverse=bool(sign))
+    assert seen == [run.id for run in ordered]
+
+
+def test_a_run_that_comes_between_two_pages_changes_neither(index: Index) -> None:
+    for i in range(6):
+        index.put(sample(name=str(i), created=float(i)))
+    first = index.page(parse(""), limit=3)
+    index.put(sample(name="new", created=99.0))
+    index.drop(first.runs[-1].id)  # the one that the cursor names
+    second = index.page(parse(""), limit=3, cursor=first.cursor)
+    assert [run.name for run in (*first.runs, *second.runs)] == ["5", "4", "3", "2", "1", "0"]
+    assert second.cursor is None
+
+
+def test_cursors_that_are_none_are_refused(index: Index) -> None:
+    for i in range(3):
+        index.put(sample(created=float(i)))
+    good = index.page(parse(""), limit=1).cursor
+    assert good is not None
+    run_id = sample().id
+
+    def made(*parts: object) -> str:
+        return base64.urlsafe_b64encode(json.dumps(parts).encode()).decode()
+
+    wrong = ["", "x", "é", good[:-4], made("created", 1.0), made("created", "a", run_id)]
+    wrong += [made("created", float("nan"), run_id), made("created", 10**400, run_id)]
+    wrong += [made("created", None, run_id), made("created", 1.0, "r-'; DROP TABLE runs")]
+    wrong += [made("name", "a\0", run_id), made("size", 1.0, run_id)]
+    for cursor in wrong:
+        sort = "name" if json_of(cursor)[:1] == ["name"] else "created"
+        with pytest.raises(ConfigError, match="cursor"):
+            index.page(parse(""), sort=sort, cursor=cursor)
+    with pytest.raises(ConfigError, match="sort"):
+        index.page(parse(""), sort="seed")
+
+
+def json_of(cursor: str) -> list[object]:
+    try:
+        return json.loads(base64.urlsafe_b64decode(cursor.encode()))
+    except ValueError:
+        return []
+
+
+def test_changes(index: Index) -> None:
+    run = sample(tags=["old"], note="before")
+    index.put(run)
+    index.put(other := sample(tags=["old"]))
+    changes = {"name": "better", "note": "Stiff", "tags": ["new"], "pinned": True}
+    expected = run.model_copy(update=changes)
+    assert index.change(run.id, changes | {"seed": 7}) == expected
+    assert index.get(run.id) == expected
+    assert index.get(other.id) == other
+    assert found(index, "tag:new stiff is:pinned") == ["better"]
+    assert found(index, "before") == []
+    assert index.change(run.id, {"note": ""}) == expected.model_copy(update={"note": ""})
+    assert index.change(sample().id, changes) is None
+
+
+def test_deletion_hides_and_can_be_undone_until_it_is_carried_out(index: Index) -> None:
+    run = sample(name="gone")
+    index.put(run)
+    index.change(run.id, {"deleted": 500.0})
+    assert found(index) == []
+    assert found(index, "is:deleted") == ["gone"]
+    assert index.deleted_before(500.0) == []
+    assert index.deleted_before(501.0) == [run.id]
+    index.change(run.id, {"deleted": None})
+    assert found(index) == ["gone"]
+    assert not index.condemn(run.id, 1000.0)  # restored in time
+    index.change(run.id, {"deleted": 500.0})
+    assert index.condemn(run.id, 1000.0)
+    assert index.deleted_before(1.0) == [run.id]
+    index.change(run.id, {"pinned": True})
+    assert not index.condemn(run.id)
+
+
+def test_totals(index: Index) -> None:
+    assert index.totals()["runs"] == index.totals()["size"] == 0
+    index.put(sample(size=10, tags=["a", "b"], pinned=True))
+    index.put(sample(size=20, tags=["a"], scenario="rhombus", kind="live"))
+    index.put(sample(size=40, tags=["a"], deleted=1.0))
+    assert index.totals() == {
+        "runs": 2,
+        "size": 30,
+        "pinned_size": 10,
+        "tags": {"a": 2, "b": 1},
+        "scenarios": {"circle": 1, "rhombus": 1},
+        "kinds": {"live": 1, "simulation": 1},
+        "states": {"complete": 2},
+    }
+    assert index.sizes() == (70, 10)
+
+
+def test_what_is_evicted_first(index: Index) -> None:
+    runs = {
+        "new": sample(created=3.0),
+        "old": sample(created=1.0),
+        "deleted": sample(created=4.0, deleted=5.0),
+        "pinned": sample(created=0.0, pinned=True),
+        "recording": sample(created=0.0, state="recording"),
+    }
+    for run in runs.values():
+        index.put(run)
+    order = [run_id for run_id, _ in index.unpinned()]
+    assert order == [runs[name].id for name in ("deleted", "old", "new")]
+
+
+def test_no_page_is_longer_than_allowed_when_everything_matches(index: Index) -> None:
+    for i in range(5):
+        index.put(sample(name=str(i)))
+    assert len(index.page(parse(""), limit=LIMIT_MAX).runs) == 5
+
+
+# -- migrations -----------------------------------------------------------------------------------
+
+OPEN = "import sys; from motionlab.runs.index import Index; Index(sys.argv[1]).totals()"
+
+
+def test_two_processes_make_the_tables_at_once(url: str) -> None:
+    processes = [
+        subprocess.Popen([sys.executable, "-c", OPEN, url], stderr=subprocess.PIPE, text=True)
+        for _ in range(3)
+    ]
+    for process in processes:
+        _, said = process.communicate()
+        assert process.returncode == 0, said
+    index = Index(url)
+    index.put(run := sample())
+    assert index.get(run.id) == run
+    index.close()
+
+
+def test_the_tables_are_those_of_the_migrations(url: str) -> None:
+    from alembic.autogenerate import compare_metadata
+    from alembic.migration import MigrationContext
+
+    from motionlab.runs.tables import METADATA
+
+    Index(url).close()
+    engine = sa.create_engine(url)
+    with engine.connect() as connection:
+        context = MigrationContext.configure(connection)
+        assert compare_metadata(context, METADATA) == []
+        assert context.get_current_revision() == VERSION
+    engine.dispose()
+
+
+def test_a_newer_index_is_refused_and_untouched(url: str) -> None:
+    Index(url).close()
+    engine = sa.create_engine(url)
+    with engine.begin() as connection:
+        connection.execute(sa.text("UPDATE alembic_version SET version_num = '9999'"))
+    with pytest.raises(StoreError, match=f"of version 9999, this motionlab knows {VERSION}"):
+        Index(url)
+    with engine.connect() as connection:
+        rows = connection.execute(sa.text("SELECT version_num FROM alembic_version")).all()
+    assert [row[0] for row in rows] == ["9999"]
+    engine.dispose()
+
+
+# -- addresses ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "url",
+    [
+        "mysql://me:secret@host/db",
+        "postgresql://me:secret@host:port/db",
+        "postgresql://me:secret@127.0.0.1:1/none",
+        "sqlite:////nowhere/at/all.sqlite",
+    ],
+)
+def test_no_error_tells_a_password(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, url: str
+) -> None:
+    monkeypatch.setenv("MOTIONLAB_DATABASE_URL", url)
+    with pytest.raises((ConfigError, StoreError)) as refused:
+        Index(index_url(tmp_path))
+    assert "secret" not in str(refused.value)
+
+
+def test_a_file_that_is_no_database_is_refused_in_words(tmp_path: Path) -> None:
+    (tmp_path / "runs.sqlite").write_bytes(b"not a database" * 100)
+    with pytest.raises(StoreError, match="not a database"):
+        Index(index_url(tmp_path))
