@@ -140,7 +140,9 @@ export class Editor {
       const { trajectory, stretch } = await app.api.slow(this.request(this.table));
       if (stretch > 1) {
         this.set(trajectory);
-        messages.info(`Slowed down: every move takes ${stretch.toFixed(3)} times as long.`);
+        messages.info(
+          `Slowed down: every move takes ${stretch.toFixed(3)} times as long, which leaves no reserve.`,
+        );
       }
     });
   }

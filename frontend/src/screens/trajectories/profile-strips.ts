@@ -134,7 +134,14 @@ export class ProfileStrips {
     for (const { values } of bounds) hold(least(values.minimum), most(values.maximum));
     const range = calmRange(this.ranges.get(strip.title) ?? null, low, high);
     this.ranges.set(strip.title, range);
-    const y = new AxisScale({ label: '', unit: strip.unit }, range.from, range.to, pixels);
+    // Accelerations in one unit, as in the panel of limits.
+    const scale = strip.unit === 'm/s^2' ? { scale: { factor: 1, unit: 'm/s²' } } : {};
+    const y = new AxisScale(
+      { label: '', unit: strip.unit, ...scale },
+      range.from,
+      range.to,
+      pixels,
+    );
 
     canvas.c.fillStyle = canvas.hatch('bad');
     for (const [from, to] of stretches(found, strip.quantities)) {

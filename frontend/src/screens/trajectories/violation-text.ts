@@ -1,6 +1,6 @@
 /** What is infeasible, in words: what, where, how much, and what helps. */
 
-import { digits, quantity } from '../../ui/units';
+import { digits, inScale, quantity } from '../../ui/units';
 import type { Limited, Violation } from './feasibility';
 
 const NAMES: Record<Limited, string> = {
@@ -39,8 +39,11 @@ function digits3(seconds: number): string {
   return seconds === 0 ? '0' : digits(seconds, seconds < 10 ? 3 : 4);
 }
 
-/** Formats an SI value with its unit as one text. */
+/** Formats an SI value with its unit as one text; accelerations in m/s², as on the whole screen. */
 export function withUnit(value: number | null | undefined, unit: string): string {
+  if (unit === 'm/s^2' && typeof value === 'number') {
+    return `${inScale(value, { factor: 1, unit: 'm/s²' })} m/s²`;
+  }
   const { number, unit: shown } = quantity(value, unit);
   return shown === '' ? number : `${number} ${shown}`;
 }
