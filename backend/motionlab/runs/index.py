@@ -23,13 +23,14 @@ from motionlab.runs.run import CHANGEABLE, Page, Run, RunDetail, is_id
 from motionlab.runs.search import HEADLINE, LIMIT_MAX, SORTS, Search, metric_name
 from motionlab.runs.tables import DOCUMENTS, METRICS, RUNS, TAGS
 
-VERSION = "0002"
+VERSION = "0003"
 """Version of the tables; migrations/versions has the way there."""
 
 _BUSY_SECONDS = 10.0  # for another process's write to SQLite
 _NARROW = {column.name for column in RUNS.columns} - {"words"}
 _ENTRY = set(Run.model_fields) - _NARROW
 _RECORD = set(RunDetail.model_fields) - set(Run.model_fields)
+_LAST = 1e300  # key of runs without the metric that is sorted by
 _SIGNS = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
 
 
@@ -138,14 +139,13 @@ class Index:
         """
         conditions = [*_conditions(search)]
         order = _Order.of(sort)
-        source = order.source()
-        query = sa.select(RUNS.c.id, order.key.label("key")).select_from(source).where(*conditions)
-        if cursor is not None:
-            query = query.where(order.beyond(cursor))
-        query = query.order_by(*order.by()).limit(limit + 1)
+        queries = order.queries(None if cursor is None else order.place(cursor))
         count = sa.select(sa.func.count()).select_from(RUNS).where(*conditions)
         with _failures(), self._engine.connect() as connection:
-            found = connection.execute(query).all()
+            found: list[Any] = []
+            for query in queries:
+                if (wanted := limit + 1 - len(found)) > 0:
+                    found += connection.execute(query.where(*conditions).limit(wanted)).all()
             total = connection.execute(count).scalar_one()
             rows = connection.execute(
                 sa.select(RUNS, DOCUMENTS.c.entry)
@@ -312,29 +312,39 @@ class _Order:
         self.name = name
         self.descending = descending
         self.metric = None if name in SORTS else metric_name(name, "sort")
-        column = METRICS.c.value if self.metric else RUNS.c[name]
-        # A run without the metric comes last, whichever way.
-        last = -1e300 if descending else 1e300
-        self.key: Any = sa.func.coalesce(column, last) if self.metric else column
 
     @classmethod
     def of(cls, sort: str) -> _Order:
         return cls(sort.removeprefix("-"), descending=sort.startswith("-"))
 
-    def source(self) -> Any:
+    def queries(self, after: tuple[Any, str] | None) -> Iterator[sa.Select[Any]]:
+        """Yield queries that find identifiers and keys one after the other, each by an index."""
         if self.metric is None:
-            return RUNS
-        on = sa.and_(METRICS.c.run == RUNS.c.id, METRICS.c.metric == self.metric)
-        return RUNS.outerjoin(METRICS, on)
+            yield self._query(RUNS.c[self.name], RUNS, after)
+            return
+        # A run without the metric comes last, whichever way.
+        last = sa.literal(-_LAST if self.descending else _LAST)
+        if after is None or abs(after[0]) < _LAST:
+            of_it = sa.and_(METRICS.c.run == RUNS.c.id, METRICS.c.metric == self.metric)
+            yield self._query(METRICS.c.value, METRICS.join(RUNS, of_it), after)
+            after = None
+        having = sa.select(METRICS.c.run).where(METRICS.c.metric == self.metric)
+        yield self._query(last, RUNS, after).where(RUNS.c.id.not_in(having))
 
-    def by(self) -> Sequence[Any]:
-        columns = (self.key, RUNS.c.id)
-        return [c.desc() if self.descending else c.asc() for c in columns]
+    def _query(self, key: Any, source: Any, after: tuple[Any, str] | None) -> sa.Select[Any]:
+        run = RUNS.c.id if source is RUNS else METRICS.c.run
+        query = sa.select(RUNS.c.id, key.label("key")).select_from(source)
+        columns = (run,) if isinstance(key, sa.BindParameter) else (key, run)
+        if after is not None:
+            here, there = sa.tuple_(*columns), sa.tuple_(*after[-len(columns) :])
+            query = query.where(here < there if self.descending else here > there)
+        return query.order_by(*(c.desc() if self.descending else c.asc() for c in columns))
 
     def cursor(self, row: Any) -> str:
         return base64.urlsafe_b64encode(json.dumps([self.name, row.key, row.id]).encode()).decode()
 
-    def beyond(self, cursor: str) -> Any:
+    def place(self, cursor: str) -> tuple[Any, str]:
+        """Return key and identifier of the last run of the page before."""
         try:
             name, key, run_id = json.loads(base64.urlsafe_b64decode(cursor.encode()))
             if name != self.name or not is_id(run_id):
@@ -345,9 +355,7 @@ class _Order:
                 raise ValueError(cursor)
         except (ValueError, TypeError, OverflowError, RecursionError):
             raise ConfigError(FieldError("cursor", "is of no list of runs", cursor)) from None
-        here = sa.tuple_(self.key, RUNS.c.id)
-        there = sa.tuple_(sa.literal(key), sa.literal(run_id))
-        return here < there if self.descending else here > there
+        return key, run_id
 
 
 def _conditions(search: Search) -> Iterator[Any]:

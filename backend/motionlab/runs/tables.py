@@ -37,6 +37,9 @@ RUNS = Table(
     Column("size", BigInteger, nullable=False),
     Column("words", Text, nullable=False),  # name, note, tags, labels, differences in lower case
     Index("runs_created", "created", "id"),
+    Index("runs_name", "name", "id"),
+    Index("runs_duration", "duration", "id"),
+    Index("runs_size", "size", "id"),
     Index("runs_deleted", "deleted"),
 )
 
