@@ -24,6 +24,7 @@ from tests.bench.maps import maps
 from tests.bench.page import page
 from tests.bench.plates import plates
 from tests.bench.plots import plots
+from tests.bench.runs_compare import runs_compare
 from tests.bench.scene import scene
 from tests.bench.speed import speed
 from tests.bench.start import start
@@ -43,6 +44,7 @@ _KERNEL: dict[str, Callable[[str], Iterator[Row]]] = {
     "maps": lambda _: maps(),
     "plates": lambda _: plates(),
     "cluster": lambda _: on_cluster(),
+    "runs-compare": lambda _: runs_compare(),
 }
 _LAB: dict[str, Callable[[], Iterator[Row]]] = {
     "start": start,

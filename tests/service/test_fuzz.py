@@ -37,6 +37,7 @@ TAKES_INPUT = [n for n, o in OPERATIONS.items() if o.body or o.query or o.path_p
 CAN_BE_WRONG = [n for n in TAKES_INPUT if n != "parseScenario"]  # which takes any bytes
 READS_JSON = [n for n in TAKES_A_BODY if n != "parseScenario"]
 JSON = {"content-type": "application/json"}
+COMPARES = {"compareRuns", "getComparisonWindow"}
 EXAMPLES = {name: body_examples(DOCUMENT, name) for name in TAKES_A_BODY}
 QUERIES = {
     operation["operationId"]: {
@@ -112,6 +113,8 @@ def near_an_example(draw: st.DrawFn, name: str, known: dict[str, str]) -> Case:
             case.query[parameter] = value
     if name in TAKES_A_BODY:
         example = draw(st.sampled_from(EXAMPLES[name]))
+        if name in COMPARES:
+            example = example | dict.fromkeys("ab", known["run_id"])
         if isinstance(case.body, dict):
             replaced = st.sets(st.sampled_from(sorted(case.body))) if case.body else st.just(set())
             case.body = example | {field: case.body[field] for field in draw(replaced)}

@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +34,7 @@ from motionlab.runs.difference import (
     resampled,
     within,
 )
+from motionlab.telemetry.decimate import min_max
 
 Interpolation = Literal["linear", "hold"]
 Verdict = Literal["within", "out-of-tolerance", "units-differ", "empty", "missing"] | Reason
@@ -211,6 +212,19 @@ class Aligned:
             arc=None if path is None else float(path.arc[instant]),
         )
 
+    def axis(self, instants: NDArray[np.int64]) -> NDArray[np.floating[Any]]:
+        """Return where instants are: baseline's time, arc length over all laps, or sample."""
+        if self.alignment.path is not None:
+            return self.alignment.path.coordinate[instants]
+        positions = self.alignment.baseline
+        if isinstance(positions, slice):
+            places = positions.start + instants.astype(np.float64)
+        else:
+            places = positions[instants]
+        if self.how.align == "index":
+            return places
+        return self.baseline.grid.first + places * self.baseline.grid.period
+
     def curves(self, own: Curve, other: Curve, interpolation: Interpolation) -> tuple[Curve, Curve]:
         """Return the values of a channel of both runs at all instants."""
         hold = interpolation == "hold"
@@ -345,6 +359,49 @@ def compare(
         holds=good == len(channels),
         headline=f"{good} of {len(channels)} channels hold",
     )
+
+
+class Curves(NamedTuple):
+    """One channel of two runs over bins of as many instants each; the last may hold fewer.
+
+    Attributes
+    ----------
+    start : float
+        Where the first instant is: time of the baseline, s; lap times lap length plus arc, m; or
+        sample.
+    bin : int
+        Instants in a bin.
+    axis : ndarray, shape (bins,)
+        Where the first instant of each bin is, less `start`.
+    names : tuple of str
+        baseline, candidate, difference, tolerance, and beyond: 1 where it is, otherwise 0.
+    low, high : ndarray of float32, shape (names, bins)
+        Least and largest value; NaN where one of the bin is missing.
+    """
+
+    start: float
+    bin: int
+    axis: NDArray[np.floating[Any]]
+    names: tuple[str, ...]
+    low: NDArray[np.float32]
+    high: NDArray[np.float32]
+
+
+def curves(aligned: Aligned, name: str, start: int, stop: int, points: int) -> Curves:
+    """Return a channel of two runs at instants [start, stop) in at most `points` bins."""
+    (own,), (other,) = aligned.baseline.read([name]), aligned.candidate.read([name])
+    tolerance, interpolation = aligned.rule(name)
+    baseline, candidate = aligned.curves(own, other, interpolation)
+    beyond = aligned.beyond(baseline, candidate, other, name)
+    part = slice(start, stop)
+    b, c = (curve[part].astype(np.float64) for curve in (baseline, candidate))
+    allowed = np.maximum(tolerance.absolute, tolerance.relative * np.abs(b))
+    samples = np.stack([b, c, c - b, allowed, beyond[part]]).astype(np.float32)
+    low, high = min_max(samples, points)
+    bin_size = max(1, -(-(stop - start) // points))
+    axis = aligned.axis(np.arange(start, stop, bin_size))
+    names = ("baseline", "candidate", "difference", "tolerance", "beyond")
+    return Curves(float(axis[0]), bin_size, axis - axis[0], names, low, high)
 
 
 def _aligned(baseline: Columns, candidate: Columns, how: Comparing) -> Alignment:

@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, TypeAdapter, create_model
 
 from motionlab.results.document import ResultDocument
+from motionlab.runs.replay import Replay
 from motionlab.studies.table import STUDIES
 
 State = Literal["queued", "running", "done", "failed", "cancelled", "interrupted"]
 
 _MODELS: dict[str, tuple[str, type[BaseModel], type[BaseModel] | None]] = {
-    "simulate": ("SimulationJob", ResultDocument, None)
+    "simulate": ("SimulationJob", ResultDocument, None),
+    "replay": ("ReplayJob", Replay, None),
 } | {
     study.kind: (study.report_name, study.document_model, study.partial_model)
     for study in STUDIES

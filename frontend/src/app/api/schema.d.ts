@@ -1099,6 +1099,68 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/runs/compare": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Compare Runs
+         * @description Compare every channel of two runs; what could not be compared does not hold.
+         */
+        post: operations["compareRuns"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/runs/compare/window": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Get Window
+         * @description Return one channel of two runs between two instants, decimated so that no spike is lost.
+         */
+        post: operations["getComparisonWindow"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/runs/{run_id}/replay": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Replay Run
+         * @description Simulate a run again and compare every channel, bit for bit.
+         *
+         *     More than 300 s, or 600 s summed over variants, or ``Prefer: respond-async`` make it a job.
+         */
+        post: operations["replayRun"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/runs/{run_id}/telemetry": {
         parameters: {
             query?: never;
@@ -2014,6 +2076,56 @@ export interface components {
             };
         };
         /**
+         * ChannelComparison
+         * @description One channel of the candidate against that of the baseline.
+         */
+        ChannelComparison: {
+            /** Name */
+            name: string;
+            /**
+             * Unit
+             * @description In the baseline; null where it is missing
+             */
+            unit: string | null;
+            /** Candidate Unit */
+            candidate_unit: string | null;
+            /** Verdict */
+            verdict: ("within" | "out-of-tolerance" | "units-differ" | "empty" | "missing") | ("not-aligned" | "ranges-differ");
+            /**
+             * Interpolation
+             * @enum {string}
+             */
+            interpolation: "linear" | "hold";
+            tolerance: components["schemas"]["Tolerance"];
+            /**
+             * Largest
+             * @description Candidate minus baseline where they are farthest apart; null without a value
+             */
+            largest: number | null;
+            /** @description Where that is first */
+            at: components["schemas"]["Place"] | null;
+            /**
+             * Beyond
+             * @description Share of the instants beyond the tolerance
+             */
+            beyond: number | null;
+            /**
+             * Rms
+             * @description Root mean square of the difference
+             */
+            rms: number | null;
+            /**
+             * Compared
+             * @description Instants at which both have a value
+             */
+            compared: number;
+            /**
+             * Single
+             * @description Instants at which only one has; beyond any value
+             */
+            single: number;
+        };
+        /**
          * CheckRequest
          * @description A trajectory, and the scenario whose motor and controllers are to follow it.
          * @example {
@@ -2189,6 +2301,232 @@ export interface components {
              * @default null
              */
             lead_in: number | null;
+        };
+        /**
+         * CompareRequest
+         * @description Two runs, and how they are compared.
+         * @example {
+         *       "a": "r-gpd6hecc7x3n",
+         *       "b": "r-cb3v3zvyllhu",
+         *       "channels": {
+         *         "*.following_error": {
+         *           "absolute": 0.000001,
+         *           "time": 0.001
+         *         }
+         *       },
+         *       "tolerance": {
+         *         "absolute": 1e-9,
+         *         "relative": 0.001
+         *       }
+         *     }
+         */
+        CompareRequest: {
+            /**
+             * Align
+             * @description reference: by lap and arc length of the position reference
+             * @default time
+             * @enum {string}
+             */
+            align: "time" | "reference" | "index";
+            /**
+             * Offset
+             * @description With align time: how far b is moved, s
+             * @default 0
+             */
+            offset: number;
+            /**
+             * Samples
+             * @description Instants: samples of either run, or only those of both
+             * @default union
+             * @enum {string}
+             */
+            samples: "union" | "intersection";
+            /**
+             * @description Of all channels
+             * @default {
+             *       "absolute": 0,
+             *       "relative": 0,
+             *       "time": 0
+             *     }
+             */
+            tolerance: components["schemas"]["Tolerance"];
+            /**
+             * Channels
+             * @description By name, or by a pattern such as *.following_error; a name counts before patterns, of these the last that fits
+             */
+            channels?: {
+                [key: string]: components["schemas"]["Rule"];
+            };
+            /**
+             * Only
+             * @description Names or patterns of the channels to compare; all when left out
+             */
+            only?: string[];
+            /**
+             * A
+             * @description Identifier of the baseline
+             */
+            a: string;
+            /**
+             * B
+             * @description Identifier of the candidate
+             */
+            b: string;
+        };
+        /**
+         * CompareWindowRequest
+         * @description Two runs, and the channel whose curves are wanted.
+         * @example {
+         *       "a": "r-gpd6hecc7x3n",
+         *       "b": "r-cb3v3zvyllhu",
+         *       "channel": "B.x.following_error",
+         *       "channels": {
+         *         "*.following_error": {
+         *           "absolute": 0.000001,
+         *           "time": 0.001
+         *         }
+         *       },
+         *       "points": 800,
+         *       "tolerance": {
+         *         "absolute": 1e-9,
+         *         "relative": 0.001
+         *       }
+         *     }
+         */
+        CompareWindowRequest: {
+            /**
+             * Align
+             * @description reference: by lap and arc length of the position reference
+             * @default time
+             * @enum {string}
+             */
+            align: "time" | "reference" | "index";
+            /**
+             * Offset
+             * @description With align time: how far b is moved, s
+             * @default 0
+             */
+            offset: number;
+            /**
+             * Samples
+             * @description Instants: samples of either run, or only those of both
+             * @default union
+             * @enum {string}
+             */
+            samples: "union" | "intersection";
+            /**
+             * @description Of all channels
+             * @default {
+             *       "absolute": 0,
+             *       "relative": 0,
+             *       "time": 0
+             *     }
+             */
+            tolerance: components["schemas"]["Tolerance"];
+            /**
+             * Channels
+             * @description By name, or by a pattern such as *.following_error; a name counts before patterns, of these the last that fits
+             */
+            channels?: {
+                [key: string]: components["schemas"]["Rule"];
+            };
+            /**
+             * Only
+             * @description Names or patterns of the channels to compare; all when left out
+             */
+            only?: string[];
+            /**
+             * A
+             * @description Identifier of the baseline
+             */
+            a: string;
+            /**
+             * B
+             * @description Identifier of the candidate
+             */
+            b: string;
+            /**
+             * Channel
+             * @description Name of a channel that both runs have
+             */
+            channel: string;
+            /**
+             * From
+             * @description First instant
+             * @default 0
+             */
+            from: number;
+            /**
+             * To
+             * @description Instant after the last
+             */
+            to?: number | null;
+            /**
+             * Points
+             * @description Bins at most
+             * @default 2000
+             */
+            points: number;
+        };
+        /**
+         * Comparison
+         * @description Two runs compared; what could not be compared does not hold.
+         */
+        Comparison: {
+            /** @description The baseline */
+            a: components["schemas"]["Side"];
+            /** @description The candidate */
+            b: components["schemas"]["Side"];
+            /**
+             * Align
+             * @enum {string}
+             */
+            align: "time" | "reference" | "index";
+            /** Offset */
+            offset: number;
+            /**
+             * Samples
+             * @enum {string}
+             */
+            samples: "union" | "intersection";
+            /**
+             * Instants
+             * @description Instants of the overlap
+             */
+            instants: number;
+            /** @description Where the overlap begins; null where there is none */
+            start: components["schemas"]["Place"] | null;
+            /** @description Its last instant */
+            end: components["schemas"]["Place"] | null;
+            /**
+             * Lap Length
+             * @description Mean length of the baseline's laps, m
+             */
+            lap_length: number | null;
+            /**
+             * Standing
+             * @description Share of the baseline left out because its reference stands still
+             */
+            standing: number;
+            /**
+             * Note
+             * @description Why the runs are not aligned; empty where they are
+             */
+            note: string;
+            /** Channels */
+            channels: components["schemas"]["ChannelComparison"][];
+            /**
+             * Within
+             * @description Channels within tolerance
+             */
+            within: number;
+            /**
+             * Holds
+             * @description Whether all are
+             */
+            holds: boolean;
+            /** Headline */
+            headline: string;
         };
         /**
          * CompensationConfig
@@ -3201,6 +3539,38 @@ export interface components {
             y: (number | null)[];
         };
         /**
+         * FirstDifference
+         * @description The first sample that is not the recorded one.
+         */
+        FirstDifference: {
+            /** Tick */
+            tick: number;
+            /**
+             * Time
+             * @description s
+             */
+            time: number;
+            /** Channel */
+            channel: string;
+            /** Unit */
+            unit: string;
+            /**
+             * Recorded
+             * @description null: the variant had diverged
+             */
+            recorded: number | string | null;
+            /**
+             * Simulated
+             * @description null: diverged, or the motion had ended
+             */
+            simulated: number | string | null;
+            /**
+             * Difference
+             * @description Simulated minus recorded; null without a number
+             */
+            difference: number | null;
+        };
+        /**
          * Fit
          * @description Parameters fitted together, and how well they are determined.
          */
@@ -4178,7 +4548,7 @@ export interface components {
              * @description Its study, or simulate
              * @enum {string}
              */
-            kind: "simulate" | "identify" | "tune" | "landscape" | "monte-carlo" | "sweep" | "frequency-sweep" | "map" | "reproduce";
+            kind: "simulate" | "replay" | "identify" | "tune" | "landscape" | "monte-carlo" | "sweep" | "frequency-sweep" | "map" | "reproduce";
         };
         /**
          * JudgedRow
@@ -5633,6 +6003,32 @@ export interface components {
             spline_error: number;
         };
         /**
+         * Place
+         * @description An instant of the comparison.
+         */
+        Place: {
+            /**
+             * Time
+             * @description In the baseline, s
+             */
+            time: number;
+            /**
+             * Candidate Time
+             * @description In the candidate, by its own clock, s
+             */
+            candidate_time: number;
+            /**
+             * Lap
+             * @description With align reference; counted from 0
+             */
+            lap: number | null;
+            /**
+             * Arc
+             * @description With align reference: since the lap began, m
+             */
+            arc: number | null;
+        };
+        /**
          * PlanDocument
          * @description The plan of an identification.
          */
@@ -6161,6 +6557,113 @@ export interface components {
             find: string[];
         };
         /**
+         * Replay
+         * @description Whether a run is bit-identical to its record simulated again.
+         */
+        Replay: {
+            /** Identical */
+            identical: boolean;
+            /**
+             * Channels
+             * @description Channels that were compared
+             */
+            channels: number;
+            /**
+             * Ticks
+             * @description Recorded ticks that were compared, of each channel
+             */
+            ticks: number;
+            /**
+             * Missing
+             * @description Ticks without a record: gaps, or the end of a simulation
+             */
+            missing: number;
+            /** @description Where the first difference is */
+            first: components["schemas"]["FirstDifference"] | null;
+            /**
+             * Samples
+             * @description Samples that differ
+             */
+            samples: number;
+            /**
+             * Differing
+             * @description Channels of which some do
+             */
+            differing: string[];
+            /**
+             * Reasons
+             * @description What may be why; empty where nothing differs
+             */
+            reasons: string[];
+        };
+        /**
+         * ReplayJob
+         * @description A job of the kind replay.
+         */
+        ReplayJob: {
+            /**
+             * Id
+             * @description Identifier, part of its URL
+             */
+            id: string;
+            /**
+             * State
+             * @description queued, running, done, failed, cancelled, or interrupted by the server's end
+             * @enum {string}
+             */
+            state: "queued" | "running" | "done" | "failed" | "cancelled" | "interrupted";
+            /**
+             * Progress
+             * @description Share of the work that is done, 0 to 1
+             */
+            progress: number;
+            /**
+             * Created
+             * Format: date-time
+             * @description When it was asked for
+             */
+            created: string;
+            /**
+             * Elapsed
+             * @description Time that it has run, s
+             */
+            elapsed: number;
+            /**
+             * Remaining
+             * @description Estimate of the time that it still needs, s
+             */
+            remaining: number | null;
+            /**
+             * Request
+             * @description Body of the request that asked for it
+             */
+            request: {
+                [key: string]: unknown;
+            };
+            /**
+             * Error
+             * @description Why a job failed or was interrupted
+             */
+            error: string | null;
+            /**
+             * Unrecorded
+             * @description Why there is no record of it beyond the server's end
+             */
+            unrecorded?: string | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "replay";
+            /**
+             * Partial
+             * @description Results so far, of a job that is running
+             */
+            partial?: null;
+            /** @description Results of a job that is done */
+            result?: components["schemas"]["Replay"] | null;
+        };
+        /**
          * ReproduceDocument
          * @description Every printed number and ours; the same as ``motionlab reproduce --json`` prints.
          */
@@ -6601,6 +7104,32 @@ export interface components {
                 number,
                 number
             ] | null;
+        };
+        /**
+         * Rule
+         * @description What holds for some channels; what is left out is as for all others.
+         */
+        Rule: {
+            /**
+             * Absolute
+             * @description In the unit of the channel
+             */
+            absolute?: number | null;
+            /**
+             * Relative
+             * @description Share of the baseline
+             */
+            relative?: number | null;
+            /**
+             * Time
+             * @description Tolerance in time, s
+             */
+            time?: number | null;
+            /**
+             * Interpolation
+             * @description Between samples; hold for flags and commands, otherwise linear
+             */
+            interpolation?: ("linear" | "hold") | null;
         };
         /**
          * Run
@@ -7359,6 +7888,32 @@ export interface components {
              * @default 360
              */
             points: number;
+        };
+        /**
+         * Side
+         * @description One of the two runs.
+         */
+        Side: {
+            /**
+             * Name
+             * @description Identifier or file
+             */
+            name: string;
+            /**
+             * Start
+             * @description Time of its first sample, s
+             */
+            start: number;
+            /**
+             * Period
+             * @description Time between two samples, s
+             */
+            period: number;
+            /**
+             * Ticks
+             * @description Samples, missing ones included
+             */
+            ticks: number;
         };
         /**
          * SimulateRequest
@@ -8230,6 +8785,30 @@ export interface components {
              * @description First tick at which it holds
              */
             tick: number;
+        };
+        /**
+         * Tolerance
+         * @description How far a channel may be from the baseline: max(absolute, relative * abs(baseline)).
+         */
+        Tolerance: {
+            /**
+             * Absolute
+             * @description In the unit of the channel
+             * @default 0
+             */
+            absolute: number;
+            /**
+             * Relative
+             * @description Share of the baseline's value
+             * @default 0
+             */
+            relative: number;
+            /**
+             * Time
+             * @description How much earlier or later it may be there, s
+             * @default 0
+             */
+            time: number;
         };
         /**
          * TrajectoryEntry
@@ -9809,7 +10388,7 @@ export interface operations {
         parameters: {
             query?: {
                 /** @description Only jobs of this kind */
-                kind?: ("simulate" | "identify" | "tune" | "landscape" | "monte-carlo" | "sweep" | "frequency-sweep" | "map" | "reproduce") | null;
+                kind?: ("simulate" | "replay" | "identify" | "tune" | "landscape" | "monte-carlo" | "sweep" | "frequency-sweep" | "map" | "reproduce") | null;
             };
             header?: never;
             path?: never;
@@ -9900,7 +10479,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["MonteCarloJob"] | components["schemas"]["SweepJob"] | components["schemas"]["FrequencySweepJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"];
+                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["ReplayJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["MonteCarloJob"] | components["schemas"]["SweepJob"] | components["schemas"]["FrequencySweepJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"];
                 };
             };
             /** @description Bad Request */
@@ -9986,7 +10565,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["MonteCarloJob"] | components["schemas"]["SweepJob"] | components["schemas"]["FrequencySweepJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"];
+                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["ReplayJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["MonteCarloJob"] | components["schemas"]["SweepJob"] | components["schemas"]["FrequencySweepJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"];
                 };
             };
             /** @description Bad Request */
@@ -15148,6 +15727,342 @@ export interface operations {
             };
             /** @description Forbidden */
             403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    compareRuns: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["CompareRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Comparison"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getComparisonWindow: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["CompareWindowRequest"];
+            };
+        };
+        responses: {
+            /** @description Both curves, difference and tolerance; docs/runs-compare.md */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/octet-stream": string;
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    replayRun: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description respond-async makes it a job */
+                prefer?: string;
+            };
+            path: {
+                /** @description Identifier of a run */
+                run_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Replay"];
+                };
+            };
+            /** @description Accepted as a job, at its Location */
+            202: {
+                headers: {
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ReplayJob"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
                 headers: {
                     [name: string]: unknown;
                 };
