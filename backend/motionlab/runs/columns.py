@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pyarrow as pa
 from numpy.typing import NDArray
-from pyarrow import parquet
 
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, FieldError, StoreError
@@ -17,6 +16,9 @@ from motionlab.runs.files import read_ticks
 from motionlab.runs.library import library
 from motionlab.runs.run import is_id
 from motionlab.telemetry.recorder import SUFFIXES, Column, read
+
+if TYPE_CHECKING:
+    from pyarrow import parquet
 
 _FLOAT = np.dtype(np.float32).itemsize
 
@@ -45,6 +47,8 @@ class Columns:
     """
 
     def __init__(self, name: str, open_file: Callable[[], parquet.ParquetFile]) -> None:
+        import pyarrow as pa
+
         self.name = name
         self._open = open_file
         self._places: NDArray[np.int64] | None = None
@@ -154,6 +158,9 @@ def of_file_or_run(name: str) -> Columns:
         raise ConfigError(FieldError("run", "is no identifier and no telemetry", name, allowed))
     if name.endswith(".csv"):
         return _Table(name)
+
+    import pyarrow as pa
+    from pyarrow import parquet
 
     def opened() -> parquet.ParquetFile:
         try:

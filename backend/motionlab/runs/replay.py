@@ -5,11 +5,10 @@ from __future__ import annotations
 import itertools
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pyarrow import parquet
 from pydantic import BaseModel, Field
 
 from motionlab import __version__
@@ -28,6 +27,9 @@ from motionlab.simulation.record import record
 from motionlab.simulation.simulation import ReadyEpoch, Simulation, ready, sample_page
 from motionlab.telemetry.channels import stream_columns
 from motionlab.telemetry.recorder import ROWS
+
+if TYPE_CHECKING:
+    from pyarrow import parquet
 
 _COPIES = 4  # of a row group: as Arrow has it, recorded, simulated, and what differs
 
