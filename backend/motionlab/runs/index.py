@@ -317,7 +317,7 @@ class _Order:
     def of(cls, sort: str) -> _Order:
         return cls(sort.removeprefix("-"), descending=sort.startswith("-"))
 
-    def queries(self, after: tuple[Any, str] | None) -> Iterator[sa.Select[Any]]:
+    def queries(self, after: tuple[Any, str] | None) -> Iterator[Any]:
         """Yield queries that find identifiers and keys one after the other, each by an index."""
         if self.metric is None:
             yield self._query(RUNS.c[self.name], RUNS, after)
@@ -331,7 +331,7 @@ class _Order:
         having = sa.select(METRICS.c.run).where(METRICS.c.metric == self.metric)
         yield self._query(last, RUNS, after).where(RUNS.c.id.not_in(having))
 
-    def _query(self, key: Any, source: Any, after: tuple[Any, str] | None) -> sa.Select[Any]:
+    def _query(self, key: Any, source: Any, after: tuple[Any, str] | None) -> Any:
         run = RUNS.c.id if source is RUNS else METRICS.c.run
         query = sa.select(RUNS.c.id, key.label("key")).select_from(source)
         columns = (run,) if isinstance(key, sa.BindParameter) else (key, run)
