@@ -27,7 +27,7 @@ from motionlab.store.files import replace
 from motionlab.telemetry.channels import Channel
 from motionlab.telemetry.recorder import ROWS, parquet_writer, telemetry_schema
 
-_IDLE_SECONDS = 600.0  # after which nobody writes what is still there
+_IDLE_SECONDS = 600.0  # after which what is still there is a leftover
 _RUN, _SAMPLES, _EVENTS, _ENDED = "run.json", "samples.arrows", "events.jsonl", "ended"
 
 
@@ -60,7 +60,7 @@ class Spool:
     ) -> None:
 
         self.folder = root / run.id
-        part = root / f".{run.id}.new"  # nobody takes it for abandoned before it is locked
+        part = root / f".{run.id}.new"  # not taken for abandoned before it is locked
         schema = telemetry_schema(channels, metadata)
         self._schema = pa.schema(
             [field for field in schema if field.name != "time"], schema.metadata
