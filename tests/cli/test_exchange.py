@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 import scipy.io
@@ -91,3 +93,78 @@ def test_a_full_disk_leaves_nothing_half_written(
     assert "No space left on device" in capsys.readouterr().err
     assert (here / "out.csv").read_text() == "before"
     assert sorted(path.name for path in here.iterdir()) == ["out.csv", "run.parquet"]
+
+
+# -- import ---------------------------------------------------------------------------------------
+
+GERMAN = "Zeit;Sollposition X [µm];Istposition X;Temp\n" + "".join(
+    f"0,00{i};{i},5;{i},25;20\n" for i in range(10)
+)
+
+
+def imported(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, Any]:
+    capsys.readouterr()
+    assert main(["import", "rig.csv", "--json", *arguments]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def test_a_measurement_becomes_a_run(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("rig.csv").write_text(GERMAN, encoding="utf-8")
+    preview = imported(capsys, "--preview")
+    assert preview["run"] is None
+    assert library().index.page(Search()).total == 0
+    document = imported(capsys, "--map", "Temp=-", "--name", "rig 7")
+    assert document["rate"] == 1000
+    run = library().get(document["run"])
+    assert (run.name, run.kind) == ("rig 7", "measurement")
+    assert run.metrics["M.x.max_abs_following_error"] == pytest.approx(0.25e-6)
+    assert main(["export", run.id, "back.csv"]) == 0
+    back = recorder.read("back.csv")
+    assert list(back) == [
+        "tick",
+        "time",
+        "x.position_reference",
+        "M.x.position_measured",
+        "M.x.following_error",
+    ]
+    assert back["M.x.position_measured"].values == pytest.approx(
+        [(i + 0.25) * 1e-6 for i in range(10)]
+    )
+
+
+def test_what_was_guessed_is_printed(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("rig.csv").write_text(GERMAN.replace("0,003", "0,013"), encoding="utf-8")
+    lines = [line for line in GERMAN.splitlines() if not line.startswith("0,003")]
+    Path("rig.csv").write_text("\n".join(lines), encoding="utf-8")
+    assert main(["import", "rig.csv"]) == 0
+    printed = capsys.readouterr().out
+    assert "csv, semicolon, decimal comma: 9 rows" in printed
+    assert "1000 Hz from Zeit" in printed
+    assert "gap of 1 samples from 0.002 s to 0.004 s" in printed
+    assert "M.x.following_error: computed" in printed
+    assert "kept as r-" in printed
+
+
+@pytest.mark.parametrize(
+    ("text", "arguments", "why"),
+    [
+        (GERMAN.replace("0,003;3,5", "0,003;oops"), [], "line 5, column 'Sollposition X [µm]'"),
+        ("x [mm]\n1\n2\n", [], "there is no column of time"),
+        ("x [mm]\n1\n2\n", ["--rate", "0"], "rate: is out of range"),
+        (GERMAN, ["--map", "Temp=M.x.nothing"], "no channel of that name"),
+        (GERMAN, ["--map", "Druck=-"], "no column of that name"),
+        ("", [], "has no line of numbers"),
+    ],
+)
+def test_an_import_that_is_refused(
+    here: Path, capsys: pytest.CaptureFixture[str], text: str, arguments: list[str], why: str
+) -> None:
+    Path("rig.csv").write_text(text, encoding="utf-8")
+    assert main(["import", "rig.csv", *arguments]) == 2
+    assert why in capsys.readouterr().err
+    assert library().index.page(Search()).total == 0
+
+
+def test_a_file_that_is_none(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["import", "nowhere.csv"]) == 2
+    assert "FILE: is no file" in capsys.readouterr().err

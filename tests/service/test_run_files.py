@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterator
+from typing import Any
 
 import httpx
 import numpy as np
@@ -18,7 +19,7 @@ from motionlab.runs.run import RunDetail
 from motionlab.service.settings import Settings
 from tests.service.conftest import MakeServer
 from tests.service.live import API
-from tests.service.servers import PATIENCE
+from tests.service.servers import PATIENCE, Server
 from tests.simulated import SHORT, play
 
 COLUMNS = "x.position_reference,A.x.following_error"
@@ -103,3 +104,90 @@ def test_more_than_there_is_memory_for(make_server: MakeServer, run: RunDetail) 
     assert error["bounds"] == {"maximum": 1_000_000}
     assert "motionlab export" in error["message"]
     assert httpx.get(address, params={"columns": COLUMNS}, timeout=PATIENCE).status_code == 200
+
+
+# -- import ---------------------------------------------------------------------------------------
+
+CSV = "time [s],x_ref [mm],x_act [mm]\n" + "".join(
+    f"{i / 2000},{i / 10},{i / 10 - 0.001}\n" for i in range(100)
+)
+
+
+def upload(client: httpx.Client, content: str | bytes, **query: Any) -> httpx.Response:
+    headers = {"content-type": "application/octet-stream"}
+    address = f"{API}/runs/import"
+    data = content.encode() if isinstance(content, str) else content
+    return client.post(address, params=query, content=data, headers=headers)
+
+
+def test_a_measurement_is_previewed_corrected_and_kept(client: httpx.Client) -> None:
+    before = client.get(f"{API}/runs").json()["total"]
+    preview = upload(client, CSV, preview=True)
+    assert preview.status_code == 200
+    assert preview.json()["columns"][1]["channel"] == "x.position_reference"
+    assert client.get(f"{API}/runs").json()["total"] == before
+    mapping = ["x_ref=y.position_reference", "x_act=M.y.position_measured[um]"]
+    answer = upload(client, CSV, name="rig 7", map=mapping)
+    assert answer.status_code == 201
+    document = answer.json()
+    assert document["derived"] == ["M.y.following_error"]
+    assert answer.headers["location"] == f"{API}/runs/{document['run']}"
+    run = client.get(answer.headers["location"]).json()
+    assert (run["kind"], run["name"], run["variants"]) == ("measurement", "rig 7", ["M"])
+    assert run["result"]["import"]["columns"] == document["columns"]
+    found = client.get(f"{API}/runs", params={"q": "kind:measurement rig M.y.max>1mm"}).json()
+    assert [entry["id"] for entry in found["runs"]] == [run["id"]]
+    window = {"columns": "M.y.position_measured", "points": 10}
+    assert client.get(f"{answer.headers['location']}/window", params=window).status_code == 200
+    table = client.get(f"{answer.headers['location']}/telemetry")
+    values = pq.read_table(io.BytesIO(table.content))["M.y.position_measured"].to_numpy()
+    np.testing.assert_allclose(values, [(i / 10 - 0.001) * 1e-6 for i in range(100)], rtol=1e-5)
+    client.delete(answer.headers["location"])
+
+
+@pytest.mark.parametrize(
+    ("content", "query", "loc", "why"),
+    [
+        ("nothing at all", {}, "file", "no line of numbers"),
+        (CSV.replace("0.001,", "zero,"), {}, "file", "line 4, column"),
+        (CSV, {"map": "x_ref"}, "map.0", "is no mapping"),
+        (CSV, {"map": "x_ref=A.x.thrust"}, "map.0", "no channel of that name"),
+        (CSV, {"map": "nothing=time"}, "map.0", "no column of that name"),
+        (CSV, {"rate": -1}, "rate", "greater than 0"),
+        (CSV, {"rate": "nan"}, "rate", ""),
+        ("x\n1\n2\n", {}, "file", "no column of time"),
+        (b"PAR1" + bytes(100), {}, "file", "is no Parquet file"),
+    ],
+)
+def test_an_import_that_is_refused(
+    client: httpx.Client, content: str | bytes, query: dict[str, Any], loc: str, why: str
+) -> None:
+    answer = upload(client, content, **query)
+    assert answer.status_code == 422
+    (error,) = answer.json()["errors"]
+    assert error["loc"] == loc
+    assert why in error["message"]
+
+
+def test_uploads_have_a_bound_of_their_own(make_server: MakeServer) -> None:
+    server = make_server(Settings(body_max=1000, upload_max=len(CSV)))
+    with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
+        assert len(CSV) > 1000
+        assert upload(client, CSV, preview=True).status_code == 200
+        assert upload(client, CSV + "\n", preview=True).status_code == 413
+
+        def pieces() -> Iterator[bytes]:
+            yield CSV.encode()
+            yield b"more"
+
+        answer = client.post(f"{API}/runs/import", content=pieces())
+        assert answer.status_code == 413
+
+
+def test_what_uploads_hold_is_given_back(server: Server, client: httpx.Client) -> None:
+    for content in (CSV, "nothing"):
+        upload(client, content, preview=True)
+    memory = server.app.state.memory
+    before = memory._taken
+    upload(client, CSV, preview=True)
+    assert memory._taken == before

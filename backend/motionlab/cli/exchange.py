@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from motionlab.cli.exit_codes import DONE
+from motionlab.cli.exit_codes import BAD_INPUT, DONE
+from motionlab.studies.options import add_json
 
 if TYPE_CHECKING:
     from motionlab.runs.exports import Source
+    from motionlab.runs.import_document import Import
 
 EXPORT_EXAMPLES = """\
 examples:
@@ -20,6 +23,15 @@ examples:
   motionlab export run.parquet last.csv --from 2.5 --to 3
 
 docs/exchange.md describes the formats.
+"""
+
+IMPORT_EXAMPLES = """\
+examples:
+  motionlab import rig.csv --preview
+  motionlab import rig.csv --map 'Pos=M.x.position_measured[um]' --map Temp=- --name 'rig 7'
+  motionlab import currents.mat --rate 10000
+
+docs/exchange.md has the channels and what is guessed.
 """
 
 
@@ -45,6 +57,35 @@ def add(commands: Any) -> None:
     )
     parser.set_defaults(command=_export)
 
+    parser = commands.add_parser(
+        "import",
+        help="keep a measurement of a real machine as a run",
+        description="Keep CSV, Parquet, MAT or MCAP of a real machine as a run. What is not said "
+        "of its columns is guessed from names, units and ranges, and printed.",
+        epilog=IMPORT_EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("file", metavar="FILE", help="the file; its content decides the format")
+    parser.add_argument(
+        "--map",
+        dest="mapping",
+        metavar="COLUMN=CHANNEL[UNIT]",
+        action="append",
+        default=[],
+        help="what a column is (repeatable): a channel, time, - to leave it out, or nothing to "
+        "keep it under its own name",
+    )
+    parser.add_argument(
+        "--rate", metavar="HZ", type=float, help="sample rate of a file without time"
+    )
+    parser.add_argument(
+        "--resample", metavar="HZ", type=float, help="interpolate to this rate (default: do not)"
+    )
+    parser.add_argument("--name", metavar="TEXT", default="", help="what the run is called")
+    parser.add_argument("--preview", action="store_true", help="keep nothing, show how it is read")
+    add_json(parser)
+    parser.set_defaults(command=_import)
+
 
 def _export(options: argparse.Namespace) -> int:
     from motionlab.runs.exports import check_selection, export, within
@@ -59,6 +100,61 @@ def _export(options: argparse.Namespace) -> int:
         with complete_file(options.file) as part:
             export(source, selection, part, Path(options.file).suffix[1:])
     return DONE
+
+
+def _import(options: argparse.Namespace) -> int:
+    from motionlab.errors import ConfigError, FieldError
+    from motionlab.runs.import_document import ImportOptions
+    from motionlab.runs.library import library
+    from motionlab.runs.measurements import import_file
+
+    path = Path(options.file)
+    if not path.is_file():
+        raise ConfigError(FieldError("FILE", "is no file", options.file))
+    said = ImportOptions(options.name, options.rate, options.resample, tuple(options.mapping))
+    kept_in = None if options.preview else library()
+    document, _ = import_file(path, said, library=kept_in, name=path.name)
+    if options.json:
+        print(document.model_dump_json())
+    else:
+        print(_described(document))
+    for problem in document.problems:
+        print(f"motionlab: {options.file}: {problem}", file=sys.stderr)
+    return BAD_INPUT if document.problems and not options.preview else DONE
+
+
+def _described(document: Import) -> str:
+    """Return for people how a file is read."""
+    text = document.text
+    form = f", {text['delimiter']}, decimal {text['decimal']}" if text else ""
+    lines = [f"{document.format}{form}: {document.rows} rows"]
+    if document.rate is not None:
+        lines.append(
+            f"{document.rate:.6g} Hz from {document.rate_from}, {document.duration:.6g} s, "
+            f"jitter {1e6 * (document.jitter or 0.0):.3g} us"
+        )
+    if document.resampled is not None:
+        lines.append(f"resampled from {document.resampled:.6g} Hz")
+    lines += [
+        f"gap of {gap.samples} samples from {gap.start:.6g} s to {gap.end:.6g} s"
+        for gap in document.gaps
+    ]
+    if document.gap_count > len(document.gaps):
+        lines.append(f"{document.gap_count} gaps, {document.missing} samples")
+    rows = [
+        (column.column, column.name or column.channel, column.unit, column.why)
+        for column in document.columns
+    ]
+    widths = [max(len(row[i]) for row in rows) for i in range(3)]
+    lines += [
+        "  " + "  ".join([*(c.ljust(w) for c, w in zip(row, widths, strict=False)), row[3]])
+        for row in rows
+    ]
+    lines += [f"  {name}: computed" for name in document.derived]
+    lines += [f"  {name}: not read, {why}" for name, why in document.ignored.items()]
+    if document.run is not None:
+        lines.append(f"kept as {document.run}")
+    return "\n".join(lines)
 
 
 @contextlib.contextmanager

@@ -99,23 +99,43 @@ def thumbnail(recording: Recording, window: tuple[int, int]) -> dict[str, list[i
         ``x, y, x, y ...`` of 0 to 1000, y upwards; of ``reference`` and each variant.
     """
     start, end = (tick - recording.first_tick for tick in window)
-    picked = np.unique(np.linspace(start, end - 1, min(_POINTS, end - start)).astype(np.int64))
-    reference = recording.references[0][:, picked]
-    extent = np.ptp(recording.references[0][:, start:end], axis=1)
     errors = {
-        name: np.stack([record.channel("following_error", axis)[picked] for axis in AXES])
+        name: np.stack([record.channel("following_error", axis)[start:end] for axis in AXES])
         for name, record in recording.variants.items()
     }
-    largest = max((float(np.nanmax(np.abs(e), initial=0.0)) for e in errors.values()), default=0.0)
+    return picture(recording.references[0][:, start:end], errors)
+
+
+def picture(
+    reference: NDArray[np.floating[Any]], errors: Mapping[str, NDArray[np.floating[Any]]]
+) -> dict[str, list[int]]:
+    """Return a small picture of a path and of errors along it, as `thumbnail` does.
+
+    Parameters
+    ----------
+    reference : ndarray, shape (2, samples)
+        x and y; NaN where there is none.
+    errors : mapping of str to ndarray, shape (2, samples)
+        Following errors by variant.
+    """
+    samples = reference.shape[1]
+    picked = np.unique(np.linspace(0, samples - 1, min(_POINTS, samples)).astype(np.int64))
+    extent = np.array([_extent(row) for row in reference])
+    some = {name: error[:, picked] for name, error in errors.items()}
+    largest = max((float(np.nanmax(np.abs(e), initial=0.0)) for e in some.values()), default=0.0)
     factor = _MAGNIFIED * max(float(extent.max()), _AT_REST) / largest if largest else 0.0
-    curves = {"reference": reference} | {
-        name: reference - factor * error for name, error in errors.items()
-    }
+    path = reference[:, picked]
+    curves = {"reference": path} | {name: path - factor * error for name, error in some.items()}
     if extent.min() < _AT_REST:  # a line: over time
         axis = int(np.argmax(extent))
-        times = (picked - start) * (max(float(extent[axis]), _AT_REST) / max(1, end - 1 - start))
+        times = picked * (max(float(extent[axis]), _AT_REST) / max(1, samples - 1))
         curves = {name: np.stack([times, curve[axis]]) for name, curve in curves.items()}
     return _scaled(curves)
+
+
+def _extent(values: NDArray[np.floating[Any]]) -> float:
+    finite = values[np.isfinite(values)]
+    return float(np.ptp(finite)) if finite.size else 0.0
 
 
 def _scaled(curves: Mapping[str, NDArray[np.floating[Any]]]) -> dict[str, list[int]]:

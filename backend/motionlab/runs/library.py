@@ -8,7 +8,7 @@ import logging
 import os
 import shutil
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -145,17 +145,36 @@ class Library:
             If it cannot be kept; `StoreFull` where there is no room. Nothing is kept then.
         """
         run = _begun("simulation", prepared.scenario, result, name=name)
+        run = run.model_copy(
+            update={
+                "ticks": recording.ticks,
+                "result": result,
+                "thumbnail": thumbnail(recording, prepared.window),
+            }
+        )
+        about = metadata(prepared.scenario)
+        return self.keep_file(run, lambda part: recorder.write(recording, part, metadata=about))
+
+    def keep_file(self, run: RunDetail, write: Callable[[str], None]) -> RunDetail:
+        """Keep a run whose telemetry a function writes.
+
+        Parameters
+        ----------
+        run : RunDetail
+            All but duration, size, metrics and columns.
+        write : callable
+            Writes a Parquet file of the name that it is given.
+
+        Raises
+        ------
+        StoreError
+            If it cannot be kept; `StoreFull` where there is no room. Nothing is kept then.
+        """
         with self._part(run.id) as part:
-            recorder.write(recording, str(part), metadata=metadata(prepared.scenario))
+            write(str(part))
             self.make_room(part.stat().st_size)
             _check_disk(self.spools)
-            return self._add(
-                run,
-                part,
-                ticks=recording.ticks,
-                result=result,
-                picture=thumbnail(recording, prepared.window),
-            )
+            return self._add(run, part, ticks=run.ticks, result=run.result, picture=run.thumbnail)
 
     def finish(self, run_id: str) -> RunDetail | None:
         """Make a run of what a live session recorded.

@@ -19,6 +19,8 @@ class Settings:
         Host names, without port, under which the server may be reached.
     body_max : int
         Largest request body, bytes.
+    upload_max : int
+        Largest file that is imported, bytes.
     direct_max : float
         Simulated time beyond which a simulation becomes a job, s.
     direct_work_max : float
@@ -64,6 +66,7 @@ class Settings:
     token: str | None = None
     hosts: frozenset[str] = field(default=LOOPBACK)
     body_max: int = 1_000_000
+    upload_max: int = 200_000_000
     direct_max: float = 300.0
     direct_work_max: float = 600.0
     work_max: float = 7200.0

@@ -24,6 +24,9 @@ _NEEDS_TOKEN = ("/api/", "/docs", "/openapi.json", "/asyncapi.json", "/metrics",
 _WORKS = ("/api/", "/scene")
 """Paths closed even to reads from pages of other sites: some of them start work."""
 
+UPLOAD_PATH = "/api/v1/runs/import"
+"""Where a body is a file, with a bound of its own."""
+
 _LOG = logging.getLogger(__name__)
 _SAFE = frozenset({"GET", "HEAD", "OPTIONS"})
 _OWN_SITES = {"same-origin", "none"}  # of Sec-Fetch-Site; none: the address was typed
@@ -98,12 +101,15 @@ class Guard:
         if closed and not self._knows_token(headers, (scope.get("client") or ("",))[0]):
             return HTTPStatus.UNAUTHORIZED, "a token is needed: Authorization: Bearer <token>"
         length = headers.get("content-length", "0")
-        if not length.isdecimal() or int(length) > self.settings.body_max:
-            return (
-                HTTPStatus.REQUEST_ENTITY_TOO_LARGE,
-                f"body of {length} bytes; at most {self.settings.body_max}",
-            )
+        most = self._body_max(scope)
+        if not length.isdecimal() or int(length) > most:
+            detail = f"body of {length} bytes; at most {most}"
+            return HTTPStatus.REQUEST_ENTITY_TOO_LARGE, detail
         return None
+
+    def _body_max(self, scope: Scope) -> int:
+        upload = scope["path"] == UPLOAD_PATH
+        return self.settings.upload_max if upload else self.settings.body_max
 
     def _knows_token(self, headers: Headers, address: str) -> bool:
         token = self.settings.token
@@ -128,15 +134,15 @@ class Guard:
 
     async def _serve(self, scope: Scope, receive: Receive, send: Send) -> None:
         received = 0
+        most = self._body_max(scope)
 
         async def bounded() -> Message:
             nonlocal received
             message = await receive()
             received += len(message.get("body", b""))
-            if received > self.settings.body_max:
+            if received > most:
                 raise HTTPException(
-                    HTTPStatus.REQUEST_ENTITY_TOO_LARGE,
-                    f"body of more than {self.settings.body_max} bytes",
+                    HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"body of more than {most} bytes"
                 )
             return message
 

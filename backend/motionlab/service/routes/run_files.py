@@ -1,7 +1,9 @@
-"""Runs as files: exported to the formats of other tools."""
+"""Runs as files: exported to the formats of other tools, and measurements imported from them."""
 
 from __future__ import annotations
 
+import asyncio
+import contextlib
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -9,17 +11,27 @@ from fastapi import APIRouter, Query, Request, Response
 from pydantic import BaseModel, Field
 
 from motionlab.errors import ConfigError, FieldError
+from motionlab.runs.column_guess import parse_mapping
+from motionlab.runs.import_document import RATE_MAX, VALUES_MAX, Import, ImportOptions
 from motionlab.runs.library import library
+from motionlab.runs.run import NAME_MAX
 from motionlab.runs.selection import FORMATS, Selection
 from motionlab.service.file_download import WRITE_SECONDS, file_download
+from motionlab.service.http.download import temporary_folder
+from motionlab.service.http.openapi_input import links
 from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute
+from motionlab.service.memory_budget import MemoryBudget
 from motionlab.service.routes.runs import RunId
 from motionlab.service.settings import Settings
 from motionlab.service.worker_answers import called
 from motionlab.service.workers.worker import Call
 
 router = APIRouter(prefix="/runs", tags=["runs"], route_class=JsonRoute)
+
+_IMPORT_SECONDS = 120.0
+_EXPANSION = 16  # memory for reading a file, in sizes of it
+_EXAMPLE = "time [s],x_ref [mm],x_act [mm]\n0.0000,0.000,0.001\n0.0005,0.010,0.009\n"
 
 
 class ExportQuery(BaseModel):
@@ -37,6 +49,25 @@ class ExportQuery(BaseModel):
     start: int = Field(default=0, alias="from", ge=0, description="First sample", examples=[0])
     stop: int | None = Field(
         default=None, alias="to", ge=1, description="Sample after the last", examples=[2000]
+    )
+
+
+class ImportQuery(BaseModel):
+    """What is said of a file that is imported; the rest is guessed."""
+
+    preview: bool = Field(default=False, description="Keep nothing, show how it would be read")
+    name: str = Field(default="", max_length=NAME_MAX, description="What the run is called")
+    rate: float | None = Field(
+        default=None, gt=0, le=RATE_MAX, description="Sample rate of a file without time, Hz"
+    )
+    resample: float | None = Field(
+        default=None, gt=0, le=RATE_MAX, description="Rate to interpolate to, Hz; or as measured"
+    )
+    map: list[Annotated[str, Field(max_length=300)]] = Field(
+        default=[],
+        max_length=100,
+        description="COLUMN=CHANNEL[UNIT] each: a channel, time, - to leave out, or nothing",
+        examples=[["x_act=M.x.position_measured[mm]"]],
     )
 
 
@@ -92,6 +123,76 @@ async def get_run_telemetry(
         media_type=FORMATS[wanted.format],
         size=size,
     )
+
+
+@router.post(
+    "/import",
+    operation_id="importRun",
+    status_code=201,
+    response_model=Import,
+    responses={
+        200: {"description": "A preview: nothing is kept", "model": Import},
+        201: {
+            "description": "The run that was kept",
+            "headers": {"Location": {"schema": {"type": "string"}}},
+            "links": links("run_id", "getRun", "getRunTelemetry", "deleteRun"),
+        },
+        **responses(413, 422, 429, 503, 507),
+    },
+    openapi_extra={
+        "requestBody": {
+            "content": {
+                "application/octet-stream": {
+                    "schema": {
+                        "type": "string",
+                        "format": "binary",
+                        "description": "CSV, Parquet, MAT (level 5) or MCAP; docs/exchange.md",
+                        "examples": [_EXAMPLE],
+                    }
+                }
+            },
+            "required": True,
+        }
+    },
+)
+async def import_run(request: Request, said: Annotated[ImportQuery, Query()]) -> Response:
+    """Keep a measurement of a real machine as a run, or show how it would be read."""
+    options = ImportOptions(said.name, said.rate, said.resample, tuple(said.map))
+    parse_mapping(options.mapping)
+    with contextlib.ExitStack() as held:
+        path = held.enter_context(temporary_folder()) / "upload"
+        size = await _receive(request, path, held)
+        arguments = (str(path), size, options, said.preview)
+        answer = await called(request, _import, *arguments, seconds=_IMPORT_SECONDS)
+    document: Import = answer.value
+    answer.close()
+    headers = {} if document.run is None else {"Location": f"/api/v1/runs/{document.run}"}
+    content = document.model_dump_json()
+    status = 200 if document.run is None else 201
+    return Response(content, status, headers, "application/json")
+
+
+async def _receive(request: Request, path: Path, held: contextlib.ExitStack) -> int:
+    """Write the body to a file as it comes, and hold as much memory; return its length."""
+    memory: MemoryBudget = request.app.state.memory
+    size = 0
+    with path.open("wb") as file:
+        async for chunk in request.stream():
+            held.enter_context(memory.hold(len(chunk)))
+            size += len(chunk)
+            await asyncio.to_thread(file.write, chunk)
+    return size
+
+
+def _import(call: Call, path: str, size: int, options: ImportOptions, preview: bool) -> Import:
+    from motionlab.runs.measurements import import_file
+
+    call.hold(min(_EXPANSION * size, 2 * 8 * VALUES_MAX))
+    kept_in = None if preview else library()
+    document, _ = import_file(Path(path), options, library=kept_in, name="measurement")
+    if document.problems and not preview:
+        raise ConfigError(*(FieldError("file", problem) for problem in document.problems))
+    return document
 
 
 def _plan(_: Call, run_id: str, selection: Selection, format: str) -> tuple[Selection, int]:

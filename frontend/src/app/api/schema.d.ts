@@ -1181,6 +1181,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/runs/import": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Import Run
+         * @description Keep a measurement of a real machine as a run, or show how it would be read.
+         */
+        post: operations["importRun"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/runs": {
         parameters: {
             query?: never;
@@ -4488,6 +4508,158 @@ export interface components {
             partial?: components["schemas"]["PartialIdentification"] | null;
             /** @description Results of a job that is done */
             result?: components["schemas"]["IdentificationDocument"] | null;
+        };
+        /**
+         * Import
+         * @description How a file is read as a run: what was found out, guessed, derived.
+         */
+        Import: {
+            /**
+             * Run
+             * @description The run that was kept; null in a preview
+             */
+            run?: string | null;
+            /** Format */
+            format: string;
+            /**
+             * Text
+             * @description Of CSV: delimiter, decimal sign, encoding, first line of numbers
+             */
+            text: {
+                [key: string]: string | number;
+            };
+            /** Rows */
+            rows: number;
+            /** Columns */
+            columns: components["schemas"]["ImportedColumn"][];
+            /**
+             * Ignored
+             * @description What is not read, and why
+             */
+            ignored: {
+                [key: string]: string;
+            };
+            /**
+             * Rate
+             * @description Sample rate, Hz; null where the file has no time
+             */
+            rate: number | null;
+            /**
+             * Rate From
+             * @description Column of time, or rate
+             */
+            rate_from: string;
+            /**
+             * Duration
+             * @description s
+             */
+            duration: number | null;
+            /**
+             * Ticks
+             * @description Samples of the run, missing ones included
+             */
+            ticks: number | null;
+            /**
+             * Jitter
+             * @description Largest distance of a sample's time from equal steps, s
+             */
+            jitter: number | null;
+            /**
+             * Gaps
+             * @description The first 100
+             */
+            gaps: components["schemas"]["ImportedGap"][];
+            /** Gap Count */
+            gap_count: number;
+            /**
+             * Missing
+             * @description Samples that are missing in all gaps
+             */
+            missing: number;
+            /**
+             * Resampled
+             * @description Sample rate of the file, where another is kept
+             */
+            resampled: number | null;
+            /**
+             * Derived
+             * @description Channels that are computed from others
+             */
+            derived: string[];
+            /**
+             * Problems
+             * @description What must be said before it can be kept
+             */
+            problems: string[];
+        };
+        /**
+         * ImportedColumn
+         * @description A column of the file, and what becomes of it.
+         */
+        ImportedColumn: {
+            /**
+             * Column
+             * @description Header in the file
+             */
+            column: string;
+            /**
+             * Channel
+             * @description Channel that it becomes, time, - if left out; empty where it keeps its name
+             */
+            channel: string;
+            /**
+             * Name
+             * @description Column of the run; empty for time and what is left out
+             */
+            name: string;
+            /**
+             * Unit
+             * @description Unit in the file
+             */
+            unit: string;
+            /**
+             * Factor
+             * @description From the file's unit to the run's
+             */
+            factor: number;
+            /**
+             * Why
+             * @description What channel and unit are guessed from, or map
+             */
+            why: string;
+            /**
+             * Minimum
+             * @description In the file's unit
+             */
+            minimum: number;
+            /** Maximum */
+            maximum: number;
+            /**
+             * Missing
+             * @description Rows without a number
+             */
+            missing: number;
+        };
+        /**
+         * ImportedGap
+         * @description A place where samples are missing.
+         */
+        ImportedGap: {
+            /**
+             * Start
+             * @description Time of the last sample before it, s
+             */
+            start: number;
+            /**
+             * End
+             * @description Time of the first sample after it, s
+             */
+            end: number;
+            /**
+             * Samples
+             * @description Samples that are missing
+             */
+            samples: number;
         };
         /**
          * JobSummary
@@ -16161,6 +16333,123 @@ export interface operations {
             };
             /** @description Conflict */
             409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Insufficient Storage */
+            507: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    importRun: {
+        parameters: {
+            query?: {
+                /** @description Keep nothing, show how it would be read */
+                preview?: boolean;
+                /** @description What the run is called */
+                name?: string;
+                /** @description Sample rate of a file without time, Hz */
+                rate?: number | null;
+                /** @description Rate to interpolate to, Hz; or as measured */
+                resample?: number | null;
+                /** @description COLUMN=CHANNEL[UNIT] each: a channel, time, - to leave out, or nothing */
+                map?: string[];
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/octet-stream": string;
+            };
+        };
+        responses: {
+            /** @description A preview: nothing is kept */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Import"];
+                };
+            };
+            /** @description The run that was kept */
+            201: {
+                headers: {
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Import"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
                 headers: {
                     [name: string]: unknown;
                 };

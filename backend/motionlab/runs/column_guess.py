@@ -1,0 +1,261 @@
+"""What the columns of a measurement are: channel and unit, from header, unit and range."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from motionlab.config.planar import AXES
+from motionlab.errors import ConfigError, FieldError
+from motionlab.telemetry.channels import CHANNELS, REFERENCES
+
+VARIANT = "M"
+"""The variant of a measurement."""
+
+TARGETS = {f"{axis}.{c.name}": c for axis in AXES for c in REFERENCES} | {
+    f"{VARIANT}.{axis}.{c.name}": c for axis in AXES for c in CHANNELS
+}
+"""The channels that a column can become."""
+
+UNITS = {
+    "s": {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
+    "m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "nm": 1e-9},
+    "m/s": {"m/s": 1.0, "mm/s": 1e-3, "um/s": 1e-6, "mm/min": 1e-3 / 60, "m/min": 1 / 60},
+    "m/s^2": {"m/s^2": 1.0, "mm/s^2": 1e-3, "um/s^2": 1e-6},
+    "A": {"a": 1.0, "ma": 1e-3},
+    "N": {"n": 1.0, "mn": 1e-3, "kn": 1e3},
+    "1": {"1": 1.0},
+}
+"""Units that are understood, in lower case, by SI unit: factors to it."""
+
+_SUFFIXES = {"mm_s": "mm/s", "m_s": "m/s", "mmps": "mm/s", "m_s2": "m/s^2", "mm_s2": "mm/s^2"}
+_BRACKETS = re.compile(r"(.+?)\s*[\[({]\s*([^\])}]*?)\s*[\])}]")
+_SLASH = re.compile(r"(.+?)(?:\s+/\s*|\s+in\s+)(\S+)")
+_OWN = re.compile(r"(?:[A-Z]\.)?([xy])\.(\w+)")
+_WORD = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+")
+_WORDS = {
+    "reference": "reference ref setpoint soll sollwert cmd command commanded demand demanded "
+    "target desired des sp set",
+    "measured": "measured meas ist istwert actual act encoder enc feedback fb",
+    "position": "position pos lage weg displacement",
+    "velocity": "velocity vel speed geschwindigkeit v",
+    "acceleration": "acceleration accel acc beschleunigung",
+    "error": "error err following schleppfehler schleppabstand lag deviation regelabweichung e",
+    "current": "current cur strom i",
+    "force": "force kraft thrust f",
+    "load": "load last disturbance",
+    "time": "time t zeit timestamp log_time clock",
+}
+_KINDS = {word: kind for kind, words in _WORDS.items() for word in words.split()}
+_PREFIXES = ("soll", "ist")
+_PHASES = {"a": "a", "b": "b", "c": "c", "u": "a", "v": "b", "w": "c", "1": "a", "2": "b", "3": "c"}
+_QUANTITIES = {
+    "m": ("error", "position"),
+    "m/s": ("velocity",),
+    "m/s^2": ("acceleration",),
+    "A": ("current",),
+    "N": ("force",),
+    "s": ("time",),
+}
+_LARGEST = {"m": 0.2, "m/s": 5.0, "m/s^2": 200.0, "A": 100.0, "N": 2000.0, "1": float("inf")}
+_FASTEST_PERIOD, _SLOWEST_PERIOD = 1e-6, 0.02  # s, of a measurement without unit of time
+
+
+@dataclass(frozen=True)
+class Label:
+    """A header taken apart: name and unit; the unit empty where there is none."""
+
+    name: str
+    unit: str
+
+
+def label(header: str, unit: str = "") -> Label:
+    """Return name and unit of a header such as ``x_ist [um]``, ``x (mm)``, ``pos_um``.
+
+    Parameters
+    ----------
+    header : str
+        What the file calls the column.
+    unit : str
+        The unit that the file gives elsewhere, if any.
+    """
+    if unit:
+        return Label(header, unit)
+    if match := _BRACKETS.fullmatch(header):
+        return Label(match[1], match[2])
+    if (match := _SLASH.fullmatch(header)) and si_of(match[2]) is not None:
+        return Label(match[1], match[2])
+    for count in (2, 1):  # x_mm_s before x_s
+        name, *parts = header.rsplit("_", count)
+        suffix = "_".join(parts).lower()
+        if len(parts) == count and name:
+            found = _SUFFIXES.get(suffix) or (suffix if count == 1 and len(suffix) > 1 else "")
+            if si_of(found) is not None and found != "1":
+                return Label(name, found)
+    return Label(header, "")
+
+
+def si_of(unit: str) -> tuple[str, float] | None:
+    """Return the SI unit of a unit and the factor to it; None for a unit that is unknown."""
+    plain = unicodedata.normalize("NFKC", unit).strip().replace("μ", "u").replace("µ", "u")
+    plain = re.sub(r"(?<=s)\^?2$", "^2", plain.lower().replace(" ", "").replace("**", "^"))
+    for si, factors in UNITS.items():
+        if plain in factors:
+            return si, factors[plain]
+    return None
+
+
+def channel_of(name: str, si: str) -> tuple[str | None, str]:
+    """Return the channel that a name and an SI unit suggest, or ``time``, and why.
+
+    Parameters
+    ----------
+    name : str
+        Of `label`.
+    si : str
+        The SI unit of the column; empty where the file has none.
+    """
+    if match := _OWN.fullmatch(name):
+        for target in (name, f"{VARIANT}.{match[1]}.{match[2]}"):
+            if target in TARGETS:
+                return target, "name of a channel"
+    words = _words(name)
+    kinds = {_KINDS[word] for word in words if word in _KINDS}
+    if "time" in kinds and si in {"", "s"} and len(words) <= 2:
+        return "time", "name"
+    allowed = _QUANTITIES.get(si, ()) if si else tuple(q for v in _QUANTITIES.values() for q in v)
+    found = [quantity for quantity in allowed if quantity in kinds]
+    axis = next((word for word in words if word in AXES), None)
+    quantity = found[0] if found else (allowed[-1] if si and allowed else None)
+    if quantity is None and axis is not None and set(words) <= {axis, *_KINDS} and not si:
+        quantity = "position"  # x, x_ist
+    if quantity is None or (axis is None and not found):
+        return None, ""
+    if quantity == "time":
+        return "time", "unit"
+    target = _target(quantity, axis or "x", kinds, words)
+    why = "name" if found else "axis and unit" if si else "name of the axis"
+    return target, why if axis else f"{why}; no axis in it, so x"
+
+
+def _target(quantity: str, axis: str, kinds: set[str], words: Sequence[str]) -> str | None:
+    reference = "reference" in kinds
+    own = f"{VARIANT}.{axis}."
+    match quantity:
+        case "position" | "velocity":
+            return f"{axis}.{quantity}_reference" if reference else f"{own}{quantity}_measured"
+        case "acceleration":
+            return f"{axis}.acceleration_reference" if reference else f"{own}acceleration"
+        case "error":
+            return f"{own}following_error"
+        case "force" if "load" in kinds:
+            return f"{axis}.load_force"
+        case "force":
+            return f"{own}{'force_command' if reference else 'thrust'}"
+        case _:
+            phase = next((_PHASES[word] for word in reversed(words) if word in _PHASES), None)
+            command = "command_" if reference else ""
+            return None if phase is None else f"{own}current_{command}{phase}"
+
+
+def _words(name: str) -> list[str]:
+    plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
+    if plain.lower() in _KINDS:
+        return [plain.lower()]
+    words: list[str] = []
+    for word in (found.lower() for found in _WORD.findall(plain)):
+        prefix = next((p for p in _PREFIXES if word.startswith(p) and word[len(p) :] in _KINDS), "")
+        current = re.fullmatch(r"i([abcuvw123])", word)
+        joined = re.fullmatch(r"([xy])(soll|ist|ref|act|pos|err|cmd)", word)
+        if joined:
+            words += [joined[1], joined[2]]
+        elif current:
+            words += ["i", current[1]]
+        else:
+            words += [prefix, word[len(prefix) :]] if prefix else [word]
+    return words
+
+
+def unit_by_range(si: str, largest: float) -> str:
+    """Return the unit in which values of a quantity are plausible, the largest such.
+
+    Parameters
+    ----------
+    si : str
+        SI unit of the quantity.
+    largest : float
+        Largest magnitude in the file.
+    """
+    for unit, factor in sorted(UNITS[si].items(), key=lambda item: -item[1]):
+        if unit in {"cm", "mm/min", "m/min", "kn"}:
+            continue
+        if factor * largest <= _LARGEST[si]:
+            return _spelt(unit)
+    return si
+
+
+def unit_of_time(step: float) -> str:
+    """Return the unit in which the time between two samples is plausible."""
+    for unit in ("s", "ms", "us", "ns"):
+        if _FASTEST_PERIOD <= UNITS["s"][unit] * step <= _SLOWEST_PERIOD:
+            return unit
+    return "s"
+
+
+def _spelt(unit: str) -> str:
+    return {"a": "A", "ma": "mA", "n": "N", "mn": "mN", "kn": "kN"}.get(unit, unit)
+
+
+@dataclass(frozen=True)
+class Mapping:
+    """What a user says of a column: ``COLUMN=CHANNEL[UNIT]``.
+
+    Attributes
+    ----------
+    column : str
+        Header in the file, or its name without the unit.
+    channel : str
+        A channel, ``time``, nothing for a column that keeps its own name, ``-`` for one left out.
+    unit : str
+        Empty for the unit that the file gives or the range suggests.
+    """
+
+    column: str
+    channel: str
+    unit: str
+
+
+_MAP = re.compile(r"(?P<column>.+)=(?P<channel>[^=\[\]]*)(?:\[(?P<unit>[^\[\]]*)\])?", re.DOTALL)
+
+
+def parse_mapping(texts: Sequence[str], loc: str = "map") -> list[Mapping]:
+    """Return what a user says of columns.
+
+    Raises
+    ------
+    ConfigError
+        If a text has another form, or names a channel or a unit that is unknown.
+    """
+    found, wrong = [], []
+    for index, text in enumerate(texts):
+        where = f"{loc}.{index}"
+        match = _MAP.fullmatch(text)
+        if match is None:
+            wrong.append(FieldError(where, "is no mapping", text, "COLUMN=CHANNEL[UNIT]"))
+            continue
+        channel, unit = match["channel"].strip(), (match["unit"] or "").strip()
+        if channel not in {"", "-", "time"} and channel not in TARGETS:
+            allowed = "time, -, nothing, x.position_reference, M.x.position_measured, ..."
+            wrong.append(FieldError(where, "no channel of that name", text, allowed))
+        elif unit and channel not in {"", "-"}:
+            wanted = "s" if channel == "time" else TARGETS[channel].unit
+            si = si_of(unit)
+            if si is None or si[0] != wanted:
+                allowed = ", ".join(map(_spelt, UNITS[wanted]))
+                wrong.append(FieldError(where, "is no unit of that channel", text, allowed))
+        found.append(Mapping(match["column"].strip(), channel, unit))
+    if wrong:
+        raise ConfigError(*wrong)
+    return found

@@ -1,0 +1,88 @@
+"""What is said of a file that is imported, and what was found out of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pydantic import BaseModel, Field
+
+VALUES_MAX = 40_000_000
+"""Most numbers of a file that is imported."""
+
+GAPS_SHOWN = 100
+"""Gaps that are listed one by one."""
+
+RATE_MAX = 10_000_000.0
+"""Largest sample rate, Hz."""
+
+
+class ImportedColumn(BaseModel):
+    """A column of the file, and what becomes of it."""
+
+    column: str = Field(description="Header in the file")
+    channel: str = Field(
+        description="Channel that it becomes, time, - if left out; empty where it keeps its name"
+    )
+    name: str = Field(description="Column of the run; empty for time and what is left out")
+    unit: str = Field(description="Unit in the file")
+    factor: float = Field(description="From the file's unit to the run's")
+    why: str = Field(description="What channel and unit are guessed from, or map")
+    minimum: float = Field(description="In the file's unit")
+    maximum: float
+    missing: int = Field(description="Rows without a number")
+
+
+class ImportedGap(BaseModel):
+    """A place where samples are missing."""
+
+    start: float = Field(description="Time of the last sample before it, s")
+    end: float = Field(description="Time of the first sample after it, s")
+    samples: int = Field(description="Samples that are missing")
+
+
+class Import(BaseModel):
+    """How a file is read as a run: what was found out, guessed, derived."""
+
+    run: str | None = Field(default=None, description="The run that was kept; null in a preview")
+    format: str
+    text: dict[str, str | int] = Field(
+        description="Of CSV: delimiter, decimal sign, encoding, first line of numbers"
+    )
+    rows: int
+    columns: list[ImportedColumn]
+    ignored: dict[str, str] = Field(description="What is not read, and why")
+    rate: float | None = Field(description="Sample rate, Hz; null where the file has no time")
+    rate_from: str = Field(description="Column of time, or rate")
+    duration: float | None = Field(description="s")
+    ticks: int | None = Field(description="Samples of the run, missing ones included")
+    jitter: float | None = Field(
+        description="Largest distance of a sample's time from equal steps, s"
+    )
+    gaps: list[ImportedGap] = Field(description=f"The first {GAPS_SHOWN}")
+    gap_count: int
+    missing: int = Field(description="Samples that are missing in all gaps")
+    resampled: float | None = Field(description="Sample rate of the file, where another is kept")
+    derived: list[str] = Field(description="Channels that are computed from others")
+    problems: list[str] = Field(description="What must be said before it can be kept")
+
+
+@dataclass(frozen=True)
+class ImportOptions:
+    """What a user says of a file.
+
+    Attributes
+    ----------
+    name : str
+        What the run is called; empty for the name of the file.
+    rate : float or None
+        Sample rate, Hz, of a file without time.
+    resample : float or None
+        Sample rate, Hz, that is kept, by linear interpolation; None for the file's.
+    mapping : tuple of str
+        ``COLUMN=CHANNEL[UNIT]`` each; they go before what is guessed.
+    """
+
+    name: str = ""
+    rate: float | None = None
+    resample: float | None = None
+    mapping: tuple[str, ...] = ()
