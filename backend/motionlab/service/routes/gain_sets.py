@@ -9,17 +9,7 @@ from fastapi import APIRouter, Body, Path, Request, Response
 from pydantic import Field
 
 from motionlab.config.load import load_scenario
-from motionlab.runs.gain_sets import (
-    NAME,
-    VALUES_MAX,
-    GainSet,
-    all_sets,
-    delete_set,
-    find_set,
-    measured,
-    save_set,
-    tables_of,
-)
+from motionlab.runs.gain_set import NAME, VALUES_MAX, GainSet, measured, tables_of
 from motionlab.runs.library import library
 from motionlab.service.http.openapi_input import Paths, examples
 from motionlab.service.http.problems import responses
@@ -99,10 +89,14 @@ async def delete_gain_set(request: Request, name: SetName) -> Response:
 
 
 def _listed() -> list[GainSet]:
+    from motionlab.runs.gain_sets import all_sets
+
     return all_sets(library().index)
 
 
 def _saved(name: str, body: GainSetRequest) -> GainSet:
+    from motionlab.runs.gain_sets import save_set
+
     scenario = load_scenario(body.scenario, {**body.set, **body.values})
     found = measured(name, body.note, scenario, body.values)
     save_set(library().index, found)
@@ -110,8 +104,12 @@ def _saved(name: str, body: GainSetRequest) -> GainSet:
 
 
 def _as_toml(_: Call, name: str) -> bytes:
+    from motionlab.runs.gain_sets import find_set
+
     return tomli_w.dumps(tables_of(find_set(library().index, name))).encode()
 
 
 def _deleted(_: Call, name: str) -> None:
+    from motionlab.runs.gain_sets import delete_set
+
     delete_set(library().index, name)
