@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import httpx
@@ -11,16 +12,20 @@ import pyarrow as pa
 import pytest
 from pyarrow import parquet
 
-from motionlab.config.load import load_scenario
+from motionlab.config.load import epochs, load_scenario
 from motionlab.errors import NotReplayable
 from motionlab.runs import replay as module
 from motionlab.runs.library import library
 from motionlab.runs.replay import Replay, again, replay
-from motionlab.runs.run import RunDetail
+from motionlab.runs.run import Event, RunDetail
+from motionlab.simulation.change import changed
 from motionlab.simulation.prepare import prepare
+from motionlab.simulation.record import record
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run
-from motionlab.telemetry.recorder import parquet_writer
+from motionlab.simulation.simulation import Simulation, ready, sample_page
+from motionlab.telemetry.recorder import parquet_writer, write
+from motionlab.telemetry.recording import as_recording
 from tests.service.live import API, Live, until
 from tests.service.servers import PATIENCE, Server
 from tests.simulated import SHORT
@@ -191,6 +196,34 @@ def test_a_session_with_all_that_can_happen(client: httpx.Client) -> None:
         without = replayed(kept.model_copy(update={"events": others}))
         assert without.first is not None, event
         assert event.tick <= without.first.tick <= event.tick + 4, event
+
+
+def test_a_scheduled_change_between_the_check_of_a_change_and_its_tick(tmp_path: Path) -> None:
+    """It comes on top of the change, which was checked before it."""
+    schedule = [{"time": 0.2, "set": {MASS: 9.0}}]
+    prepared = prepare(load_scenario("circle", SHORT | {"schedule": schedule}))
+    simulation, page = Simulation(prepared, endless=True), sample_page(2)
+    columns = np.empty((108, 1000), dtype=np.float32)
+
+    def go(tick: int) -> None:
+        while simulation.tick < tick:
+            record(simulation, page, columns[:, simulation.tick : tick])
+
+    go(300)
+    after, change = changed(simulation.scenario, {MASS: 7.0}, 300)
+    made = ready(tuple(epochs(after, 300)))
+    go(420)
+    simulation.adopt(made)
+    assert simulation.scenario.plant.x.mass == 9.0
+    go(1000)
+    file = tmp_path / "live.parquet"
+    write(as_recording(0, columns, {"A": None, "B": None}), str(file), metadata={})
+    event = Event(tick=420, checked=300, kind="change", set=change.set)
+    facts = {"kind": "live", "events": [event], "ticks": 1000}
+    scenario = prepared.scenario.model_dump(mode="json")
+    kept = keep().model_copy(update=facts | {"scenario_document": scenario})
+    with parquet.ParquetFile(file) as telemetry:
+        assert replay(again(kept), telemetry).identical
 
 
 def test_a_session_changed_while_it_plays(client: httpx.Client) -> None:
