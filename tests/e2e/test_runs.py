@@ -174,6 +174,10 @@ def test_a_zoom_asks_for_finer_curves(page: Page, server: Server, two: list[str]
         page.get_by_role("grid").focus()
         page.keyboard.press("+")
     assert "from=5250&to=15751" in asked.value.url
+    with page.expect_download() as caught:
+        detail.get_by_role("link", name="CSV").click()
+    with caught.value.path().open() as file:
+        assert sum(1 for line in file if line[:1].isdigit()) == 15751 - 5250
     table = detail.get_by_role("region", name="Scopes of the run as numbers")
     expect(table.locator("tbody th").first).to_have_text("3")
     page.keyboard.press("0")

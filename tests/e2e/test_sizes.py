@@ -107,7 +107,8 @@ def test_a_phone_and_a_page_at_200_percent_reach_every_screen(
 ) -> None:
     page.set_viewport_size({"width": width, "height": height})
     screens = page.get_by_role("combobox", name="Screen")
-    for title, what in (("Trajectories", "Path"), ("Tune", "Search"), ("Lab", "Plane")):
+    panels = {"Trajectories": "Path", "Runs": "Find runs", "Tune": "Search", "Lab": "Plane"}
+    for title, what in panels.items():
         screens.select_option(title)
         expect(region(page, what)).to_be_visible(timeout=LONG)
         across = "document.documentElement.scrollWidth <= innerWidth"
