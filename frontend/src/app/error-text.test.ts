@@ -11,11 +11,12 @@ describe('a scenario file', () => {
     const message =
       "is not TOML: Expected '=' after a key in a key/value pair (at line 3, column 7)";
     expect(fileErrorText('a.toml', refused({ loc: 'body', message }))).toBe(
-      "a.toml cannot be read, at line 3, column 7: expected '=' after a key in a key/value pair.",
+      "a.toml cannot be read: it is not TOML: Expected '=' after a key in a key/value pair " +
+        '(at line 3, column 7).',
     );
     const picture = 'is not UTF-8 text: invalid start byte at byte 0';
     expect(fileErrorText('b.png', refused({ loc: 'body', message: picture }))).toBe(
-      'b.png is not a text file.',
+      'b.png cannot be read: it is not UTF-8 text: invalid start byte at byte 0.',
     );
     const deep = refused({ loc: 'body', message: 'is nested too deeply' });
     expect(fileErrorText('c.toml', deep)).toBe('c.toml cannot be read: it is nested too deeply.');

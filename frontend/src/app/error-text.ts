@@ -24,8 +24,5 @@ export function fileErrorText(name: string, error: unknown): string {
   if (!unread) {
     return `${name} was not opened.${fields.length > 0 ? '\n' : ' '}${errorText(error)}`;
   }
-  if (unread.message.startsWith('is not UTF-8')) return `${name} is not a text file.`;
-  const [, reason, place] = /^is not TOML: (.+) \(at (.+)\)$/.exec(unread.message) ?? [];
-  if (reason === undefined) return `${name} cannot be read: it ${unread.message}.`;
-  return `${name} cannot be read, at ${place}: ${reason.charAt(0).toLowerCase()}${reason.slice(1)}.`;
+  return `${name} cannot be read: it ${unread.message}.`;
 }
