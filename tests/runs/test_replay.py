@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -32,6 +33,13 @@ from tests.simulated import SHORT
 
 MASS = "plant.x.mass"
 _SEEN: set[str] = set()
+_BEGUN: list[float] = []
+
+
+@pytest.fixture(autouse=True)
+def begun() -> None:
+    """Note when a test begins: the server is shared."""
+    _BEGUN.append(time.time())
 
 
 @pytest.fixture(scope="module")
@@ -60,7 +68,8 @@ def ended(live: Live) -> RunDetail:
 
     def kept() -> bool:
         page = live.client.get(f"{API}/runs", params={"q": "kind:live"}).json()["runs"]
-        new = [run for run in page if run["id"] not in _SEEN and run["state"] != "recording"]
+        own = [run for run in page if run["created"] >= _BEGUN[-1]]  # not of other tests
+        new = [run for run in own if run["id"] not in _SEEN and run["state"] != "recording"]
         found.extend(run["id"] for run in new)
         return bool(found)
 

@@ -52,4 +52,5 @@ def test_every_accepted_job_is_of_one_kind() -> None:
         "reproduce": "reproduce",
         "tune": "tune",
         "landscape": "landscape",
+        "replay": "replay",
     }

@@ -96,28 +96,30 @@ def serve(host: str, port: int, names: frozenset[str], scheduler: str | None = N
     with executing(scheduler):
         pass  # what is no scheduler is refused now
     names |= _names_in(os.environ.get("MOTIONLAB_HOSTS", ""))
-    alone = _alone(data_root())
-    listener = listen(host, port)
-    address, taken = listener.getsockname()[:2]
-    own = {f"[{address}]" if ":" in address else address}
-    settings = Settings(
-        token=token,
-        hosts=LOOPBACK | own | {name.lower() for name in names},
-        memory_max=recordable(Settings.memory_max),
-        scheduler=scheduler,
-    )
-    shown = f"[{address}]" if ":" in address else address
-    page = "" if page_root() is not None else "docs"  # without the page built there is the API
-    print(f"Serving http://{shown}:{taken}/{page} (Ctrl-C ends it)", file=sys.stderr, flush=True)
-    _keep_freed_memory()
-    _allow_connections(settings.connections_max)
-    sys.setswitchinterval(_SWITCH_SECONDS)
-    os.environ.pop("MOTIONLAB_TOKEN", None)  # child processes have no use for it
-    remove_leftovers(data_root())
-    logging.basicConfig(format="%(asctime)s %(levelname)s %(message)s")
-    logging.getLogger("motionlab").setLevel(logging.INFO)
-    with alone, contextlib.suppress(KeyboardInterrupt):  # how it is meant to end
-        _Server(configuration(create_app(settings))).run(sockets=[listener])
+    with _alone(data_root()):
+        listener = listen(host, port)
+        address, taken = listener.getsockname()[:2]
+        own = {f"[{address}]" if ":" in address else address}
+        settings = Settings(
+            token=token,
+            hosts=LOOPBACK | own | {name.lower() for name in names},
+            memory_max=recordable(Settings.memory_max),
+            scheduler=scheduler,
+        )
+        shown = f"[{address}]" if ":" in address else address
+        page = "" if page_root() is not None else "docs"  # without the page built there is the API
+        print(
+            f"Serving http://{shown}:{taken}/{page} (Ctrl-C ends it)", file=sys.stderr, flush=True
+        )
+        _keep_freed_memory()
+        _allow_connections(settings.connections_max)
+        sys.setswitchinterval(_SWITCH_SECONDS)
+        os.environ.pop("MOTIONLAB_TOKEN", None)  # child processes have no use for it
+        remove_leftovers(data_root())
+        logging.basicConfig(format="%(asctime)s %(levelname)s %(message)s")
+        logging.getLogger("motionlab").setLevel(logging.INFO)
+        with contextlib.suppress(KeyboardInterrupt):  # how it is meant to end
+            _Server(configuration(create_app(settings))).run(sockets=[listener])
 
 
 def _alone(root: Path) -> contextlib.AbstractContextManager[object]:

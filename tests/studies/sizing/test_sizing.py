@@ -51,7 +51,7 @@ BAD: dict[str, tuple[dict[str, Any], list[str]]] = {
     "infinity": ({"dimensions.y.mass": float("inf")}, ["dimensions.y.mass", "finite", "kg"]),
     "text": ({"requirements.i": "ten"}, ["requirements.i", "must be a number", "'ten'", "A"]),
     "half a tooth": ({"requirements.n": 2.5}, ["requirements.n", "whole number", "2.5"]),
-    "true": ({"requirements.n": True}, ["requirements.n", "whole number", "True"]),
+    "true": ({"requirements.n": True}, ["requirements.n", "whole number", "true"]),
     "three limbs": ({"dimensions.limbs": 3}, ["dimensions.limbs", "3", ">= 1 and <= 2"]),
     "teeth that do not add up": (
         {"requirements.p": 3e-3, "requirements.s": 3e-3},

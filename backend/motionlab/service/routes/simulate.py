@@ -107,7 +107,8 @@ def _answer(
     size = prepared.recording_size()
     too_long = prepared.duration > bounds.direct_max or prepared.work > bounds.direct_work_max
     if too_long or asynchronous:
-        return CheckedRequest.of(body.model_dump(), size)
+        kept = None if body.keep else {"keep", "name"}
+        return CheckedRequest.of(body.model_dump(exclude=kept), size)
     call.hold(size)
     return json_of(call, _run, (body, prepared, call.progress))
 
