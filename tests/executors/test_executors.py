@@ -240,18 +240,22 @@ def test_no_scheduler_and_no_workers_are_told(
 def test_a_port_without_dask_is_told(says: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
     needs_dask()
     monkeypatch.setattr("motionlab.executors.cluster._SECONDS", 1.0)
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        threading.Thread(target=_greet, args=(server, says), daemon=True).start()
+    ended = threading.Event()
+    with socket.create_server(("127.0.0.1", 0)) as server, contextlib.ExitStack() as stack:
+        greeter = threading.Thread(target=_greet, args=(server, says, ended))
+        greeter.start()
+        stack.callback(greeter.join)
+        stack.callback(ended.set)
         address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
         with executing(address), pytest.raises(WorkerLost, match="no Dask scheduler answers"):
             list(current().map(slow, [1]))
 
 
-def _greet(server: socket.socket, says: bytes) -> None:
-    with contextlib.suppress(OSError):
-        connection, _ = server.accept()
+def _greet(server: socket.socket, says: bytes, ended: threading.Event) -> None:
+    connection, _ = server.accept()
+    with connection, contextlib.suppress(OSError):
         connection.sendall(says)
-        time.sleep(PATIENCE)
+        ended.wait(PATIENCE)
 
 
 @pytest.mark.parametrize("lost", ["workers", "scheduler stopped", "scheduler killed"])

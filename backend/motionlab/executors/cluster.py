@@ -117,6 +117,7 @@ class Cluster(Pool):
         """Return a result; TimeoutError while what a lost worker held is computed again."""
         from distributed import KilledWorker  # noqa: PLC0415 - an extra
         from distributed.client import FutureCancelledError  # noqa: PLC0415
+        from distributed.comm.core import CommClosedError  # noqa: PLC0415
 
         try:
             found = future.result(timeout=_RESULT_SECONDS)
@@ -125,7 +126,7 @@ class Cluster(Pool):
                 f"a task was held by {error.allowed_failures + 1} workers that were lost; is there "
                 "enough memory? (distributed.scheduler.allowed-failures of the scheduler)"
             ) from None
-        except FutureCancelledError:
+        except (FutureCancelledError, CommClosedError):
             raise WorkerLost(f"the scheduler {self._address} was lost") from None
         future.release()
         return found

@@ -304,14 +304,19 @@ class RunRecorder:
     async def _tidy(self) -> None:
         """Make runs of what killed servers recorded, and remove deleted ones, now and then."""
         while True:
-            await self._worked(_recovered)
+            if await asyncio.to_thread(_has_spools, self._root):
+                await self._worked(_recovered)
             for _ in range(_RECOVER_TURNS):
-                await self._worked(_purged)
+                await self._worked(_purged, light=True)
                 await asyncio.sleep(_TIDY_PERIOD)
 
-    async def _worked(self, function: Callable[..., None], *arguments: Any) -> None:
+    async def _worked(
+        self, function: Callable[..., None], *arguments: Any, light: bool = False
+    ) -> None:
         try:
-            answer = await self._workers.run(function, *arguments, seconds=_FINISH_SECONDS)
+            answer = await self._workers.run(
+                function, *arguments, light=light, seconds=_FINISH_SECONDS
+            )
             answer.close()
         except (MotionLabError, HTTPException) as error:  # tried again by the next server
             _LOG.warning("runs: %s", getattr(error, "detail", None) or error)
@@ -324,6 +329,10 @@ def _note_gap(record: _Record, end: int) -> None:
         first = end - record.lost
         record.events.append(Event(tick=first, kind="gap", ticks=record.lost, reason=reason))
     record.lost = 0
+
+
+def _has_spools(root: Path) -> bool:
+    return any(spools(root).glob("r-*"))
 
 
 def _put(_: Call, run: RunDetail) -> None:
