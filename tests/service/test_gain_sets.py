@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterator
 from pathlib import Path
 
 import httpx
@@ -19,10 +18,10 @@ SET = {"scenario": "circle", "values": {K_P: 312000.0}, "note": "stiffer"}
 
 
 @pytest.fixture
-def sets(client: httpx.Client) -> Iterator[httpx.Client]:
-    yield client
-    for each in client.get("/api/v1/gain-sets").json():
+def sets(client: httpx.Client) -> httpx.Client:
+    for each in client.get("/api/v1/gain-sets").json():  # also those of other tests
         client.delete(f"/api/v1/gain-sets/{each['name']}")
+    return client
 
 
 def test_a_set_is_saved_with_the_metrics_of_the_scenario_that_it_makes(sets: httpx.Client) -> None:
