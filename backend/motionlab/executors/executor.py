@@ -134,7 +134,7 @@ class Pool(Executor):
         """Return the result of a future that is done; TimeoutError if it has been lost since."""
 
     def check(self) -> None:
-        """Raise WorkerLost if no result can come any more; called while results are awaited."""
+        """Raise WorkerLost if no further result can come; called while results are awaited."""
 
     @abstractmethod
     def abandon(self, futures: Sequence[Any]) -> None:

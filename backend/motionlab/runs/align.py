@@ -152,7 +152,7 @@ def by_reference(baseline: Array, candidate: Array, *, samples: Samples) -> Alig
     r"""Align two runs by where their reference is: lap and arc length along its path.
 
     Arc length is :math:`s_k = \sum_{i \le k} |r_i - r_{i-1}|` over the samples of the position
-    reference r. A lap ends where the path comes by its first point again in the direction in which
+    reference r. A lap ends where the path passes its first point again in the direction in which
     it began. Since chords are shorter than arcs, and the shorter the slower the motion, the laps
     of both runs are scaled to the mean length L of the baseline's: an instant is a value of
     :math:`q = n L + (s - s_n) L / L_n` in lap n. A path without laps has q = s.
@@ -247,7 +247,7 @@ class _Course:
         return self._points[:, 0], away[:, far] / np.hypot(*away[:, far])
 
     def find_laps(self, origin: Array, direction: Array, extent: float) -> None:
-        """Find where the path comes by a point in a direction."""
+        """Find where the path passes a point in a direction."""
         away = self._points - origin[:, np.newaxis]
         along = direction @ away
         across = np.abs(direction[0] * away[1] - direction[1] * away[0])

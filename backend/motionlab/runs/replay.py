@@ -88,7 +88,7 @@ def again(run: RunDetail) -> Again:
     Raises
     ------
     NotReplayable
-        If it is a measurement, or its scenario is none any more.
+        If it is a measurement, or its scenario is no longer valid.
     """
     if run.scenario_document is None:
         raise NotReplayable(f"{run.id} is a measurement: there is nothing to simulate again")
@@ -128,7 +128,7 @@ def replay(
     Raises
     ------
     NotReplayable
-        If a recorded change is none any more.
+        If a recorded change is no longer valid.
     """
     run = wanted.run
     names = [name for name, _ in stream_columns(run.variants)]
