@@ -19,7 +19,7 @@ from motionlab.errors import ConfigError, StoreError
 from motionlab.runs.align import Alignment, Grid, by_reference, by_time
 from motionlab.runs.columns import Columns, of_file_or_run
 from motionlab.runs.compare import Comparing, Comparison, Rule, Tolerance, compare
-from motionlab.runs.difference import beyond_in_time, beyond_in_value, resampled, within
+from motionlab.runs.difference import Bounds, beyond_in_time, beyond_in_value, resampled, within
 from motionlab.telemetry import recorder
 from tests.recordings import make_recording, noise
 
@@ -374,7 +374,7 @@ def test_tolerance_in_time_is_what_a_search_finds(
     ordered = sorted(share for share, _ in instants)
     p = np.array(ordered) * (len(c) - 1)
     b = np.array([value for _, value in instants], dtype=np.float32)
-    found = beyond_in_time(b, c, p, reach=reach, hold=hold, absolute=near, relative=0.1)
+    found = beyond_in_time(b, c, p, Bounds(near, 0.1, reach), hold=hold)
     expected = [not passes(value, c, at, reach, hold, near) for value, at in zip(b, p, strict=True)]
     assert found.tolist() == expected
 

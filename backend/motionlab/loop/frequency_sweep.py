@@ -114,8 +114,8 @@ def frequency_sweep(  # noqa: PLR0913 - what a sweep is made of
         size = min(force, _MODULATION * v / (2.0 * math.pi * f * compliance))
         gain = abs(loop.controller.response(at)[0] / (1.0 + loop.open(at)[0]))
         alone = _measure(prepared, index, f, ticks)
-        by_reference = _measure(prepared, index, f, ticks, reference=size / gain) - alone
-        by_load = _measure(prepared, index, f, ticks, load=size) - alone
+        by_reference = _measure(prepared, index, f, ticks, (size / gain, 0.0)) - alone
+        by_load = _measure(prepared, index, f, ticks, (0.0, size)) - alone
         P = by_reference[0] / by_reference[1]
         C = -by_load[1] / by_load[0]
         points.append((f, complex(P), complex(C)))
@@ -153,16 +153,18 @@ def _moving(scenario: Scenario, variant: str, axis: str, v: float, ticks: int) -
     return prepare(validate(apply_changes(document, changes)))
 
 
-def _measure(  # noqa: PLR0913 - one sine, on one of two things
+def _measure(
     prepared: Prepared,
     axis: int,
     frequency: float,
     ticks: int,
-    *,
-    reference: float = 0.0,
-    load: float = 0.0,
+    sines: tuple[float, float] = (0.0, 0.0),
 ) -> Complex:
-    """Return position and force command at one frequency, m and N, as complex amplitudes, (2,)."""
+    """Return position and force command at one frequency, m and N, as complex amplitudes, (2,).
+
+    `sines` are the amplitudes of what is added to the reference and to the load, m and N.
+    """
+    reference, load = sines
     base = prepared.reference
     w = 2.0 * math.pi * frequency
     time = np.arange(base.ticks) * CONTROL_PERIOD

@@ -26,6 +26,7 @@ from motionlab.runs.align import (
 )
 from motionlab.runs.columns import Columns
 from motionlab.runs.difference import (
+    Bounds,
     Curve,
     Difference,
     Positions,
@@ -255,10 +256,8 @@ class Aligned:
             baseline,
             samples,
             self.alignment.candidate,
-            reach=tolerance.time / self.candidate.grid.period,
+            Bounds(absolute, relative, tolerance.time / self.candidate.grid.period),
             hold=interpolation == "hold",
-            absolute=absolute,
-            relative=relative,
         )
 
 

@@ -40,6 +40,22 @@ class Difference(NamedTuple):
     rms: float
 
 
+class Bounds(NamedTuple):
+    """How far from the baseline a candidate may be, and how far away in time.
+
+    Attributes
+    ----------
+    absolute, relative : float
+        a, in the unit of the curves, and r: together max(a, r |b|).
+    reach : float
+        h: the tolerance in time over the candidate's period.
+    """
+
+    absolute: float
+    relative: float
+    reach: float
+
+
 def resampled(samples: Curve, positions: Positions, *, hold: bool) -> Curve:
     """Return a curve's values at some instants.
 
@@ -85,15 +101,8 @@ def within(baseline: Curve, candidate: Curve, absolute: float, relative: float) 
     return Difference(compared, single, beyond, where, largest, rms)
 
 
-def beyond_in_time(  # noqa: PLR0913 - each is a fact of its own
-    baseline: Curve,
-    samples: Curve,
-    positions: Positions,
-    *,
-    reach: float,
-    hold: bool,
-    absolute: float,
-    relative: float,
+def beyond_in_time(
+    baseline: Curve, samples: Curve, positions: Positions, bounds: Bounds, *, hold: bool
 ) -> NDArray[np.bool_]:
     r"""Return the instants beyond a tolerance in value and in time.
 
@@ -109,16 +118,14 @@ def beyond_in_time(  # noqa: PLR0913 - each is a fact of its own
         The candidate's samples.
     positions : slice, or ndarray of float64, shape (instants,)
         p, in order.
-    reach : float
-        h: the tolerance in time over the candidate's period.
+    bounds : Bounds
+        a, r and h.
     hold : bool
         Whether the candidate is held; see `resampled`.
-    absolute, relative : float
-        a and r.
     """
     if isinstance(positions, slice):
         positions = np.arange(positions.start, positions.stop, dtype=np.float64)
-    return _beyond_in_time(baseline, samples, positions, reach, hold, absolute, relative)
+    return _beyond_in_time(baseline, samples, positions, bounds, hold)
 
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
@@ -178,14 +185,8 @@ def _within(
 
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
-def _beyond_in_time(  # noqa: PLR0912, PLR0913, PLR0917 - a kernel
-    baseline: Curve,
-    samples: Curve,
-    positions: Curve,
-    reach: float,
-    hold: bool,
-    absolute: float,
-    relative: float,
+def _beyond_in_time(  # noqa: PLR0912 - a kernel
+    baseline: Curve, samples: Curve, positions: Curve, bounds: Bounds, hold: bool
 ) -> NDArray[np.bool_]:
     """Least and largest sample of the moving window decide, but where samples are missing.
 
@@ -199,8 +200,8 @@ def _beyond_in_time(  # noqa: PLR0912, PLR0913, PLR0917 - a kernel
     entered, missing = 0, -1  # samples in the window so far; the last of them that is missing
     result = np.empty(len(baseline), dtype=np.bool_)
     for j in range(len(baseline)):
-        start = max(positions[j] - reach, 0.0)
-        stop = min(positions[j] + reach, count - 1.0)
+        start = max(positions[j] - bounds.reach, 0.0)
+        stop = min(positions[j] + bounds.reach, count - 1.0)
         while entered <= stop:
             value = samples[entered]
             if np.isfinite(value):
@@ -223,7 +224,7 @@ def _beyond_in_time(  # noqa: PLR0912, PLR0913, PLR0917 - a kernel
         if not np.isfinite(b):
             result[j] = np.isfinite(_value(samples, positions[j], hold))
             continue
-        tolerance = max(absolute, relative * abs(b))
+        allowed = max(bounds.absolute, bounds.relative * abs(b))
         least, most = np.inf, -np.inf
         if low_first < low_end:
             least, most = np.float64(samples[low[low_first]]), np.float64(samples[high[high_first]])
@@ -231,21 +232,22 @@ def _beyond_in_time(  # noqa: PLR0912, PLR0913, PLR0917 - a kernel
             value = _value(samples, end, hold)
             if np.isfinite(value):
                 least, most = min(least, value), max(most, value)
-        if least > b + tolerance or most < b - tolerance:
+        if least > b + allowed or most < b - allowed:
             result[j] = True
         elif not hold and missing < np.floor(start):
             result[j] = False
         else:
-            result[j] = not _taken(samples, start, stop, hold, b - tolerance, b + tolerance)
+            result[j] = not _taken(samples, (start, stop), (b - allowed, b + allowed), hold)
     return result
 
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
-def _taken(  # noqa: PLR0913, PLR0917 - a kernel
-    samples: Curve, start: float, stop: float, hold: bool, low: float, high: float
+def _taken(
+    samples: Curve, places: tuple[float, float], values: tuple[float, float], hold: bool
 ) -> bool:
-    """Return whether a curve takes a value of [low, high] between two places."""
-    place = start
+    """Return whether a curve takes a value of an interval between two places."""
+    place, stop = places
+    low, high = values
     before = _value(samples, place, hold)
     if low <= before <= high:
         return True
