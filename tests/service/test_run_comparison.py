@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import struct
+from pathlib import Path
 from typing import Any
 
 import httpx
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from motionlab.cli.main import main
 from motionlab.runs.columns import of_run
 from motionlab.runs.compare import Comparing, compare
 from motionlab.runs.library import library
@@ -134,3 +136,23 @@ def test_a_measurement_cannot_be_replayed(client: httpx.Client) -> None:
     answer = client.post(f"{API}/runs/r-measurement2/replay")
     assert answer.status_code == 409, answer.text
     assert "measurement" in answer.json()["detail"]
+
+
+def test_reports_are_those_of_the_command(
+    client: httpx.Client, runs: tuple[RunDetail, RunDetail], tmp_path: Path
+) -> None:
+    first, second = (run.id for run in runs)
+    options = ["--tolerance", "1e-9,1e-3", "--only", ERROR]
+    body = ends(runs) | {"tolerance": {"absolute": 1e-9, "relative": 1e-3}, "only": [ERROR]}
+    one, two = tmp_path / "one.html", tmp_path / "two.html"
+    assert main(["report", first, "--out", str(one)]) == 0
+    assert main(["report", first, second, "--out", str(two), *options]) == 0
+    for answer, file, name in (
+        (client.get(f"{API}/runs/{first}/report"), one, first),
+        (client.post(f"{API}/runs/compare/report", json=body), two, f"{first}-{second}"),
+    ):
+        assert answer.status_code == 200, answer.text
+        assert answer.content == file.read_bytes()
+        assert answer.headers["content-type"] == "text/html; charset=utf-8"
+        assert answer.headers["content-disposition"] == f'attachment; filename="{name}.html"'
+    assert client.get(f"{API}/runs/r-aaaaaaaaaaaa/report").status_code == 404

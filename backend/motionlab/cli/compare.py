@@ -39,6 +39,13 @@ def add(commands: Any) -> None:
             metavar=name.upper(),
             help=f"{what}: identifier of a run, or telemetry, .parquet or .csv",
         )
+    add_comparing(parser)
+    add_json(parser)
+    parser.set_defaults(command=_compare)
+
+
+def add_comparing(parser: argparse.ArgumentParser) -> None:
+    """Add the options that say how two runs are compared."""
     parser.add_argument(
         "--align",
         choices=("time", "reference", "index"),
@@ -72,15 +79,13 @@ def add(commands: Any) -> None:
     parser.add_argument(
         "--only", metavar="CHANNEL", action="append", default=[], help="compare these alone"
     )
-    add_json(parser)
-    parser.set_defaults(command=_compare)
 
 
 def _compare(options: argparse.Namespace) -> int:
     from motionlab.runs.columns import of_file_or_run
     from motionlab.runs.compare import compare
 
-    how = _how(options)
+    how = comparing_of(options)
     found = compare(of_file_or_run(options.a), of_file_or_run(options.b), how)
     print(
         json.dumps(found.model_dump(mode="json"), allow_nan=False)
@@ -90,7 +95,14 @@ def _compare(options: argparse.Namespace) -> int:
     return DONE if found.holds else FAILED
 
 
-def _how(options: argparse.Namespace) -> Comparing:
+def comparing_of(options: argparse.Namespace) -> Comparing:
+    """Return what the options of `add_comparing` say.
+
+    Raises
+    ------
+    ConfigError
+        If a tolerance is none.
+    """
     from pydantic import ValidationError
 
     from motionlab.config.validation_errors import field_errors

@@ -13,6 +13,7 @@ from motionlab.cli import (
     compare,
     exchange,
     replay,
+    report,
     run,
     runs,
     serve,
@@ -22,7 +23,7 @@ from motionlab.cli.exit_codes import BAD_INPUT, DONE, FAILED
 from motionlab.cli.messages import discard, unbreakable_stderr
 from motionlab.errors import ConfigError, Infeasible, MotionLabError
 
-_COMMANDS = (run, runs, compare, replay, exchange, study, serve)
+_COMMANDS = (run, runs, compare, replay, report, exchange, study, serve)
 """In the order of the help page."""
 
 

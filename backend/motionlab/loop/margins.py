@@ -24,6 +24,17 @@ _NEXT, _HALVINGS = 0.2, 8
 """Share by which L may change between neighbouring frequencies, and how often a gap is halved."""
 
 
+MEANINGS = {
+    "crossover": "highest frequency at which abs(L) = 1, Hz",
+    "phase_margin": "smallest distance of arg L from -180 degrees where abs(L) = 1, rad",
+    "gain_margin": "smallest factor > 1 by which the gain may grow to the stability boundary",
+    "gain_reduction": "largest factor < 1 to which the gain may fall before the stability boundary",
+    "Ms": "largest abs(1/(1 + L)): peak of the sensitivity",
+    "bandwidth": "frequency at which abs(L/(1 + L)) falls for good below 1/sqrt(2), Hz",
+}
+"""Of each margin of the open loop L."""
+
+
 @dataclass(frozen=True)
 class Margins:
     """How far a loop is from instability; None where it has no such crossing.

@@ -34,7 +34,12 @@ def differences(scenario: Scenario) -> list[Difference]:
     if scenario.name not in names("scenarios"):
         return []
     shipped = load_scenario(scenario.name).model_dump(mode="json")
-    found = _differing(shipped, scenario.model_dump(mode="json"), "")
+    return differing(shipped, scenario.model_dump(mode="json"))
+
+
+def differing(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[Difference]:
+    """Return the fields of a scenario, as documents, that differ; `DIFFERENCES_MAX` at most."""
+    found = _differing(before, after, "")
     return [each for each, _ in zip(found, range(DIFFERENCES_MAX), strict=False)]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import hashlib
 import os
 import shutil
 from collections.abc import Sequence
@@ -98,6 +99,23 @@ class RunFiles:
             return parquet.ParquetFile(self._system.open_input_file(self.path(run_id)))
         except (OSError, pa.ArrowInvalid) as error:
             raise StoreError(f"the telemetry of {run_id} cannot be read: {error}") from error
+
+    def digest(self, run_id: str) -> str:
+        """Return the SHA-256 of the telemetry of a run.
+
+        Raises
+        ------
+        StoreError
+            If it cannot be read.
+        """
+        found = hashlib.sha256()
+        try:
+            with self._system.open_input_stream(self.path(run_id)) as stream:
+                while piece := stream.read(_PIECE):
+                    found.update(piece)
+        except OSError as error:
+            raise StoreError(f"the telemetry of {run_id} cannot be read: {error}") from error
+        return found.hexdigest()
 
     def delete(self, run_id: str) -> None:
         """Delete the telemetry of a run, if there is any.

@@ -13,7 +13,7 @@ from motionlab.config.scenario import Scenario
 from motionlab.config.shipped import names
 from motionlab.errors import ConfigError, FieldError
 from motionlab.loop.linearise import SLIDING, NoLinearisation, linearise
-from motionlab.loop.margins import margins
+from motionlab.loop.margins import Margins, margins
 from motionlab.runs.description import headline
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
@@ -102,16 +102,25 @@ def _is_of_a_controller(path: str) -> bool:
     return len(steps) > 3 and steps[0] == "variants" and steps[2] == "controller"
 
 
-def _margins(scenario: Scenario) -> dict[str, LoopMargins]:
-    found = {}
+def sliding_margins(scenario: Scenario) -> dict[str, Margins | str]:
+    """Return the margins of each loop, by variant and axis, while it slides; or why there are none.
+
+    The velocity is `SLIDING` times the Stribeck velocity of the axis.
+    """
+    found: dict[str, Margins | str] = {}
     for variant in scenario.variants:
         for axis in AXES:
             v = SLIDING * getattr(scenario.plant, axis).friction.v_s
             try:
-                loop = margins(linearise(scenario, variant, axis, v=v).open)
-            except NoLinearisation:
-                continue
-            found[f"{variant}.{axis}"] = LoopMargins(
-                gain_margin=loop.gain_margin, phase_margin=loop.phase_margin
-            )
+                found[f"{variant}.{axis}"] = margins(linearise(scenario, variant, axis, v=v).open)
+            except NoLinearisation as error:
+                found[f"{variant}.{axis}"] = error.errors[0].message
     return found
+
+
+def _margins(scenario: Scenario) -> dict[str, LoopMargins]:
+    return {
+        name: LoopMargins(gain_margin=loop.gain_margin, phase_margin=loop.phase_margin)
+        for name, loop in sliding_margins(scenario).items()
+        if isinstance(loop, Margins)
+    }

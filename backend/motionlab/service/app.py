@@ -40,6 +40,7 @@ from motionlab.service.routes import (
     paper,
     run_comparison,
     run_files,
+    run_reports,
     runs,
     scenarios,
     scene,
@@ -172,6 +173,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         paper,
         run_comparison,
         run_files,
+        run_reports,
         runs,
         gain_sets,
     ):

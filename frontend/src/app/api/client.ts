@@ -173,8 +173,12 @@ export class Api {
   }
 
   /** A call that is answered in bytes. */
-  async bytes<P extends PathOf<'get'>>(path: P, options: Options<Operation<'get', P>>) {
-    return whole((await this.send('get', path, options as Sent)).arrayBuffer());
+  async bytes<P extends PathOf<M>, M extends Method = 'get'>(
+    path: P,
+    options: Options<Operation<M, P>>,
+    method = 'get' as M,
+  ) {
+    return whole((await this.send(method, path, options as Sent)).arrayBuffer());
   }
 
   private async send(

@@ -1,0 +1,65 @@
+"""The command ``motionlab report``."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from motionlab.cli.compare import add_comparing, comparing_of
+from motionlab.cli.exit_codes import DONE
+
+EXAMPLES = """\
+examples:
+  motionlab report r-gpd6hecc7x3n --out circle.html
+  motionlab report r-gpd6hecc7x3n r-cb3v3zvyllhu --tolerance 1e-9,1e-3 --out regression.html
+
+docs/report.md says what is in it.
+"""
+
+
+def add(commands: Any) -> None:
+    """Add ``motionlab report``."""
+    parser = commands.add_parser(
+        "report",
+        help="write a run, or a comparison of two, as one HTML file",
+        description="Write a report of a run, or of run B compared with run A, as one HTML file "
+        "that needs nothing else. The options but --out are those of motionlab compare.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("run", metavar="RUN", help="identifier of a run; of two, the baseline")
+    parser.add_argument("other", metavar="RUN_B", nargs="?", help="the candidate")
+    parser.add_argument("--out", metavar="FILE", required=True, help="file to write: .html")
+    add_comparing(parser)
+    parser.set_defaults(command=_report)
+
+
+def _report(options: argparse.Namespace) -> int:
+    from motionlab.runs.report.reports import comparison_report, run_report
+    from motionlab.store.files import check_target, complete_file
+
+    check_target(options.out, ".html")
+    _check_run("RUN", options.run)
+    if options.other is None:
+        content = run_report(options.run)
+    else:
+        _check_run("RUN_B", options.other)
+        content = comparison_report(options.run, options.other, comparing_of(options))
+    with complete_file(options.out) as part:
+        part.write_bytes(content)
+    return DONE
+
+
+def _check_run(option: str, run_id: str) -> None:
+    """Refuse what is no run that is there."""
+    from motionlab.errors import ConfigError, FieldError, Unknown
+    from motionlab.runs.library import library
+    from motionlab.runs.run import is_id
+
+    allowed = "r- and 12 characters; motionlab runs lists them"
+    if not is_id(run_id):
+        raise ConfigError(FieldError(option, "is no identifier of a run", run_id, allowed))
+    try:
+        library().complete(run_id)
+    except Unknown as error:
+        raise ConfigError(FieldError(option, str(error), run_id, allowed)) from None
