@@ -144,5 +144,6 @@ def _ratio(line: Line) -> list[Markup]:
     if len(line.values) != 2:
         return []
     first, second = line.values
-    there = line.compared and first and second is not None
-    return [element("td", digits(second / first) if there else "", class_="number")]
+    if not line.compared or not first or second is None:
+        return [element("td")]
+    return [element("td", digits(second / first), class_="number")]
