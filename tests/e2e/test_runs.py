@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import struct
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -11,7 +12,18 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
-from tests.e2e.actions import API, LONG, button, region, serious, session, state, wait_for_clock
+from tests.e2e.actions import (
+    API,
+    LONG,
+    button,
+    region,
+    serious,
+    session,
+    set_field,
+    simulated,
+    state,
+    wait_for_clock,
+)
 from tests.e2e.conftest import Server
 
 GAIN = "variants.B.controller.x.k_p"
@@ -30,13 +42,19 @@ def open_runs(page: Page, server: Server, rest: str = "") -> Locator:
     return page.get_by_role("grid", name="List of runs")
 
 
+def open_screen(page: Page, name: str) -> None:
+    screens = page.get_by_role("navigation", name="Screens")
+    screens.get_by_role("link", name=name, exact=True).click()
+
+
 def row(page: Page, name: str) -> Locator:
     return page.get_by_role("row", name=re.compile(rf"Select {name}"))
 
 
 @pytest.fixture
-def two(page: Page, server: Server) -> Iterator[list[str]]:
-    """Two kept simulations, which are gone afterwards."""
+def two(page: Page, server: Server, refusals: list[str]) -> Iterator[list[str]]:
+    """Two kept simulations, which are gone afterwards, even while the page reads their curves."""
+    refusals.append("404")
     kept = [
         keep(page, server, name="stiffer", set={GAIN: 312e3}),
         keep(page, server, name="shipped"),
@@ -61,11 +79,10 @@ def test_a_session_is_found_tagged_pinned_deleted_and_linked(
     expect(detail).to_contain_text("recording")
     page.keyboard.press("Escape")
     state(page, "stopped")
-    screens = page.get_by_role("navigation", name="Screens")
-    screens.get_by_role("link", name="Lab", exact=True).click()
+    open_screen(page, "Lab")
     page.keyboard.press("r")
     state(page, "paused")
-    screens.get_by_role("link", name="Runs", exact=True).click()
+    open_screen(page, "Runs")
     expect(detail).to_contain_text("STOP", timeout=LONG)
     expect(detail.get_by_role("region", name="Following error x")).to_be_visible()
 
@@ -192,6 +209,82 @@ def test_a_what_if_is_kept(page: Page, server: Server) -> None:
     expect(detail).to_contain_text("simulated", timeout=LONG)
     name = page.evaluate("new URL(location.href).searchParams.get('run')")
     assert page.request.get(f"{server.url}{API}/runs/{name}").json()["scenario"] == "circle"
+
+
+def test_a_recorded_session_is_overlaid_on_a_what_if_with_another_gain(
+    page: Page, server: Server
+) -> None:
+    page.keyboard.press("Space")
+    wait_for_clock(page, 1.6)
+    run = session(page, server)["run"]
+    page.keyboard.press("Escape")
+    state(page, "stopped")
+    page.keyboard.press("r")
+    state(page, "paused")
+    page.keyboard.press("w")
+    set_field(page, "B k_p x, N/mm", "312")
+    open_screen(page, "Runs")
+    expect(row(page, "circle").first).not_to_contain_text("recording", timeout=LONG)
+    page.locator(f"#row-{run}").click()
+    page.keyboard.press("o")
+
+    overlaid = region(page, "Overlaid runs")
+    expect(overlaid).to_contain_text("200.3 N/mm, now 312")
+    expect(overlaid).to_contain_text("ended at")
+    set_field(page, "Offset of circle, s", "5")
+    expect(overlaid).not_to_contain_text("ended at")
+    region(page, "Scopes").get_by_role("button", name="Table").click()
+    table = region(page, "Scopes as numbers")
+    heads = table.locator("thead th").all_inner_texts()
+    column = next(i for i, text in enumerate(heads) if text.startswith("ex B circle"))
+    at_six = table.locator("tbody tr", has=page.get_by_role("rowheader", name="6", exact=True))
+    answer = page.request.get(
+        f"{server.url}{API}/runs/{run}/window?columns=B.x.following_error&from=2000&to=2001"
+    )
+    value = 1e6 * struct.unpack("<f", answer.body()[-4:])[0]
+    cell = at_six.locator("th, td").nth(column)
+    expect(cell).to_have_text(re.compile(r"\d"))
+    assert abs(float(re.sub(r"^\W", "-", cell.inner_text()))) == pytest.approx(abs(value), abs=0.1)
+
+    expect(region(page, "Metrics")).to_contain_text("exact", timeout=LONG)
+    metrics = region(page, "Metrics of the overlaid runs")
+    expect(metrics).to_contain_text("circle is over another window")
+    cells = metrics.locator("tr", has_text="max |ex|").locator("td")
+    now = simulated(page, server, k_p=312e3)[1]
+    expect(cells.nth(0)).to_have_text(now)
+    kept = page.request.get(f"{server.url}{API}/runs/{run}").json()["result"]["variants"]
+    then = 1e6 * kept["B"]["axes"]["x"]["max_abs_following_error"]
+    expect(cells.nth(1)).to_contain_text(f"{then:.3g}")
+    expect(cells.nth(1)).to_contain_text(f"{100 * (float(now) / then - 1):.0f}".lstrip("-"))
+    assert serious(page, within='[aria-label="Overlaid runs"]') == []
+
+
+def test_overlaid_runs_stay_over_a_reload_and_are_chosen_in_a_sheet(
+    page: Page, server: Server, two: list[str]
+) -> None:
+    page.goto(f"{page.url}&overlay={two[0]}:2")
+    field = page.get_by_role("textbox", name="Offset of stiffer, s")
+    expect(field).to_have_value("2", timeout=LONG)
+    set_field(page, "Offset of stiffer, s", "-1.5")
+    page.reload()
+    expect(field).to_have_value("-1.5", timeout=LONG)
+    page.keyboard.press("o")
+    page.keyboard.type("no such run")
+    sheet = page.get_by_role("dialog", name="Overlay runs")
+    expect(sheet).to_contain_text("No run meets all of it.")
+    page.get_by_role("textbox", name="Search runs").fill("scenario:circle shipped")
+    sheet.get_by_role("button", name="shipped").first.click()
+    metrics = region(page, "Metrics of the overlaid runs")
+    expect(metrics.locator("thead th")).to_have_text(["B now", "stiffer", "shipped"])
+    page.get_by_role("textbox", name="Search runs").fill("stiffer")
+    listed = sheet.get_by_role("button", name="stiffer")
+    expect(listed).to_have_attribute("aria-pressed", "true")
+    listed.click()
+    expect(field).to_have_count(0)
+    page.keyboard.press("Escape")
+    button(page, "Remove shipped")
+    expect(region(page, "Overlaid runs")).to_have_count(0)
+    assert "overlay" not in page.url
 
 
 def test_without_runs_the_screen_says_how_to_begin(

@@ -8,6 +8,7 @@ import type { Ink } from './palette';
 import { Plane } from './plane';
 import { roundStep, type Range } from './range';
 import type { SampleSource } from './source';
+import type { PathUnderlay } from './underlay';
 
 const POINTS = 1000;
 const MARGIN = 0.04;
@@ -57,9 +58,14 @@ export class PlaneView {
     this.plane = new Plane(canvas);
   }
 
-  draw(source: SampleSource, range: Range, at: number): void {
+  draw(
+    source: SampleSource,
+    range: Range,
+    at: number,
+    underlays: readonly PathUnderlay[] = [],
+  ): void {
     const { canvas, plane } = this;
-    this.read(source, range);
+    this.read(source, range, underlays);
     canvas.clear();
     if (!this.box) return;
     const { x, y } = this.box;
@@ -68,6 +74,7 @@ export class PlaneView {
     plane.grid();
     canvas.clipped(plane.box, () => {
       this.path(this.reference, 'reference', 1);
+      for (const each of underlays) each.draw(canvas, plane, this.factor, at);
       this.variants.slice(0, 2).forEach((_, i) => {
         const mover = this.movers[i] as Trail;
         this.path(mover, INKS[i] as Ink, 1.75);
@@ -78,7 +85,7 @@ export class PlaneView {
   }
 
   /** Fills reference and movers; the movers hold errors until the factor is known. */
-  private read(source: SampleSource, range: Range): void {
+  private read(source: SampleSource, range: Range, underlays: readonly PathUnderlay[]): void {
     const bins = source.cut(range.from, range.to, POINTS);
     this.count = Math.min(bins.count, POINTS + 2);
     const middle = (column: string, target: Float32Array) => {
@@ -93,7 +100,7 @@ export class PlaneView {
       middle(`${variant}.x.following_error`, (this.movers[i] as Trail).x);
       middle(`${variant}.y.following_error`, (this.movers[i] as Trail).y);
     });
-    const largest = this.largestError();
+    const largest = Math.max(this.largestError(), ...underlays.map((each) => each.read(range)));
     this.chooseBox(this.factor * largest);
     this.chooseFactor(largest);
     for (const mover of this.movers) {

@@ -5,6 +5,7 @@ import type { Canvas } from './canvas';
 import type { Ink } from './palette';
 import type { Range } from './range';
 import type { Dash } from './types';
+import { nextVersion, type Underlay } from './underlay';
 
 export interface QuantileBand {
   ink: Ink;
@@ -21,8 +22,23 @@ const FAINT = 0.1;
 const SHADE = 0.2;
 const EDGES = 0.5;
 
+/** A band as what lies behind curves. */
+export class BandUnderlay implements Underlay {
+  readonly version = nextVersion();
+
+  constructor(private readonly band: QuantileBand) {}
+
+  read(range: Range): readonly [number, number] {
+    return bandExtremes(this.band, range);
+  }
+
+  draw(canvas: Canvas, x: AxisScale, y: AxisScale): void {
+    drawQuantileBand(canvas, this.band, x, y);
+  }
+}
+
 /** Returns the least and the largest value over a range of time. */
-export function bandExtremes({ time, least, most }: QuantileBand, { from, to }: Range) {
+function bandExtremes({ time, least, most }: QuantileBand, { from, to }: Range) {
   let low = Number.POSITIVE_INFINITY;
   let high = Number.NEGATIVE_INFINITY;
   time.forEach((at, k) => {
@@ -34,7 +50,7 @@ export function bandExtremes({ time, least, most }: QuantileBand, { from, to }: 
 }
 
 /** Draws from least to most, faint, and from low to high, stronger and with edges. */
-export function drawQuantileBand(
+function drawQuantileBand(
   canvas: Canvas,
   { ink, dash, time, least, low, high, most }: QuantileBand,
   x: AxisScale,

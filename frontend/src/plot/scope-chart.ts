@@ -5,11 +5,11 @@ import { AxisScale } from './axis-scale';
 import { crisp, type Canvas } from './canvas';
 import { ChartPointer, type ChartEvents, type TimeAxis } from './chart-pointer';
 import type { Ink } from './palette';
-import { drawQuantileBand, bandExtremes, type QuantileBand } from './quantile-band';
 import { calmRange, multiples, roundStep, type Range } from './range';
 import type { SampleSource } from './source';
 import { SourceCurve } from './source-curve';
 import type { Dash, Look } from './types';
+import type { Underlay } from './underlay';
 
 /** Room for the numbers of the value axis and of the time axis, CSS pixels. */
 const GUTTER = 66;
@@ -51,8 +51,8 @@ export interface ChartState {
   /** Time under the pointer of any scope, and what its drag has marked. */
   hover: number | null;
   selection: Range | null;
-  /** Bands behind the curves. */
-  quantileBands: readonly QuantileBand[];
+  /** What lies behind the curves; the value axis includes it. */
+  underlays: readonly Underlay[];
 }
 
 export class ScopeChart implements TimeAxis {
@@ -64,7 +64,6 @@ export class ScopeChart implements TimeAxis {
   private x: AxisScale;
   private y: AxisScale;
   private values: Range | null = null;
-  private quantileBands: readonly QuantileBand[] = [];
   private drawn = '';
 
   constructor(
@@ -88,16 +87,15 @@ export class ScopeChart implements TimeAxis {
 
   /** Draws, unless nothing has changed since the last time. */
   draw(source: SampleSource, state: ChartState): void {
-    const { range, follow, moments, cursors, hover, selection, quantileBands } = state;
-    if (quantileBands !== this.quantileBands) this.drawn = '';
-    this.quantileBands = quantileBands;
-    const key = `${source.version} ${range.from} ${range.to} ${follow} ${moments.length} ${cursors.join()} ${hover} ${selection?.from} ${selection?.to}`;
+    const { range, follow, moments, cursors, hover, selection, underlays } = state;
+    const behind = underlays.map(({ version }) => version).join();
+    const key = `${source.version} ${range.from} ${range.to} ${follow} ${moments.length} ${cursors.join()} ${hover} ${selection?.from} ${selection?.to} ${behind}`;
     if (key === this.drawn) return;
     this.drawn = key;
     this.range = range;
     this.cursors = cursors;
     this.x = this.timeScale();
-    const [low, high] = this.read(source);
+    const [low, high] = this.read(source, underlays);
     if (follow || !this.values)
       this.values = calmRange(follow ? this.values : null, low, high, this.scope.still);
     this.y = this.valueScale(this.values);
@@ -108,7 +106,7 @@ export class ScopeChart implements TimeAxis {
     drawAxes(canvas, x, y, ticks, { bare: !this.last });
     this.moments(state);
     canvas.clipped(boxOf(x, y), () => {
-      for (const band of quantileBands) drawQuantileBand(canvas, band, x, y);
+      for (const each of underlays) each.draw(canvas, x, y);
       for (const curve of this.curves) curve.draw(canvas, source, x, y);
     });
     // Round markers at round times: they move along with the curve.
@@ -140,13 +138,14 @@ export class ScopeChart implements TimeAxis {
   }
 
   /** Reads what the window holds; returns its least and largest value. */
-  private read(source: SampleSource): [number, number] {
+  private read(source: SampleSource, underlays: readonly Underlay[]): [number, number] {
     const { range } = this;
     const [left, right] = this.ends;
-    const bins = source.cut(range.from, range.to, Math.max(50, right - left));
+    const pixels = Math.max(50, right - left);
+    const bins = source.cut(range.from, range.to, pixels);
     const found = [
       ...this.curves.map((curve) => curve.read(source, bins)),
-      ...this.quantileBands.map((band) => bandExtremes(band, range)),
+      ...underlays.map((each) => each.read(range, pixels)),
     ];
     return [Math.min(...found.map(([low]) => low)), Math.max(...found.map(([, high]) => high))];
   }

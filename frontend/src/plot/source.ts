@@ -3,6 +3,8 @@
 import { cut, type Bins } from './bins';
 import type { Range } from './range';
 
+export type { Range };
+
 export interface SampleSource {
   /** Changes whenever there is something new to draw. */
   readonly version: number;
@@ -58,6 +60,10 @@ export class StillSource implements SampleSource {
 
   has(column: string): boolean {
     return this.columns.has(column);
+  }
+  /** The same, so much later, s. */
+  shifted(by: number): StillSource {
+    return new StillSource(this.start + by, this.step, this.last, this.columns);
   }
   cut(from: number, to: number, pixels: number): Bins {
     const low = Math.max(0, Math.floor((from - this.start) / this.step));

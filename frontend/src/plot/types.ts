@@ -9,6 +9,7 @@ export const DASHES = {
   dash: [6, 4],
   dot: [1.5, 3],
   dashdot: [7, 3, 1.5, 3],
+  long: [12, 5],
 } as const satisfies Record<string, readonly number[]>;
 
 export type Dash = keyof typeof DASHES;

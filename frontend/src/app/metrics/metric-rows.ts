@@ -40,6 +40,7 @@ export interface MetricRow {
   meaning: string;
   main: boolean;
   values: string[];
+  numbers: readonly number[];
   /** Second variant against the first, a share; null where there is no such figure. */
   change: number | null;
   /** Whether the change is for the better; null without judgement. */
@@ -53,9 +54,9 @@ interface Line {
   numbers: number[];
 }
 
-/** Returns the rows for the first two variants; those without any number are left out. */
+/** Returns the rows for some variants; those without any number are left out. */
 export function rows(metrics: Metrics, variants: readonly string[]): MetricRow[] {
-  const of = variants.slice(0, 2).map((name) => metrics.variants[name]);
+  const of = variants.map((name) => metrics.variants[name]);
   const lines: Line[] = [];
   const add = (
     shown: Shown<string>,
@@ -119,6 +120,7 @@ function row({ shown, definition, axis, numbers }: Line, scale: Scale): MetricRo
     meaning: pretty(definition.meaning),
     main: shown.main === true,
     values: numbers.map((value) => among(value, scale)),
+    numbers,
     change,
     better: judged ? change < 0 : null,
   };

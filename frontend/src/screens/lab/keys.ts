@@ -2,6 +2,7 @@
 
 import type { KeyTable } from '../../app/keys';
 import { app } from '../../app/store.svelte';
+import { parts } from './parts.svelte';
 import { SCOPES } from './scopes/catalog';
 import { view } from './scopes/view.svelte';
 
@@ -27,6 +28,7 @@ export const LAB_KEYS: KeyTable = {
     { keys: '< >', does: 'Move the cursor that was set last' },
     { keys: 'v', does: 'Readings tell the value, mean, RMS, peak to peak, std' },
     { keys: '0', does: 'Reset zoom and cursors' },
+    { keys: 'o', does: 'Overlay runs' },
     { keys: 'f', does: 'Value axes follow the data, or hold' },
   ],
 };
@@ -72,6 +74,7 @@ export function labActions(): Record<string, () => void> {
     '<': () => view.nudgeCursor(-CURSOR_STEP),
     '>': () => view.nudgeCursor(CURSOR_STEP),
     v: () => view.nextStatistic(),
+    o: () => void parts.chooseRuns(),
     f: () => (view.follow = !view.follow),
   };
 }

@@ -2,6 +2,7 @@
 
 import type { KeyTable } from '../../app/keys';
 import { actions } from './actions.svelte';
+import { overlayInLab } from './overlay-in-lab';
 import { plots } from './plots';
 import { runs } from './runs.svelte';
 
@@ -17,6 +18,7 @@ export const RUNS_KEYS: KeyTable = {
     { keys: 'Space', does: 'Select, or not any more' },
     { keys: 'Ctrl+A', does: 'Select all that are listed' },
     { keys: 'Enter', does: 'Open in the Lab' },
+    { keys: 'o', does: 'Overlay in the Lab' },
     { keys: 'p', does: 'Pin' },
     { keys: 't', does: 'Tag, in place of light or dark' },
     { keys: 'Del', does: 'Delete; a notice offers Undo' },
@@ -33,6 +35,7 @@ export function runsActions(search: () => void, open: () => void): Record<string
   return {
     '/': search,
     Enter: open,
+    o: overlayInLab,
     p: () => void runs.pin(some()),
     t: () => actions.open('tag'),
     Delete: () => void (some().length > 0 && runs.remove(some())),

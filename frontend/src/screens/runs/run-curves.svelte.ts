@@ -1,21 +1,14 @@
 /** The curves of one run: the whole of it, and whichever part is looked at, from the server. */
 
-import { readCurves } from '../../app/api/curves-answer';
 import { AXES, type RunDetail } from '../../app/api/types';
-import { errorText } from '../../app/error-text';
-import { LatestWins } from '../../app/latest-wins';
+import { BINS } from '../../app/runs/run-range';
+import { RunSource } from '../../app/runs/run-source.svelte';
+import { markText } from '../../app/runs/run-text';
 import type { Pointer } from '../../plot/chart-pointer';
 import { timeAt, type Range } from '../../plot/range';
 import type { Moment } from '../../plot/scope-chart';
-import { StillSource } from '../../plot/source';
-import { runWindow } from './runs-api';
-import { markText } from './run-text';
-import { channelsOf, planeRange, samplesOf, scopesOf, zoomed } from './run-window';
-
-/** Bins of a scope and of the plane; more than either has pixels. */
-const POINTS = 2000;
-
-type Answer = ReturnType<typeof readCurves>;
+import type { StillSource } from '../../plot/source';
+import { channelsOf, planeRange, scopesOf, zoomed } from './run-window';
 
 export class RunCurves {
   /** Part of the run that is looked at; null for the whole. */
@@ -23,18 +16,16 @@ export class RunCurves {
   /** A channel beside the following errors, such as `x.velocity`; empty without. */
   channel = $state('');
   cursors = $state.raw<readonly number[]>([]);
-  problem = $state('');
   pointer: Pointer | null = null;
   readonly moments: readonly Moment[];
   readonly scopes = $derived.by(() => scopesOf(this.run, this.channel));
   readonly plane = $derived.by(() => planeRange(this.run, this.zoom));
-  planeSource = $state.raw<StillSource | null>(null);
-  private whole = $state.raw<StillSource | null>(null);
-  private part = $state.raw<StillSource | null>(null);
-  private readonly scopeQuestions = new LatestWins<Range | null>((zoom) => this.readScopes(zoom));
-  private readonly planeQuestions = new LatestWins<Range>((range) => this.readPlane(range));
+  private readonly ofScopes: RunSource;
+  private readonly ofPlane: RunSource;
 
   constructor(readonly run: RunDetail) {
+    this.ofScopes = new RunSource(run);
+    this.ofPlane = new RunSource(run, false);
     this.moments = run.events.map((event) => ({
       time: event.tick * run.period,
       label: markText(event),
@@ -45,14 +36,16 @@ export class RunCurves {
     return this.zoom ?? { from: 0, to: this.run.duration };
   }
 
-  /** What is drawn: the part once it has come, until then the whole, which is coarser. */
   get source(): StillSource | null {
-    const { part, range } = this;
-    const covers =
-      part &&
-      part.start <= range.from + part.step &&
-      part.start + part.last * part.step >= range.to - part.step;
-    return this.zoom && covers ? part : this.whole;
+    return this.ofScopes.over(this.range);
+  }
+
+  get planeSource(): StillSource | null {
+    return this.ofPlane.part;
+  }
+
+  get problem(): string {
+    return this.ofScopes.problem || this.ofPlane.problem;
   }
 
   get hover(): number | null {
@@ -73,9 +66,12 @@ export class RunCurves {
 
   /** Asks for curves of the part that is looked at. */
   load(): void {
-    this.scopeQuestions.push(this.zoom);
-    const { plane } = this;
-    if (plane) this.planeQuestions.push(plane);
+    const { zoom, plane } = this;
+    this.ofScopes.choose(this.scopes.flatMap(({ traces }) => traces.map(({ column }) => column)));
+    this.ofScopes.read(zoom && { range: zoom, points: BINS });
+    if (!plane) return;
+    this.ofPlane.choose(planeColumns(this.run.variants));
+    this.ofPlane.read({ range: plane, points: BINS });
   }
 
   look(range: Range | null): void {
@@ -101,10 +97,7 @@ export class RunCurves {
 
   show(channel: string): void {
     this.channel = channel;
-    this.whole = null;
-    this.part = null;
-    this.scopeQuestions.push(null);
-    if (this.zoom) this.load();
+    this.load();
   }
 
   setCursor(time: number): void {
@@ -120,39 +113,16 @@ export class RunCurves {
     this.look(null);
   }
 
-  private async readScopes(zoom: Range | null): Promise<void> {
-    const columns = this.scopes.flatMap(({ traces }) => traces.map(({ column }) => column));
-    const source = await this.read(columns, zoom ?? { from: 0, to: this.run.duration });
-    if (zoom) this.part = source ?? this.part;
-    else this.whole = source ?? this.whole;
-  }
-
-  private async readPlane(range: Range): Promise<void> {
-    const references = AXES.map((axis) => `${axis}.position_reference`);
-    const errors = this.run.variants
-      .slice(0, 2)
-      .flatMap((variant) => AXES.map((axis) => `${variant}.${axis}.following_error`));
-    this.planeSource = (await this.read([...references, ...errors], range)) ?? this.planeSource;
-  }
-
-  private async read(wanted: readonly string[], range: Range): Promise<StillSource | null> {
-    const columns = this.run.columns.flatMap(({ name = '' }) =>
-      wanted.includes(name) ? [name] : [],
-    );
-    if (columns.length === 0 || this.run.ticks === 0) return null;
-    try {
-      const query = { ...samplesOf(range, this.run), columns: columns.join(), points: POINTS };
-      const { time, columns: curves }: Answer = readCurves(await runWindow(this.run.id, query));
-      this.problem = '';
-      return new StillSource(time.start, time.step, time.count, curves);
-    } catch (error) {
-      this.problem = errorText(error);
-      return null;
-    }
-  }
-
   /** Channels that can be shown beside the following errors. */
   get channels() {
     return channelsOf(this.run);
   }
+}
+
+function planeColumns(variants: readonly string[]): string[] {
+  const references = AXES.map((axis) => `${axis}.position_reference`);
+  const errors = variants
+    .slice(0, 2)
+    .flatMap((variant) => AXES.map((axis) => `${variant}.${axis}.following_error`));
+  return [...references, ...errors];
 }

@@ -1,6 +1,6 @@
 import { expect, it } from 'vitest';
 import type { RunDetail } from '../../app/api/types';
-import { channelsOf, planeRange, samplesOf, scopesOf, zoomed } from './run-window';
+import { channelsOf, planeRange, scopesOf, zoomed } from './run-window';
 
 const NAMES = [
   'x.position_reference',
@@ -16,12 +16,6 @@ const run = {
   result: { window: { start: 4.5, end: 10.5 } },
   columns: NAMES.map((name) => ({ name, unit: name.includes('velocity') ? 'm/s' : 'm' })),
 } as unknown as RunDetail;
-
-it('a stretch of time is the samples within the run that hold it', () => {
-  expect(samplesOf({ from: 0, to: 10.5 }, run)).toEqual({ from: 0, to: 21_000 });
-  expect(samplesOf({ from: 1, to: 1.001 }, run)).toEqual({ from: 2000, to: 2003 });
-  expect(samplesOf({ from: 11, to: 12 }, run)).toEqual({ from: 20_999, to: 21_000 });
-});
 
 it('a zoom stays within the run and is never shorter than can be read', () => {
   expect(zoomed({ from: -1, to: 2 }, run)).toEqual({ from: 0, to: 3 });

@@ -1,6 +1,7 @@
 /** Which samples and channels of a run are shown. */
 
 import { AXES, type RunDetail } from '../../app/api/types';
+import type { Length } from '../../app/runs/run-range';
 import type { Range } from '../../plot/range';
 import type { Traces } from '../../plot/scope-chart';
 import { looksOf } from '../../plot/variant-looks';
@@ -11,14 +12,6 @@ const PLANE_SECONDS = 12;
 const LEAST = 8;
 /** Span of an error's value axis while all is zero, m. */
 const STILL = 1e-5;
-
-type Length = Pick<RunDetail, 'ticks' | 'period' | 'duration'>;
-
-/** Returns the samples [from, to) of a stretch of time. */
-export function samplesOf({ from, to }: Range, { ticks, period }: Length) {
-  const first = Math.min(ticks - 1, Math.max(0, Math.floor(from / period)));
-  return { from: first, to: Math.min(ticks, Math.max(first + 1, Math.ceil(to / period) + 1)) };
-}
 
 /** Returns a stretch within the run, no shorter than a few samples; null for the whole. */
 export function zoomed({ from, to }: Range, { period, duration }: Length): Range | null {

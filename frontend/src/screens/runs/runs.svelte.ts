@@ -4,8 +4,15 @@ import type { Run, RunStorage } from '../../app/api/types';
 import { errorText } from '../../app/error-text';
 import { messages } from '../../app/messages.svelte';
 import { fromAddress, load, save, setAddress } from '../../app/storage';
-import { changeRun, deleteRun, listRuns, restoreRun, runStorage, type RunChange } from './runs-api';
-import { searchProblem } from './run-text';
+import {
+  changeRun,
+  deleteRun,
+  listRuns,
+  restoreRun,
+  runStorage,
+  type RunChange,
+} from '../../app/runs/runs-api';
+import { searchProblem } from '../../app/runs/run-text';
 import { viewOf, viewsAt, withView, type QuickView, type ViewId } from './search-text';
 import { chosen, moved, neighbour, NOTHING, type How, type Selection } from './selection';
 

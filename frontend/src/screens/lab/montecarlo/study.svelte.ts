@@ -6,13 +6,14 @@ import { sourceOf, wholeOf, type ScenarioSource } from '../../../app/jobs/job-re
 import { JobStore } from '../../../app/jobs/job-store.svelte';
 import { load, oneOf, partOf, save } from '../../../app/storage';
 import { app } from '../../../app/store.svelte';
-import type { QuantileBand } from '../../../plot/quantile-band';
+import { BandUnderlay } from '../../../plot/quantile-band';
 import type { SampleSource } from '../../../plot/source';
+import type { Underlay } from '../../../plot/underlay';
 import { covers, quantileBands, type Spec } from './spread';
 
 export const CASES = [100, 300, 1000] as const;
 
-class Study {
+export class Study {
   readonly job = new JobStore(app.api, 'monte-carlo', ({ cases }) => {
     if (typeof cases === 'number') this.setCases(cases);
   });
@@ -45,9 +46,11 @@ class Study {
     return cases === this.cases ? [] : ['number of plants'];
   });
 
-  private readonly bands = $derived.by((): Record<Axis, QuantileBand[]> | null => {
+  private readonly bands = $derived.by((): Record<Axis, Underlay[]> | null => {
     const { result } = this;
-    return result && { x: quantileBands(result, 'x'), y: quantileBands(result, 'y') };
+    if (!result) return null;
+    const of = (axis: Axis) => quantileBands(result, axis).map((band) => new BandUnderlay(band));
+    return { x: of('x'), y: of('y') };
   });
 
   async run(): Promise<void> {
@@ -71,7 +74,7 @@ class Study {
   }
 
   /** The bands behind a scope of what-if curves; none where they belong to other curves. */
-  behind(scope: string, source: SampleSource | null): readonly QuantileBand[] {
+  behind(scope: string, source: SampleSource | null): readonly Underlay[] {
     const axis = scope === 'ex' ? 'x' : scope === 'ey' ? 'y' : null;
     if (!axis || !this.drawn || !this.bands || !source || app.mode !== 'whatif') return NONE;
     if (this.stale) return NONE;
@@ -80,6 +83,6 @@ class Study {
   }
 }
 
-const NONE: readonly QuantileBand[] = [];
+const NONE: readonly Underlay[] = [];
 
 export const study = new Study();

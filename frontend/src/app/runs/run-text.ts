@@ -1,9 +1,9 @@
-/** What a list and the detail of a run say in words. */
+/** What is said of runs in words. */
 
-import { ApiError } from '../../app/api/client';
-import type { Run, RunDifference, RunEvent, RunStorage, Value } from '../../app/api/types';
-import { errorText } from '../../app/error-text';
-import { fieldOf, nameOf, show } from '../../app/fields/fields.svelte';
+import { ApiError } from '../api/client';
+import type { Run, RunDifference, RunEvent, RunStorage, Value } from '../api/types';
+import { errorText } from '../error-text';
+import { fieldOf, nameOf, show } from '../fields/fields.svelte';
 import { digits, pretty } from '../../ui/units';
 
 const MINUTE = 60;

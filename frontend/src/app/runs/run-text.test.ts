@@ -1,6 +1,6 @@
 import { expect, it } from 'vitest';
-import { ApiError } from '../../app/api/client';
-import type { Run, RunEvent } from '../../app/api/types';
+import { ApiError } from '../api/client';
+import type { Run, RunEvent } from '../api/types';
 import {
   differing,
   durationText,

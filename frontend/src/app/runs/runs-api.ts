@@ -1,6 +1,6 @@
-/** Calls that only the Runs screen makes. */
+/** Calls about runs, apart from the client: it is loaded at once, they are not. */
 
-import { app } from '../../app/store.svelte';
+import { app } from '../store.svelte';
 
 /** What can be changed of a run. */
 export interface RunChange {

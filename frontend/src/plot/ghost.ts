@@ -1,0 +1,103 @@
+/** Curves and paths of another run, behind the present ones: the same hue, muted, with dashes of the run. */
+
+import type { AxisScale } from './axis-scale';
+import type { Canvas } from './canvas';
+import type { Ink } from './palette';
+import type { Plane } from './plane';
+import type { Range } from './range';
+import type { SampleSource } from './source';
+import { SourceCurve } from './source-curve';
+import type { Trace } from './scope-chart';
+import type { Dash } from './types';
+import { nextVersion, type PathUnderlay, type Underlay } from './underlay';
+
+const STRENGTH = 0.6;
+const POINTS = 1000;
+const INKS: readonly Ink[] = ['a', 'b'];
+
+export class GhostCurve implements Underlay {
+  readonly version = nextVersion();
+  private readonly curve: SourceCurve;
+
+  constructor(
+    private readonly source: SampleSource,
+    { column, ink = 'text' }: Trace,
+    dash: Dash,
+  ) {
+    this.curve = new SourceCurve(column, { ink, dash, width: 1.25 });
+  }
+
+  read({ from, to }: Range, pixels: number): readonly [number, number] {
+    return this.curve.read(this.source, this.source.cut(from, to, pixels));
+  }
+
+  draw(canvas: Canvas, x: AxisScale, y: AxisScale): void {
+    canvas.c.globalAlpha = STRENGTH;
+    this.curve.draw(canvas, this.source, x, y);
+    canvas.c.globalAlpha = 1;
+  }
+}
+
+/** Path of one mover of another run: its reference less the factor times its error. */
+export class GhostPath implements PathUnderlay {
+  readonly version = nextVersion();
+  private points: Record<'x' | 'y' | 'ex' | 'ey', Float32Array> | null = null;
+
+  /** @param place 0 for the first variant, 1 for the second: its hue */
+  constructor(
+    private readonly source: SampleSource,
+    private readonly variant: string,
+    private readonly place: number,
+    private readonly dash: Dash,
+  ) {}
+
+  read({ from, to }: Range): number {
+    const { source, variant } = this;
+    const bins = source.cut(from, to, POINTS);
+    const [low, high] = [new Float32Array(bins.count), new Float32Array(bins.count)];
+    const middles = (column: string) => {
+      source.reduce(column, bins, low, high);
+      return low.map((value, i) => (value + (high[i] as number)) / 2);
+    };
+    const points = {
+      x: middles('x.position_reference'),
+      y: middles('y.position_reference'),
+      ex: middles(`${variant}.x.following_error`),
+      ey: middles(`${variant}.y.following_error`),
+    };
+    this.points = points;
+    let largest = 0;
+    points.ex.forEach((ex, i) => {
+      const error = Math.hypot(ex, points.ey[i] as number);
+      if (error > largest) largest = error;
+    });
+    return largest;
+  }
+
+  draw(canvas: Canvas, plane: Plane, factor: number, at: number): void {
+    const { c } = canvas;
+    const { points } = this;
+    const ink = INKS[this.place] ?? 'text';
+    if (!points) return;
+    c.globalAlpha = STRENGTH;
+    canvas.pen(ink, 1.25, this.dash);
+    c.beginPath();
+    canvas.trace(points.x.length, (i) => [
+      plane.px((points.x[i] as number) - factor * (points.ex[i] as number)),
+      plane.py((points.y[i] as number) - factor * (points.ey[i] as number)),
+    ]);
+    c.stroke();
+    const [x, y] = (['x', 'y'] as const).map(
+      (axis) =>
+        this.source.at(`${axis}.position_reference`, at) -
+        factor * this.source.at(`${this.variant}.${axis}.following_error`, at),
+    ) as [number, number];
+    if (Number.isFinite(x + y)) {
+      canvas.pen(ink, 1.5);
+      c.beginPath();
+      c.arc(plane.px(x), plane.py(y), 4, 0, 2 * Math.PI);
+      c.stroke();
+    }
+    c.globalAlpha = 1;
+  }
+}

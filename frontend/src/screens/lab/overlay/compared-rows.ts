@@ -1,0 +1,44 @@
+/** Metrics of one variant now and in other runs, row by row. */
+
+import type { Metrics, VariantMetrics } from '../../../app/api/types';
+import { rows } from '../../../app/metrics/metric-rows';
+import { percent } from '../../../ui/units';
+
+export interface ComparedRow {
+  name: string;
+  unit: string;
+  meaning: string;
+  main: boolean;
+  now: string;
+  then: { value: string; change: string }[];
+}
+
+/** Returns the rows of a variant; each run with its value and by how much the present one differs. */
+export function comparedRows(
+  now: Metrics,
+  runs: readonly Metrics[],
+  variant: string,
+): ComparedRow[] {
+  const columns = [now, ...runs].flatMap((metrics, i): [string, VariantMetrics][] => {
+    const found = metrics.variants[variant];
+    return found ? [[String(i), found]] : [];
+  });
+  const all = { window: now.window, variants: Object.fromEntries(columns) };
+  const order = [now, ...runs].map((_, i) => String(i));
+  return rows(all, order).map(({ name, unit, meaning, main, values, numbers }) => ({
+    name,
+    unit,
+    meaning,
+    main,
+    now: values[0] ?? '',
+    then: values.slice(1).map((value, i) => ({
+      value,
+      change: percent((numbers[0] ?? Number.NaN) / (numbers[i + 1] ?? Number.NaN) - 1),
+    })),
+  }));
+}
+
+/** Whether two windows are alike as they are shown, to a hundredth of a second. */
+export function sameWindow(a: Metrics['window'], b: Metrics['window']): boolean {
+  return Math.abs(a.start - b.start) < 0.005 && Math.abs(a.end - b.end) < 0.005;
+}

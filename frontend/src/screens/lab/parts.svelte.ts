@@ -1,0 +1,35 @@
+/** Parts of the Lab that are loaded when they are first wanted; null until then. */
+
+import type * as study from './montecarlo/part';
+import type * as overlay from './overlay/part';
+import { app } from '../../app/store.svelte';
+import { fromAddress, load } from '../../app/storage';
+
+class Parts {
+  study = $state.raw<typeof study | null>(null);
+  overlay = $state.raw<typeof overlay | null>(null);
+
+  /** Loads what the address or this browser has used before. */
+  start(): void {
+    if (fromAddress('overlay')) void this.loadOverlay();
+    if (load('job.monte-carlo', '') !== '') void this.loadStudy();
+  }
+
+  loadStudy = () =>
+    app.try(async () => {
+      this.study ??= await import('./montecarlo/part');
+    });
+
+  loadOverlay = () =>
+    app.try(async () => {
+      this.overlay ??= await import('./overlay/part');
+    });
+
+  /** Opens the sheet with runs to draw behind the curves. */
+  chooseRuns = async () => {
+    await this.loadOverlay();
+    if (this.overlay) this.overlay.overlay.choosing = true;
+  };
+}
+
+export const parts = new Parts();

@@ -1,0 +1,14 @@
+/** Overlays the selected runs in the Lab. */
+
+import { messages } from '../../app/messages.svelte';
+import { MOST } from '../../app/overlay/overlay-address';
+import { overlay } from '../../app/overlay/overlay.svelte';
+import { screen } from '../../app/screen.svelte';
+import { runs } from './runs.svelte';
+
+export function overlayInLab(): void {
+  const ids = runs.selected.filter(({ deleted }) => deleted === null).map(({ id }) => id);
+  if (ids.length === 0) return;
+  screen.go('lab', { overlay: overlay.add(ids.slice(0, MOST)) });
+  if (ids.length > MOST) messages.info(`The Lab overlays ${MOST} runs at most: the first ${MOST}.`);
+}
