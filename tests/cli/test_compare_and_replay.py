@@ -49,6 +49,11 @@ def test_a_script_holds_a_regression(
     found = json.loads(capsys.readouterr().out)
     assert [c["tolerance"]["absolute"] for c in found["channels"]] == [0.0, 2e-6]
     assert [c["tolerance"]["relative"] for c in found["channels"]] == [0.01, 0.0]
+    short = [*errors, "--tolerance", f"{loose},0.002", "--interpolation", "*.x.*=hold", "--json"]
+    assert main(short) == 0
+    found = json.loads(capsys.readouterr().out)["channels"]
+    assert [c["tolerance"]["time"] for c in found] == [0.0, 0.002]
+    assert [c["interpolation"] for c in found] == ["hold", "linear"]  # a name goes first
     by_place = ["--align", "reference", "--time-tolerance", "0.001", "--samples", "intersection"]
     assert main([*errors, *by_place, "--json"]) in {0, 1}
     found = json.loads(capsys.readouterr().out)
@@ -66,6 +71,8 @@ def test_a_script_holds_a_regression(
         (["--tolerance=-1,0"], "tolerance.absolute"),
         (["--tolerance", "nan,0"], "tolerance.absolute"),
         (["--tolerance", "C.*=1,0"], "channels.C.*: fits no channel"),
+        (["--tolerance", "A=1,0,0,0"], "--tolerance: is no tolerance"),
+        (["--interpolation", "*=spline"], "--interpolation: is no interpolation"),
         (["--only", "z"], "only.z: fits no channel"),
         (["--offset", "inf"], "offset"),
         (["--offset", "1", "--align", "index"], "offset: only moves runs aligned by time"),

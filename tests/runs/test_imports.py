@@ -44,7 +44,8 @@ def given(tmp_path: Path) -> Given:
     def read(text: str | bytes, *mapping: str, **options: Any) -> Measurement:
         path = tmp_path / "measured.csv"
         path.write_bytes(text.encode() if isinstance(text, str) else text)
-        return read_measurement(read_file(path), ImportOptions(mapping=mapping, **options))
+        said = ImportOptions(mapping=mapping, **options)
+        return read_measurement(read_file(path, said), said)
 
     return read
 
@@ -436,6 +437,15 @@ def library(tmp_path: Path) -> Any:
     library = Library(tmp_path / "data")
     yield library
     library.close()
+
+
+def test_delimiter_and_decimal_sign_that_are_said(given: Given) -> None:
+    text = "t [s];x [um]\n0;1\n1;2\n2;3,5\n"
+    assert given(text).document.text["decimal"] == "comma"
+    said = given("t [s],x [um]\n0,1\n1,2\n", delimiter="comma", decimal="point").document
+    assert (said.text["delimiter"], said.text["decimal"]) == ("comma", "point")
+    with pytest.raises(ConfigError, match=r"line 4, column 'x \[um\]'.*decimal point"):
+        given(text, decimal="point")
 
 
 def kept(library: Library, path: Path, text: str) -> tuple[Import, RunDetail]:

@@ -125,6 +125,9 @@ def test_a_measurement_is_previewed_corrected_and_kept(client: httpx.Client) -> 
     preview = upload(client, CSV, preview=True)
     assert preview.status_code == 200
     assert preview.json()["columns"][1]["channel"] == "x.position_reference"
+    assert preview.json()["columns"][1]["first"] == pytest.approx([0.0, 0.1, 0.2, 0.3])
+    assert preview.json()["channels"]["M.x.thrust"] == "N"
+    assert preview.json()["units"]["N"] == ["N", "mN", "kN"]
     assert client.get(f"{API}/runs").json()["total"] == before
     mapping = ["x_ref=y.position_reference", "x_act=M.y.position_measured[um]"]
     answer = upload(client, CSV, name="rig 7", map=mapping)
@@ -153,6 +156,9 @@ def test_a_measurement_is_previewed_corrected_and_kept(client: httpx.Client) -> 
         (CSV, {"map": "x_ref"}, "map.0", "is no mapping"),
         (CSV, {"map": "x_ref=A.x.thrust"}, "map.0", "no channel of that name"),
         (CSV, {"map": "nothing=time"}, "map.0", "no column of that name"),
+        (CSV, {"map": ["x_ref=x.position_reference", "x_act=M.x.thrust"]}, "map.1", "another unit"),
+        (CSV, {"decimal": "comma"}, "file", "no line of numbers"),
+        (CSV, {"delimiter": "dot"}, "delimiter", ""),
         (CSV, {"rate": -1}, "rate", "greater than 0"),
         (CSV, {"rate": "nan"}, "rate", ""),
         ("x\n1\n2\n", {}, "file", "no column of time"),

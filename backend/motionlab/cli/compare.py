@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 from motionlab.cli.exit_codes import DONE, FAILED
 from motionlab.studies.options import add_json
@@ -63,11 +63,11 @@ def add_comparing(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--tolerance",
-        metavar="[CHANNEL=]ABS,REL",
+        metavar="[CHANNEL=]ABS,REL[,S]",
         action="append",
         default=[],
-        help="max(ABS, REL |baseline|) in SI, of all channels or of those that fit a name such as "
-        "'*.following_error' (repeatable; 0,0)",
+        help="max(ABS, REL |baseline|) in SI, and a tolerance in time, of all channels or of those "
+        "that fit a name such as '*.following_error' (repeatable; 0,0)",
     )
     parser.add_argument(
         "--time-tolerance",
@@ -75,6 +75,14 @@ def add_comparing(parser: argparse.ArgumentParser) -> None:
         type=float,
         default=0.0,
         help="time by which a value may come earlier or later, s (%(default)s)",
+    )
+    parser.add_argument(
+        "--interpolation",
+        metavar="CHANNEL=HOW",
+        action="append",
+        default=[],
+        help="linear or hold between samples of channels that fit a name (repeatable; hold for "
+        "flags and commands, otherwise linear)",
     )
     parser.add_argument(
         "--only", metavar="CHANNEL", action="append", default=[], help="compare these alone"
@@ -106,24 +114,30 @@ def comparing_of(options: argparse.Namespace) -> Comparing:
     from pydantic import ValidationError
 
     from motionlab.config.validation_errors import field_errors
-    from motionlab.errors import ConfigError
-    from motionlab.runs.compare import Comparing
+    from motionlab.errors import ConfigError, FieldError
+    from motionlab.runs.compare import Comparing, Interpolation
 
-    every: dict[str, float] = {}
-    channels: dict[str, dict[str, float]] = {}
+    every: dict[str, float] = {"time": options.time_tolerance}
+    channels: dict[str, dict[str, Any]] = {}
     for text in options.tolerance:
         name, equals, numbers = text.rpartition("=")
         if equals:
-            channels[name] = _tolerance(numbers, text)
+            channels.setdefault(name, {}).update(_tolerance(numbers, text))
         else:
-            every = _tolerance(numbers, text)
+            every |= _tolerance(numbers, text)
+    for text in options.interpolation:
+        name, equals, how = text.rpartition("=")
+        if not equals or how not in get_args(Interpolation):
+            allowed = "CHANNEL=linear or CHANNEL=hold"
+            raise ConfigError(FieldError("--interpolation", "is no interpolation", text, allowed))
+        channels.setdefault(name, {})["interpolation"] = how
     try:
         return Comparing.model_validate(
             {
                 "align": options.align,
                 "offset": options.offset,
                 "samples": options.samples,
-                "tolerance": every | {"time": options.time_tolerance},
+                "tolerance": every,
                 "channels": channels,
                 "only": options.only,
             }
@@ -136,11 +150,12 @@ def _tolerance(numbers: str, text: str) -> dict[str, float]:
     from motionlab.errors import ConfigError, FieldError
 
     try:
-        absolute, relative = (float(number) for number in numbers.split(","))
+        found = [float(number) for number in numbers.split(",")]
+        names = ("absolute", "relative", "time")[: max(2, len(found))]
+        return dict(zip(names, found, strict=True))
     except ValueError:
-        allowed = "ABS,REL or CHANNEL=ABS,REL"
+        allowed = "ABS,REL or CHANNEL=ABS,REL, each with ,S"
         raise ConfigError(FieldError("--tolerance", "is no tolerance", text, allowed)) from None
-    return {"absolute": absolute, "relative": relative}
 
 
 def _report(found: Comparison) -> str:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from motionlab.cli.exit_codes import BAD_INPUT, DONE
+from motionlab.runs.import_document import DECIMALS, DELIMITERS
 from motionlab.studies.options import add_json
 
 if TYPE_CHECKING:
@@ -81,6 +82,12 @@ def add(commands: Any) -> None:
     parser.add_argument(
         "--resample", metavar="HZ", type=float, help="interpolate to this rate (default: do not)"
     )
+    parser.add_argument(
+        "--delimiter", choices=DELIMITERS, default="", help="of CSV (default: found out)"
+    )
+    parser.add_argument(
+        "--decimal", choices=DECIMALS, default="", help="decimal sign of CSV (default: found out)"
+    )
     parser.add_argument("--name", metavar="TEXT", default="", help="what the run is called")
     parser.add_argument("--preview", action="store_true", help="keep nothing, show how it is read")
     add_json(parser)
@@ -111,7 +118,14 @@ def _import(options: argparse.Namespace) -> int:
     path = Path(options.file)
     if not path.is_file():
         raise ConfigError(FieldError("FILE", "is no file", options.file))
-    said = ImportOptions(options.name, options.rate, options.resample, tuple(options.mapping))
+    said = ImportOptions(
+        name=options.name,
+        rate=options.rate,
+        resample=options.resample,
+        mapping=tuple(options.mapping),
+        delimiter=options.delimiter,
+        decimal=options.decimal,
+    )
     kept_in = None if options.preview else library()
     document, _ = import_file(path, said, library=kept_in, name=path.name)
     if options.json:

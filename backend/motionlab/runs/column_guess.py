@@ -192,7 +192,7 @@ def unit_by_range(si: str, largest: float) -> str:
         if unit in {"cm", "mm/min", "m/min", "kn"}:
             continue
         if factor * largest <= _LARGEST[si]:
-            return _spelt(unit)
+            return spelt(unit)
     return si
 
 
@@ -204,7 +204,8 @@ def unit_of_time(step: float) -> str:
     return "s"
 
 
-def _spelt(unit: str) -> str:
+def spelt(unit: str) -> str:
+    """Return a unit of `UNITS` as people write it."""
     return {"a": "A", "ma": "mA", "n": "N", "mn": "mN", "kn": "kN"}.get(unit, unit)
 
 
@@ -253,7 +254,7 @@ def parse_mapping(texts: Sequence[str], loc: str = "map") -> list[Mapping]:
             wanted = "s" if channel == "time" else TARGETS[channel].unit
             si = si_of(unit)
             if si is None or si[0] != wanted:
-                allowed = ", ".join(map(_spelt, UNITS[wanted]))
+                allowed = ", ".join(map(spelt, UNITS[wanted]))
                 wrong.append(FieldError(where, "is no unit of that channel", text, allowed))
         found.append(Mapping(match["column"].strip(), channel, unit))
     if wrong:

@@ -15,6 +15,15 @@ GAPS_SHOWN = 100
 RATE_MAX = 10_000_000.0
 """Largest sample rate, Hz."""
 
+FIRST_SHOWN = 4
+"""First values of a column that are shown."""
+
+DELIMITERS = ("comma", "semicolon", "tab")
+"""Signs between the fields of a text table."""
+
+DECIMALS = ("point", "comma")
+"""Decimal signs of a text table."""
+
 
 class ImportedColumn(BaseModel):
     """A column of the file, and what becomes of it."""
@@ -30,6 +39,9 @@ class ImportedColumn(BaseModel):
     minimum: float = Field(description="In the file's unit")
     maximum: float
     missing: int = Field(description="Rows without a number")
+    first: list[float | None] = Field(
+        description="Values of the first rows, in the file's unit; null where there is none"
+    )
 
 
 class ImportedGap(BaseModel):
@@ -64,6 +76,8 @@ class Import(BaseModel):
     resampled: float | None = Field(description="Sample rate of the file, where another is kept")
     derived: list[str] = Field(description="Channels that are computed from others")
     problems: list[str] = Field(description="What must be said before it can be kept")
+    channels: dict[str, str] = Field(description="What a column can become: SI unit by channel")
+    units: dict[str, list[str]] = Field(description="Units that are understood, by SI unit")
 
 
 @dataclass(frozen=True)
@@ -80,9 +94,19 @@ class ImportOptions:
         Sample rate, Hz, that is kept, by linear interpolation; None for the file's.
     mapping : tuple of str
         ``COLUMN=CHANNEL[UNIT]`` each; they go before what is guessed.
+    delimiter : str
+        Of CSV: one of DELIMITERS; empty to find it out.
+    decimal : str
+        Of CSV: one of DECIMALS; empty to find it out.
     """
 
     name: str = ""
     rate: float | None = None
     resample: float | None = None
     mapping: tuple[str, ...] = ()
+    delimiter: str = ""
+    decimal: str = ""
+
+
+GUESSED = ImportOptions()
+"""Nothing is said: all is found out."""

@@ -12,16 +12,19 @@ from motionlab.config.planar import AXES
 from motionlab.errors import ConfigError, FieldError
 from motionlab.runs.column_guess import (
     TARGETS,
+    UNITS,
     VARIANT,
     Mapping,
     channel_of,
     label,
     parse_mapping,
     si_of,
+    spelt,
     unit_by_range,
     unit_of_time,
 )
 from motionlab.runs.import_document import (
+    FIRST_SHOWN,
     GAPS_SHOWN,
     RATE_MAX,
     Import,
@@ -74,6 +77,7 @@ class _Column:
     channel: str = ""
     why: str = ""
     factor: float = 1.0
+    mapped: int = -1  # number of the mapping that says so
 
     @property
     def si(self) -> str:
@@ -112,6 +116,8 @@ def read_measurement(file: MeasuredFile, options: ImportOptions) -> Measurement:
         resampled=None,
         derived=[],
         problems=[],
+        channels={"time": "s"} | {name: target.unit for name, target in TARGETS.items()},
+        units={si: list(map(spelt, factors)) for si, factors in UNITS.items()},
     )
     kept = _named(columns)
     document.columns = [_described(column, name) for column, name in kept]
@@ -175,12 +181,12 @@ def _assigned(file: MeasuredFile, options: ImportOptions) -> list[_Column]:
         found = label(source.header, source.unit)
         columns.append(_Column(source, found.name, found.unit))
     given = _given(columns, parse_mapping(options.mapping))
-    taken = {mapping.channel for mapping in given.values()} - {"", "-"}
+    taken = {mapping.channel for _, mapping in given.values()} - {"", "-"}
     if options.rate is not None:
         taken.add("time")
     for index, column in enumerate(columns):
-        mapping = given.get(index)
-        if mapping is not None:
+        if index in given:
+            column.mapped, mapping = given[index]
             column.channel, column.why = mapping.channel, "map"
             column.unit = mapping.unit or column.unit
             continue
@@ -201,8 +207,11 @@ def _assigned(file: MeasuredFile, options: ImportOptions) -> list[_Column]:
     return columns
 
 
-def _given(columns: Sequence[_Column], mappings: Sequence[Mapping]) -> dict[int, Mapping]:
-    found: dict[int, Mapping] = {}
+def _given(
+    columns: Sequence[_Column], mappings: Sequence[Mapping]
+) -> dict[int, tuple[int, Mapping]]:
+    """Return number and mapping of each column that one is given for."""
+    found: dict[int, tuple[int, Mapping]] = {}
     wrong = []
     channels: set[str] = set()
     for number, mapping in enumerate(mappings):
@@ -216,7 +225,7 @@ def _given(columns: Sequence[_Column], mappings: Sequence[Mapping]) -> dict[int,
         elif places[0] in found or mapping.channel in channels:
             wrong.append(FieldError(f"map.{number}", "comes twice", text))
         else:
-            found[places[0]] = mapping
+            found[places[0]] = (number, mapping)
             channels |= {mapping.channel} - {"", "-"}
     if wrong:
         raise ConfigError(*wrong)
@@ -225,7 +234,7 @@ def _given(columns: Sequence[_Column], mappings: Sequence[Mapping]) -> dict[int,
 
 def _find_units(columns: Sequence[_Column]) -> None:
     """Give every mapped column a unit; columns of one quantity without any share theirs."""
-    for index, column in enumerate(columns):
+    for column in columns:
         if column.channel in {"", "-"}:
             continue
         wanted = "s" if column.channel == "time" else TARGETS[column.channel].unit
@@ -239,7 +248,7 @@ def _find_units(columns: Sequence[_Column]) -> None:
             column.why += "; unit from range"
         factor = si_of(column.unit)
         if factor is None or factor[0] != wanted:
-            loc, allowed = f"map.{index}", f"a unit of {column.channel}, as in [{wanted}]"
+            loc, allowed = f"map.{column.mapped}", f"a unit of {column.channel}, as in [{wanted}]"
             raise ConfigError(FieldError(loc, "has another unit", column.unit, allowed))
         column.factor = factor[1]
 
@@ -310,6 +319,7 @@ def _described(column: _Column, name: str) -> ImportedColumn:
         minimum=float(np.nanmin(values)),
         maximum=float(np.nanmax(values)),
         missing=int(np.count_nonzero(np.isnan(values))),
+        first=[float(v) if np.isfinite(v) else None for v in values[:FIRST_SHOWN]],
     )
 
 

@@ -24,6 +24,7 @@ _HEAD = 256 * 1024  # bytes that are looked at first
 _LINES = 500  # of them
 _BLOCK = 8 << 20
 _DELIMITERS = {"\t": "tab", ";": "semicolon", ",": "comma"}
+_DECIMALS = {".": "point", ",": "comma"}
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _MISSING = ("", "nan", "null", "na", "n/a", "none", "-", "--")
 _UNIT = re.compile(r"[\[(]?[^\d\[\]()]{0,8}[\])]?(\^?[23])?[\])]?")
@@ -72,7 +73,7 @@ class _Form:
         return len(fields) == self.width and found > 0 and 2 * found >= len(filled)
 
 
-def read_csv(path: Path, values_max: int) -> CsvTable:
+def read_csv(path: Path, values_max: int, delimiter: str = "", decimal: str = "") -> CsvTable:
     """Read a text table; numbers of its rows come back as float64, NaN where there is none.
 
     Parameters
@@ -81,6 +82,10 @@ def read_csv(path: Path, values_max: int) -> CsvTable:
         A text in UTF-8, UTF-16 with its mark, or Windows-1252.
     values_max : int
         Most numbers that are read.
+    delimiter : str
+        comma, semicolon or tab; empty to find it out.
+    decimal : str
+        point or comma; empty to find it out.
 
     Raises
     ------
@@ -93,7 +98,9 @@ def read_csv(path: Path, values_max: int) -> CsvTable:
     encoding = _encoding(head)
     text = head.decode(encoding, errors="replace")
     lines = text.splitlines()[: _LINES if whole else -1][:_LINES]
-    form = _form(lines)
+    delimiters = [sign for sign, name in _DELIMITERS.items() if delimiter in {"", name}]
+    decimals = [sign for sign, name in _DECIMALS.items() if decimal in {"", name}]
+    form = _form(lines, delimiters, decimals)
     rows = [form.split(line) for line in lines]
     first = next((i for i, fields in enumerate(rows) if form.is_data(fields)), None)
     if first is None:
@@ -117,7 +124,7 @@ def read_csv(path: Path, values_max: int) -> CsvTable:
         columns.append(CsvColumn(headers[index], unit, values[index]))
     facts: dict[str, str | int] = {
         "delimiter": _DELIMITERS[form.delimiter],
-        "decimal": "comma" if form.decimal == "," else "point",
+        "decimal": _DECIMALS[form.decimal],
         "encoding": encoding,
         "first_line": first + 1,
     }
@@ -136,14 +143,14 @@ def _encoding(head: bytes) -> str:
     return "utf-8-sig" if head.startswith(b"\xef\xbb\xbf") else "utf-8"
 
 
-def _form(lines: Sequence[str]) -> _Form:
+def _form(lines: Sequence[str], delimiters: Sequence[str], decimals: Sequence[str]) -> _Form:
     """Return the form in which most fields are numbers."""
     forms = []
-    for delimiter in _DELIMITERS:
+    for delimiter in delimiters:
         rows = [next(csv.reader([line], delimiter=delimiter), []) for line in lines]
         widths = Counter(len(fields) for fields in rows[len(rows) // 4 :])
         width = max(widths, key=lambda w: widths[w], default=0)
-        for decimal in ".,":
+        for decimal in decimals:
             trial = _Form(delimiter, decimal, width, 0)
             fields = [f.strip() for row in rows if len(row) == width for f in row]
             score = sum(
@@ -302,7 +309,7 @@ class _Reader:
             if value is None:
                 where = f"line {self._first + row + place}, column {self._headers[index]!r}"
                 what = "instant" if self._kinds[index] == "instant" else "finite number"
-                sign = f" (decimal {'comma' if self._form.decimal == ',' else 'point'})"
+                sign = f" (decimal {_DECIMALS[self._form.decimal]})"
                 raise _refused(f"{where}: is no {what}{sign if what != 'instant' else ''}", text)
             values[place] = value
         return values

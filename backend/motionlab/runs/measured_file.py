@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pyarrow import parquet
 
 from motionlab.errors import ConfigError, FieldError
-from motionlab.runs.import_document import VALUES_MAX
+from motionlab.runs.import_document import GUESSED, VALUES_MAX, ImportOptions
 from motionlab.runs.measured_csv import read_csv
 from motionlab.runs.measured_mcap import read_mcap
 
@@ -73,7 +73,7 @@ class MeasuredFile:
         return f"line {row + int(first)}" if first is not None else f"row {row + 1}"
 
 
-def read_file(path: Path) -> MeasuredFile:
+def read_file(path: Path, said: ImportOptions = GUESSED) -> MeasuredFile:
     """Read a file of any format that is imported; its content decides which.
 
     Raises
@@ -84,8 +84,8 @@ def read_file(path: Path) -> MeasuredFile:
     with path.open("rb") as stream:
         head = stream.read(4)
     format = _MAGIC.get(head, "csv")
-    readers = {"parquet": _read_parquet, "mat": _read_mat, "mcap": _read_mcap, "csv": _read_csv}
-    file = readers[format](path)
+    readers = {"parquet": _read_parquet, "mat": _read_mat, "mcap": _read_mcap}
+    file = readers[format](path) if format in readers else _read_csv(path, said)
     empty = [column.header for column in file.columns if not np.isfinite(column.values).any()]
     file.columns = [column for column in file.columns if column.header not in empty]
     file.ignored |= dict.fromkeys(empty, "has no number")
@@ -105,8 +105,8 @@ def _bounded(count: int) -> None:
         raise ConfigError(FieldError("file", "has too many numbers", count, bounds=bounds))
 
 
-def _read_csv(path: Path) -> MeasuredFile:
-    table = read_csv(path, VALUES_MAX)
+def _read_csv(path: Path, said: ImportOptions) -> MeasuredFile:
+    table = read_csv(path, VALUES_MAX, said.delimiter, said.decimal)
     columns = [FileColumn(c.header, c.unit, c.values) for c in table.columns]
     return MeasuredFile("csv", columns, table.ignored, table.facts, table.begun)
 

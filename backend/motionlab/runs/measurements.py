@@ -55,12 +55,12 @@ def import_file(
     StoreError
         If it cannot be kept.
     """
-    measurement = read_measurement(read_file(path), options)
+    measurement = read_measurement(read_file(path, options), options)
     document = measurement.document
     if library is None or document.problems:
         return document, None
     run = _run(measurement, (options.name or name)[:NAME_MAX])
-    run.result["import"] = document.model_dump(mode="json", exclude={"run"})
+    run.result["import"] = document.model_dump(mode="json", exclude={"run", "channels", "units"})
     about = {
         "version": __version__,
         "import": json.dumps(run.result["import"], allow_nan=False),

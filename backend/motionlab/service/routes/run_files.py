@@ -63,6 +63,12 @@ class ImportQuery(BaseModel):
     resample: float | None = Field(
         default=None, gt=0, le=RATE_MAX, description="Rate to interpolate to, Hz; or as measured"
     )
+    delimiter: Literal["", "comma", "semicolon", "tab"] = Field(
+        default="", description="Between the fields of CSV; empty to find it out"
+    )
+    decimal: Literal["", "point", "comma"] = Field(
+        default="", description="Decimal sign of CSV; empty to find it out"
+    )
     map: list[Annotated[str, Field(max_length=300)]] = Field(
         default=[],
         max_length=100,
@@ -157,7 +163,14 @@ async def get_run_telemetry(
 )
 async def import_run(request: Request, said: Annotated[ImportQuery, Query()]) -> Response:
     """Keep a measurement of a real machine as a run, or show how it would be read."""
-    options = ImportOptions(said.name, said.rate, said.resample, tuple(said.map))
+    options = ImportOptions(
+        name=said.name,
+        rate=said.rate,
+        resample=said.resample,
+        mapping=tuple(said.map),
+        delimiter=said.delimiter,
+        decimal=said.decimal,
+    )
     parse_mapping(options.mapping)
     with contextlib.ExitStack() as held:
         path = held.enter_context(temporary_folder()) / "upload"

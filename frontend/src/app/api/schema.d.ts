@@ -4631,6 +4631,20 @@ export interface components {
              * @description What must be said before it can be kept
              */
             problems: string[];
+            /**
+             * Channels
+             * @description What a column can become: SI unit by channel
+             */
+            channels: {
+                [key: string]: string;
+            };
+            /**
+             * Units
+             * @description Units that are understood, by SI unit
+             */
+            units: {
+                [key: string]: string[];
+            };
         };
         /**
          * ImportedColumn
@@ -4679,6 +4693,11 @@ export interface components {
              * @description Rows without a number
              */
             missing: number;
+            /**
+             * First
+             * @description Values of the first rows, in the file's unit; null where there is none
+             */
+            first: (number | null)[];
         };
         /**
          * ImportedGap
@@ -16429,6 +16448,10 @@ export interface operations {
                 rate?: number | null;
                 /** @description Rate to interpolate to, Hz; or as measured */
                 resample?: number | null;
+                /** @description Between the fields of CSV; empty to find it out */
+                delimiter?: "" | "comma" | "semicolon" | "tab";
+                /** @description Decimal sign of CSV; empty to find it out */
+                decimal?: "" | "point" | "comma";
                 /** @description COLUMN=CHANNEL[UNIT] each: a channel, time, - to leave out, or nothing */
                 map?: string[];
             };
