@@ -185,13 +185,13 @@ class Aligned:
         """Channels to compare: those of the baseline, then those that only the candidate has."""
         every = list(dict.fromkeys([*self.baseline.units, *self.candidate.units]))
         only = self.how.only
-        return [n for n in every if not only or any(fnmatch.fnmatchcase(n, p) for p in only)]
+        return [n for n in every if not only or any(_fits(n, p) for p in only)]
 
     def rule(self, name: str) -> tuple[Tolerance, Interpolation]:
         """Return tolerance and interpolation of a channel."""
         wanted = self.how.channels.get(name)
         if wanted is None:
-            fit = [r for p, r in self.how.channels.items() if fnmatch.fnmatchcase(name, p)]
+            fit = [r for p, r in self.how.channels.items() if _fits(name, p)]
             wanted = fit[-1] if fit else Rule()
         given = wanted.model_dump(exclude={"interpolation"}, exclude_none=True)
         unit = self.baseline.units.get(name) or self.candidate.units.get(name)
@@ -274,13 +274,18 @@ def align(baseline: Columns, candidate: Columns, how: Comparing) -> Aligned:
         FieldError(f"{field}.{pattern}", "fits no channel of either run")
         for field, patterns in (("channels", how.channels), ("only", how.only))
         for pattern in patterns
-        if not any(fnmatch.fnmatchcase(name, pattern) for name in known)
+        if not any(_fits(name, pattern) for name in known)
     ]
     if how.offset != 0.0 and how.align != "time":
         wrong.append(FieldError("offset", "only moves runs aligned by time", how.offset, "0", "s"))
     if wrong:
         raise ConfigError(*wrong)
     return Aligned(baseline, candidate, how, _aligned(baseline, candidate, how))
+
+
+def _fits(name: str, pattern: str) -> bool:
+    """Return whether a channel has a name, which may hold brackets, or fits a pattern."""
+    return name == pattern or fnmatch.fnmatchcase(name, pattern)
 
 
 def size(baseline: Columns, candidate: Columns) -> int:

@@ -4,6 +4,8 @@ const INKS = [
   'a',
   'b',
   'difference',
+  'baseline',
+  'candidate',
   'reference',
   'phase-a',
   'phase-b',

@@ -19,6 +19,7 @@ import type {
 export type { ScenarioRequest } from './operations';
 
 const ROOT = '/api/v1';
+const FILE = 'application/octet-stream';
 
 /** No answer at all: the server is down or the network is. */
 export const UNREACHABLE = 0;
@@ -203,8 +204,12 @@ export class Api {
     signal?: AbortSignal,
   ): Promise<Response> {
     const text = typeof body === 'string';
+    const file = body instanceof Blob;
     const place = path.replace(/\{(\w+)\}/g, (_, name: string) => parts[name] ?? '');
-    const asked = new URLSearchParams(query as Record<string, string>).toString();
+    const pairs = Object.entries(query).flatMap(([name, value]) =>
+      [value].flat().map((each) => [name, String(each)]),
+    );
+    const asked = new URLSearchParams(pairs).toString();
     let response: Response;
     try {
       response = await fetch(ROOT + place + (asked && `?${asked}`), {
@@ -212,8 +217,8 @@ export class Api {
         ...(body === undefined
           ? {}
           : {
-              body: text ? body : JSON.stringify(body),
-              headers: { 'Content-Type': text ? 'text/plain' : 'application/json' },
+              body: text || file ? body : JSON.stringify(body),
+              headers: { 'Content-Type': text ? 'text/plain' : file ? FILE : 'application/json' },
             }),
         ...(signal ? { signal } : {}),
       });

@@ -54,7 +54,7 @@ type BodyOf<R> = [R] extends [never]
   ? undefined
   : R extends { content: { 'application/json': infer B } }
     ? Plain<B>
-    : string;
+    : string | Blob;
 
 /** The JSON body of a POST. */
 export type RequestOf<P extends PathOf<'post'>> = Body<Operation<'post', P>>;

@@ -132,3 +132,12 @@ export type RunDetail = Schemas['RunDetail'];
 export type RunEvent = Schemas['Event'];
 export type RunStorage = Schemas['Storage'];
 export type RunDifference = Schemas['Difference'];
+/** Two runs, channel by channel, and what is asked for. */
+export type Comparison = Schemas['Comparison'];
+export type ChannelComparison = Schemas['ChannelComparison'];
+export type Place = Schemas['Place'];
+/** A run simulated again. */
+export type Replay = Schemas['Replay'];
+/** How a file of a measurement is read. */
+export type ImportDocument = Schemas['Import'];
+export type ImportedColumn = Schemas['ImportedColumn'];

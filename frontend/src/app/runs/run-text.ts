@@ -80,6 +80,14 @@ export function summary(run: Run, own: boolean): string {
   return run.name === run.scenario ? 'as shipped' : `as shipped: ${run.scenario}`;
 }
 
+/** What stands below the name of a run beside a baseline, `against` being what was set differently. */
+export function againstText(run: Run, against: readonly RunDifference[] | null): string {
+  if (run.state === 'partial') return `partial: ${pretty(run.reason)}`;
+  if (run.kind === 'measurement') return 'measured';
+  if (against === null) return `other scenario: ${run.scenario}`;
+  return against.length === 0 ? 'set as the baseline' : '';
+}
+
 /** What happened, in a sentence without its time. */
 export function eventText(event: RunEvent, period: number): string {
   switch (event.kind) {

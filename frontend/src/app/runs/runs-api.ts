@@ -1,5 +1,6 @@
 /** Calls about runs, apart from the client: it is loaded at once, they are not. */
 
+import type { RequestOf } from '../api/operations';
 import { app } from '../store.svelte';
 
 /** What can be changed of a run. */
@@ -27,6 +28,13 @@ export const changeRun = (id: string, body: RunChange) =>
   api.json('patch', '/runs/{run_id}', { ...of(id), body });
 export const deleteRun = (id: string) => api.json('delete', '/runs/{run_id}', of(id));
 export const restoreRun = (id: string) => api.json('post', '/runs/{run_id}/restore', of(id));
+export const compareRuns = (body: RequestOf<'/runs/compare'>) =>
+  api.json('post', '/runs/compare', { body });
+/** One channel of both over instants [from, to). */
+export const compareWindow = (body: RequestOf<'/runs/compare/window'>) =>
+  api.bytes('/runs/compare/window', { body }, 'post');
+/** At once, or the report of a job where it takes long. */
+export const replayRun = (id: string) => api.json('post', '/runs/{run_id}/replay', of(id));
 /** Minima and maxima of columns over samples [from, to). */
 export const runWindow = (
   id: string,

@@ -3,6 +3,8 @@
 import type { KeyTable } from '../../app/keys';
 import { actions } from './actions.svelte';
 import { overlayInLab } from './overlay-in-lab';
+import { baseline } from './baseline.svelte';
+import { comparison } from './compare/comparison.svelte';
 import { plots } from './plots';
 import { runs } from './runs.svelte';
 
@@ -19,6 +21,10 @@ export const RUNS_KEYS: KeyTable = {
     { keys: 'Ctrl+A', does: 'Select all that are listed' },
     { keys: 'Enter', does: 'Open in the Lab' },
     { keys: 'o', does: 'Overlay in the Lab' },
+    { keys: 'c', does: 'Compare two selected runs, or one with the baseline' },
+    { keys: 's', does: 'Swap 1 and 2 of a comparison' },
+    { keys: '[ ]', does: 'Previous, next place beyond tolerance' },
+    { keys: 'b', does: 'Baseline of the list: this run, or none' },
     { keys: 'p', does: 'Pin' },
     { keys: 't', does: 'Tag, in place of light or dark' },
     { keys: 'Del', does: 'Delete; a notice offers Undo' },
@@ -36,6 +42,14 @@ export function runsActions(search: () => void, open: () => void): Record<string
     '/': search,
     Enter: open,
     o: overlayInLab,
+    c: () => (comparison.pair ? comparison.close() : comparison.open()),
+    s: () => comparison.swap(),
+    '[': () => plots.current?.excursion?.(-1),
+    ']': () => plots.current?.excursion?.(1),
+    b: () => {
+      const [run, ...more] = some();
+      if (run && more.length === 0) baseline.toggle(run);
+    },
     p: () => void runs.pin(some()),
     t: () => actions.open('tag'),
     Delete: () => void (some().length > 0 && runs.remove(some())),

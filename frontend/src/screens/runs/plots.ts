@@ -1,5 +1,13 @@
 /** The curves that the keys of the screen act on. */
 
-import type { RunCurves } from './run-curves.svelte';
+/** Curves over an axis that can be zoomed and moved along. */
+export interface Zoomed {
+  zoomBy(ratio: number): void;
+  /** By a share of what is shown. */
+  moveBy(share: number): void;
+  reset(): void;
+  /** To the next place beyond a tolerance, or the one before. */
+  excursion?(way: 1 | -1): void;
+}
 
-export const plots: { current: RunCurves | null } = { current: null };
+export const plots: { current: Zoomed | null } = { current: null };

@@ -153,6 +153,13 @@ class Runs {
     this.tell();
   }
 
+  /** Selects these runs, in this order. */
+  select(ids: readonly string[]): void {
+    const [first = ''] = ids;
+    this.selection = { ids, at: this.selection.at || first, anchor: first };
+    this.tell();
+  }
+
   chooseAll(): void {
     const [first = ''] = this.order;
     this.selection = { ids: this.order, at: this.selection.at || first, anchor: first };

@@ -1,0 +1,176 @@
+/** How two runs are compared: kept in the address, sent to the server, written as a command. */
+
+import type { RequestOf } from '../../../app/api/operations';
+
+export const ALIGNS = [
+  { value: 'time', name: 'time', title: 'Time of 1 with time of 2' },
+  { value: 'reference', name: 'reference', title: 'Same lap and arc length of the commanded path' },
+  { value: 'index', name: 'index', title: 'Sample by sample' },
+] as const;
+export type Align = (typeof ALIGNS)[number]['value'];
+
+export const SAMPLES = [
+  { value: 'union', name: 'samples of either' },
+  { value: 'intersection', name: 'samples of both' },
+] as const;
+export type Samples = (typeof SAMPLES)[number]['value'];
+
+export const INTERPOLATIONS = [
+  { value: '', name: 'linear, flags hold' },
+  { value: 'linear', name: 'linear' },
+  { value: 'hold', name: 'hold' },
+] as const;
+export type Interpolation = (typeof INTERPOLATIONS)[number]['value'];
+
+/** max(absolute, relative |1|), and how much earlier or later a value may come, SI. */
+export interface Tolerance {
+  absolute: number;
+  relative: number;
+  time: number;
+}
+
+/** What holds for the channels that fit a name or a pattern. */
+export interface Rule extends Tolerance {
+  interpolation: Interpolation;
+}
+
+export interface How {
+  align: Align;
+  /** With align time: by how much 2 is moved, s. */
+  offset: number;
+  samples: Samples;
+  tolerance: Tolerance;
+  rules: Readonly<Record<string, Rule>>;
+  /** Names or patterns; all channels when empty. */
+  only: readonly string[];
+}
+
+const NONE: Tolerance = { absolute: 0, relative: 0, time: 0 };
+export const EXACT: How = {
+  align: 'time',
+  offset: 0,
+  samples: 'union',
+  tolerance: NONE,
+  rules: {},
+  only: [],
+};
+
+type Body = Omit<RequestOf<'/runs/compare'>, 'a' | 'b'>;
+
+/** Returns what is asked of the server; what is as the server has it anyway is left out. */
+export function bodyOf(how: How): Body {
+  const channels = Object.entries(how.rules).map(([pattern, { interpolation, ...tolerance }]) => [
+    pattern,
+    interpolation === '' ? tolerance : { ...tolerance, interpolation },
+  ]);
+  return {
+    ...(how.align === 'time' ? {} : { align: how.align }),
+    ...(how.offset === 0 || how.align !== 'time' ? {} : { offset: how.offset }),
+    ...(how.samples === 'union' ? {} : { samples: how.samples }),
+    ...(Object.values(how.tolerance).some((value) => value !== 0)
+      ? { tolerance: how.tolerance }
+      : {}),
+    ...(channels.length === 0 ? {} : { channels: Object.fromEntries(channels) as object }),
+    ...(how.only.length === 0 ? {} : { only: how.only }),
+  };
+}
+
+/** Reads what `bodyOf` has written into an address; what is none is as when nothing was said. */
+export function howOf(text: string): How {
+  let said: unknown;
+  try {
+    said = JSON.parse(text);
+  } catch {
+    return EXACT;
+  }
+  if (!isTable(said)) return EXACT;
+  const rules = Object.entries(tableOf(said.channels)).map(([pattern, rule]) => {
+    const { interpolation } = tableOf(rule);
+    return [
+      pattern,
+      { ...toleranceOf(rule), interpolation: choice(INTERPOLATIONS, interpolation) },
+    ];
+  });
+  const only = Array.isArray(said.only) ? said.only : [];
+  return {
+    align: choice(ALIGNS, said.align),
+    offset: numberOf(said.offset),
+    samples: choice(SAMPLES, said.samples),
+    tolerance: toleranceOf(said.tolerance),
+    rules: Object.fromEntries(rules) as How['rules'],
+    only: only.filter((each): each is string => typeof each === 'string'),
+  };
+}
+
+/** Returns the command that gives the same verdicts. */
+export function commandOf(how: How, a: string, b: string): string {
+  const { tolerance, rules } = how;
+  const words = ['motionlab compare', a, b];
+  if (how.align !== 'time') words.push(`--align ${how.align}`);
+  else if (how.offset !== 0) words.push(`--offset=${how.offset}`);
+  if (how.samples !== 'union') words.push(`--samples ${how.samples}`);
+  if (tolerance.absolute !== 0 || tolerance.relative !== 0) {
+    words.push(`--tolerance ${tolerance.absolute},${tolerance.relative}`);
+  }
+  if (tolerance.time !== 0) words.push(`--time-tolerance ${tolerance.time}`);
+  for (const [pattern, { absolute, relative, time, interpolation }] of Object.entries(rules)) {
+    words.push(`--tolerance ${quoted(`${pattern}=${absolute},${relative},${time}`)}`);
+    if (interpolation !== '')
+      words.push(`--interpolation ${quoted(`${pattern}=${interpolation}`)}`);
+  }
+  words.push(...how.only.map((pattern) => `--only ${quoted(pattern)}`));
+  return words.join(' ');
+}
+
+/** Returns the request that gives the same verdicts. */
+export function curlOf(how: How, a: string, b: string, origin: string): string {
+  const body = JSON.stringify({ a, b, ...bodyOf(how) });
+  const head = "curl -s -H 'Content-Type: application/json'";
+  return `${head} -d ${quoted(body)} ${origin}/api/v1/runs/compare`;
+}
+
+/** A word for a shell. */
+function quoted(text: string): string {
+  return /^[\w.,=:-]+$/.test(text) ? text : `'${text.replaceAll("'", "'\\''")}'`;
+}
+
+/** Patterns that a channel fits, from its name alone to all: `B.x.thrust`, `*.x.thrust`, ... */
+export function patternsOf(channel: string): { value: string; name: string }[] {
+  const [, axis, name] = /^(?:[A-Z]\.)?([xy])\.(.+)$/.exec(channel) ?? [];
+  const own = { value: channel, name: channel };
+  const all = { value: '*', name: 'every channel' };
+  if (axis === undefined || name === undefined) return [own, all];
+  const wider = [`*.${axis}.${name}`, `*.${name}`].filter((value) => fits(value, channel));
+  return [own, ...wider.map((value) => ({ value, name: value })), all];
+}
+
+/** Whether a name fits a pattern in which `*` stands for anything. */
+export function fits(pattern: string, name: string): boolean {
+  const plain = pattern
+    .replace(/[.+^${}()|\\]/g, '\\$&')
+    .replace(/\*/g, '.*')
+    .replace(/\?/g, '.');
+  return new RegExp(`^${plain}$`, 's').test(name);
+}
+
+function isTable(value: unknown): value is Record<string, unknown> {
+  return typeof value === 'object' && value !== null && !Array.isArray(value);
+}
+
+function tableOf(value: unknown): Record<string, unknown> {
+  return isTable(value) ? value : {};
+}
+
+function numberOf(value: unknown): number {
+  return typeof value === 'number' && Number.isFinite(value) ? value : 0;
+}
+
+function toleranceOf(value: unknown): Tolerance {
+  const { absolute, relative, time } = tableOf(value);
+  const least = (each: unknown) => Math.max(0, numberOf(each));
+  return { absolute: least(absolute), relative: least(relative), time: least(time) };
+}
+
+function choice<T extends string>(options: readonly { value: T }[], value: unknown): T {
+  return (options.find((option) => option.value === value) ?? (options[0] as { value: T })).value;
+}

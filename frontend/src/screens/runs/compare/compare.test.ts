@@ -1,0 +1,174 @@
+import { expect, it } from 'vitest';
+import type { ChannelComparison, Comparison, Run, RunDetail } from '../../../app/api/types';
+import { bodyOf, commandOf, curlOf, EXACT, howOf, patternsOf, type How } from './compare-request';
+import {
+  beyondText,
+  countsOf,
+  csvOf,
+  headlineOf,
+  listed,
+  placeText,
+  reasonText,
+  sortedBy,
+  toleranceText,
+} from './compare-table';
+import { ComparisonWindow } from './comparison-window';
+import { differsFrom, setDifferently } from './scenario-text';
+
+const HOW: How = {
+  align: 'reference',
+  offset: 0,
+  samples: 'intersection',
+  tolerance: { absolute: 1e-9, relative: 0.01, time: 0.002 },
+  rules: { "*.x.it's": { absolute: 1e-6, relative: 0, time: 0, interpolation: 'hold' } },
+  only: ['B.*'],
+};
+
+it('an address brings back what was asked for, and nonsense asks for equal values', () => {
+  expect(howOf(JSON.stringify(bodyOf(HOW)))).toEqual(HOW);
+  expect(bodyOf(EXACT)).toEqual({});
+  for (const text of ['', '{}', '3', '{"align":"place","tolerance":{"absolute":-1,"time":"x"}}']) {
+    expect(howOf(text)).toEqual(EXACT);
+  }
+});
+
+it('command and request say exactly the same', () => {
+  expect(commandOf(HOW, 'r-a', 'r-b')).toBe(
+    'motionlab compare r-a r-b --align reference --samples intersection --tolerance 1e-9,0.01 ' +
+      "--time-tolerance 0.002 --tolerance '*.x.it'\\''s=0.000001,0,0' " +
+      "--interpolation '*.x.it'\\''s=hold' --only 'B.*'",
+  );
+  expect(commandOf({ ...EXACT, offset: -1e-7 }, 'r-a', 'r-b')).toBe(
+    'motionlab compare r-a r-b --offset=-1e-7',
+  );
+  expect(curlOf(EXACT, 'r-a', 'r-b', 'http://h')).toBe(
+    'curl -s -H \'Content-Type: application/json\' -d \'{"a":"r-a","b":"r-b"}\' http://h/api/v1/runs/compare',
+  );
+});
+
+it('patterns go from the channel to all', () => {
+  const values = (channel: string) => patternsOf(channel).map(({ value }) => value);
+  expect(values('B.x.thrust')).toEqual(['B.x.thrust', '*.x.thrust', '*.thrust', '*']);
+  expect(values('x.load_force')).toEqual(['x.load_force', '*.load_force', '*']);
+  expect(values('Temp')).toEqual(['Temp', '*']);
+});
+
+const CHANNEL: ChannelComparison = {
+  name: 'B.x.thrust',
+  unit: 'N',
+  candidate_unit: 'N',
+  verdict: 'within',
+  interpolation: 'linear',
+  tolerance: { absolute: 0, relative: 0, time: 0 },
+  largest: -0.5,
+  at: { time: 1.5, candidate_time: 1.5, lap: null, arc: null },
+  beyond: 0,
+  rms: 0.1,
+  compared: 10,
+  single: 0,
+};
+const channel = (rest: Partial<ChannelComparison>): ChannelComparison => ({ ...CHANNEL, ...rest });
+const none = { largest: null, at: null, beyond: null, rms: null };
+const said = (channels: ChannelComparison[], note = ''): Comparison => {
+  const within = channels.filter(({ verdict }) => verdict === 'within').length;
+  return { channels, within, holds: within === channels.length, note } as Comparison;
+};
+
+it('what was not compared never looks like a pass', () => {
+  const missing = channel({ name: 'a', verdict: 'missing', candidate_unit: null, ...none });
+  const out = channel({ name: 'b', verdict: 'out-of-tolerance', beyond: 0.0001 });
+  expect(headlineOf(said([CHANNEL]))).toEqual({
+    text: 'All 1 channels hold',
+    rest: '',
+    holds: true,
+  });
+  const all = headlineOf(said([CHANNEL, missing, out]));
+  expect(all).toEqual({
+    text: '1 of 3 channels hold',
+    rest: '1 beyond tolerance, 1 not compared',
+    holds: false,
+  });
+  expect(headlineOf(said([missing], 'paths differ')).text).toBe('Nothing could be compared');
+  expect(countsOf([CHANNEL, missing, out]).map(([verdict]) => verdict)).toEqual([
+    'out-of-tolerance',
+    'missing',
+    'within',
+  ]);
+  expect(reasonText(missing)).toBe('only in 1');
+  expect(reasonText(channel({ verdict: 'units-differ', candidate_unit: '1' }))).toBe(
+    'N and no unit',
+  );
+});
+
+it('channels are sorted by size, the largest first, and a third click takes that back', () => {
+  const small = channel({ name: 'small', largest: 0.1 });
+  const empty = channel({ name: 'empty', verdict: 'empty', ...none });
+  const all = [small, empty, CHANNEL];
+  const once = sortedBy({ by: null, down: false }, 'largest');
+  expect(listed(all, '', once).map(({ name }) => name)).toEqual(['B.x.thrust', 'small', 'empty']);
+  const twice = sortedBy(once, 'largest');
+  expect(listed(all, '', twice)[0]?.name).toBe('empty');
+  expect(sortedBy(twice, 'largest')).toEqual({ by: null, down: false });
+  expect(listed(all, 'empty', once)).toEqual([empty]);
+});
+
+it('figures are short, and exact in the file', () => {
+  const tolerance = { absolute: 2e-6, relative: 0.015, time: 0.002 };
+  const micro = { factor: 1e6, unit: 'µm' };
+  expect(toleranceText(channel({ tolerance }), micro)).toBe('±2, 1.5 %, 2 ms');
+  expect(toleranceText(CHANNEL, micro)).toBe('0');
+  expect([beyondText(0), beyondText(0.0001), beyondText(0.0184)]).toEqual([
+    '0 %',
+    '<0.1 %',
+    '1.8 %',
+  ]);
+  const place = { time: 1.5, candidate_time: 1.5 };
+  expect(placeText({ ...place, lap: null, arc: null })).toBe('1.5000 s');
+  expect(placeText({ ...place, lap: 1, arc: 0.0125 })).toBe('lap 2, 12.50 mm');
+  expect(csvOf(said([channel({ name: 'a "b", c' })])).split('\n')[1]).toBe(
+    '"a ""b"", c",N,within,0,0,0,linear,-0.5,1.5,1.5,,,0,0.1,10,0',
+  );
+});
+
+it('a list tells what differs from the baseline, where it can be told', () => {
+  const run = (scenario: string, ...differences: [string, unknown, unknown][]) =>
+    ({
+      scenario,
+      differences: differences.map(([path, shipped, value]) => ({ path, shipped, value })),
+    }) as Run;
+  const base = run('circle', ['a', 1, 2], ['b', 1, 5]);
+  expect(differsFrom(base, run('circle', ['a', 1, 3], ['c', 7, 8]))).toEqual([
+    { path: 'a', shipped: 2, value: 3 },
+    { path: 'c', shipped: 7, value: 8 },
+    { path: 'b', shipped: 5, value: 1 },
+  ]);
+  expect(differsFrom(base, base)).toEqual([]);
+  expect(differsFrom(base, run('stair'))).toBeNull();
+});
+
+it('what was set differently is said with what cannot be known', () => {
+  const detail = (rest: object) =>
+    ({ kind: 'simulation', events: [], version: '1', model: 'm', ...rest }) as unknown as RunDetail;
+  const one = detail({ scenario_document: { seed: 1 } });
+  const two = detail({ scenario_document: { seed: 2 }, version: '2', events: [{ kind: 'push' }] });
+  const found = setDifferently(one, two);
+  expect(found.fields).toHaveLength(1);
+  expect(found.notes).toEqual(['while 2 ran: pushes: 1', 'version 1 → 2']);
+  const measured = detail({ kind: 'measurement', scenario_document: null });
+  expect(setDifferently(one, measured).notes).toEqual(['2 is measured, without a scenario']);
+});
+
+it('places of the axis are instants, and excursions are found', () => {
+  const numbers = Float32Array.from([0, 1, 2, 3, 0, 1, 1, 0, 0, 1, 1, 0]);
+  const window = new ComparisonWindow(
+    { start: 100, step: 10, count: 4, total: 500 },
+    { name: 'time', unit: 's', start: 5, lap_length: null, values: 0 },
+    numbers,
+    [{ name: 'beyond', unit: '1', minimum: 4, maximum: 8 }],
+  );
+  expect([...window.x]).toEqual([5, 6, 7, 8]);
+  expect(window.instantsOf({ from: 6.2, to: 7.1 })).toEqual({ from: 110, to: 130 });
+  expect(window.instantsOf({ from: 0, to: 99 })).toEqual({ from: 100, to: 140 });
+  expect(window.excursions()).toEqual([{ from: 1, to: 3 }]);
+  expect(window.extent('baseline')).toBeNull();
+});

@@ -1,0 +1,153 @@
+/** Two runs compared: which, how, and what the server says. */
+
+import { ApiError } from '../../../app/api/client';
+import type { Comparison, RunDetail } from '../../../app/api/types';
+import { errorText } from '../../../app/error-text';
+import { LatestWins } from '../../../app/latest-wins';
+import { fromAddress, setAddress } from '../../../app/storage';
+import { compareRuns, getRun } from '../../../app/runs/runs-api';
+import { runs } from '../runs.svelte';
+import { baseline } from '../baseline.svelte';
+import { bodyOf, EXACT, howOf, type How, type Rule } from './compare-request';
+import { VERDICTS, type Sorting, type Verdict } from './compare-table';
+
+/** What is drawn at first, where both have it. */
+const FIRST = ['B.x.following_error', 'A.x.following_error', 'M.x.following_error'];
+
+interface Question {
+  a: string;
+  b: string;
+  how: How;
+}
+
+class ComparisonOfTwo {
+  how = $state.raw<How>(EXACT);
+  channel = $state('');
+  verdict = $state<Verdict | ''>('');
+  /** The gravest first, as the server lists them among equals. */
+  sorting = $state.raw<Sorting>({ by: 'verdict', down: false });
+  answer = $state.raw<Comparison | null>(null);
+  busy = $state(false);
+  /** What is wrong as a whole, and with one field of the request. */
+  problem = $state('');
+  fieldProblems = $state.raw<Readonly<Record<string, string>>>({});
+  details = $state.raw<readonly RunDetail[]>([]);
+  private opened = $state(false);
+  private readonly questions = new LatestWins<Question>((question) => this.read(question));
+
+  /** 1 and 2, while they are compared. */
+  readonly pair = $derived.by((): readonly [string, string] | null => {
+    const [a, b, ...more] = runs.selection.ids;
+    return this.opened && a !== undefined && b !== undefined && more.length === 0 ? [a, b] : null;
+  });
+
+  /** Takes what the address says. */
+  readAddress(): void {
+    const said = fromAddress('compare');
+    this.opened = said !== null;
+    if (said === null) return;
+    this.how = howOf(said);
+    this.channel = fromAddress('channel') ?? this.channel;
+  }
+
+  /** Compares the two selected runs, or the selected one with the baseline, which is 1. */
+  open(): void {
+    const { ids } = runs.selection;
+    const base = baseline.id;
+    const [first = '', second] = ids;
+    if (ids.length === 1 && base !== '' && base !== first) runs.select([base, first]);
+    else if (ids.length !== 2) return;
+    else if (second === base && base !== '') runs.select([base, first]);
+    this.opened = true;
+    this.tell();
+  }
+
+  close(): void {
+    this.opened = false;
+    setAddress({ compare: '', channel: '' });
+  }
+
+  swap(): void {
+    const { pair } = this;
+    if (pair) runs.select([pair[1], pair[0]]);
+  }
+
+  change(how: Partial<How>): void {
+    this.how = { ...this.how, ...how };
+    this.tell();
+  }
+
+  setRule(pattern: string, rule: Rule | null): void {
+    const others = Object.entries(this.how.rules).filter(([each]) => each !== pattern);
+    const all = rule === null ? others : [...others, [pattern, rule] as const];
+    this.change({ rules: Object.fromEntries(all) });
+  }
+
+  show(channel: string): void {
+    this.channel = channel;
+    this.tell();
+  }
+
+  /** Asks the server again. */
+  ask(a: string, b: string, how: How): void {
+    this.busy = true;
+    this.questions.push({ a, b, how });
+  }
+
+  private tell(): void {
+    if (!this.opened) return;
+    setAddress({ compare: JSON.stringify(bodyOf(this.how)), channel: this.channel });
+  }
+
+  private async read({ a, b, how }: Question): Promise<void> {
+    try {
+      const [answer, one, two] = await Promise.all([
+        compareRuns({ a, b, ...bodyOf(how) }),
+        this.detail(a),
+        this.detail(b),
+      ]);
+      this.answer = answer;
+      this.details = [one, two];
+      this.problem = '';
+      this.fieldProblems = {};
+      if (!answer.channels.some(({ verdict }) => verdict === this.verdict)) this.verdict = '';
+      this.chooseChannel(answer);
+    } catch (error) {
+      // Verdicts of other runs or another question are none of this one.
+      this.answer = null;
+      this.fieldProblems = problemsOf(error);
+      this.problem = Object.keys(this.fieldProblems).length > 0 ? '' : errorText(error);
+    }
+    this.busy = this.questions.superseded;
+  }
+
+  private async detail(id: string): Promise<RunDetail> {
+    const known = this.details.find((each) => each.id === id && each.state !== 'recording');
+    const found = known ?? (await getRun(id));
+    if (!runs.selected.some((each) => each.id === id)) runs.note(found);
+    return found;
+  }
+
+  /** Shows a channel that can be drawn, if the present one is none. */
+  private chooseChannel({ channels }: Comparison): void {
+    const drawn = channels.filter(({ at }) => at !== null);
+    if (drawn.some(({ name }) => name === this.channel)) return;
+    const first = FIRST.find((name) => drawn.some((each) => each.name === name));
+    const worst = drawn.find(({ verdict }) => VERDICTS[verdict].look === 'bad') ?? drawn[0];
+    this.channel = first ?? worst?.name ?? '';
+  }
+}
+
+/** What is wrong with fields that the panel has, by `offset`, `tolerance`, or the pattern of a rule. */
+function problemsOf(error: unknown): Record<string, string> {
+  const fields = error instanceof ApiError && error.status === 422 ? error.problem.errors : [];
+  return Object.fromEntries(
+    fields.map((field) => {
+      const key = field.loc.replace(/^channels\./, '').replace(/^(tolerance)\..*/, '$1');
+      const range = field.range ? ` Allowed: ${field.range}.` : '';
+      return [key, `${field.message}.${range}`];
+    }),
+  );
+}
+
+export const comparison = new ComparisonOfTwo();
