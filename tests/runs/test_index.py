@@ -76,6 +76,8 @@ def test_searches_find_what_they_ask_for(index: Index) -> None:
         "100%": ["third 100%"],
         "%": ["third 100%"],
         "d_x": [],
+        "o.": ["fourth_x"],
+        'say "no"': [],
         "h_x": ["fourth_x"],
         "'\\ old'": ["fourth_x"],
         "plant.x.mass rhombus": ["fourth_x"],
@@ -282,10 +284,13 @@ def test_the_tables_are_those_of_the_migrations(url: str) -> None:
 
     from motionlab.runs.tables import METADATA
 
+    def of_metadata(_: object, name: str | None, *others: object) -> bool:
+        return not (name or "").startswith("run_words_trigrams")  # which no metadata can tell of
+
     Index(url).close()
     engine = sa.create_engine(url)
     with engine.connect() as connection:
-        context = MigrationContext.configure(connection)
+        context = MigrationContext.configure(connection, opts={"include_object": of_metadata})
         assert compare_metadata(context, METADATA) == []
         assert context.get_current_revision() == VERSION
     engine.dispose()

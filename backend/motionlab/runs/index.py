@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import base64
-import json
 import math
-import operator
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -19,19 +16,19 @@ from sqlalchemy.dialects.sqlite import insert as insert_sqlite
 from sqlalchemy.exc import ArgumentError, DBAPIError
 
 from motionlab.errors import ConfigError, FieldError, StoreError, StoreFull
-from motionlab.runs.run import CHANGEABLE, Page, Run, RunDetail, is_id
-from motionlab.runs.search import HEADLINE, LIMIT_MAX, SORTS, Search, metric_name
-from motionlab.runs.tables import DOCUMENTS, METRICS, RUNS, TAGS
+from motionlab.runs.query import find
+from motionlab.runs.run import CHANGEABLE, Page, Run, RunDetail
+from motionlab.runs.search import HEADLINE, LIMIT_MAX, Search
+from motionlab.runs.tables import DOCUMENTS, METRICS, RUNS, TAGS, WORDS
 
-VERSION = "0003"
+VERSION = "0004"
 """Version of the tables; migrations/versions has the way there."""
 
+_MAPPED = 1 << 30  # bytes of SQLite's file that are read without a copy
 _BUSY_SECONDS = 10.0  # for another process's write to SQLite
-_NARROW = {column.name for column in RUNS.columns} - {"words"}
+_NARROW = {column.name for column in RUNS.columns}
 _ENTRY = set(Run.model_fields) - _NARROW
 _RECORD = set(RunDetail.model_fields) - set(Run.model_fields)
-_LAST = 1e300  # key of runs without the metric that is sorted by
-_SIGNS = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
 
 
 class Index:
@@ -78,31 +75,37 @@ class Index:
         with _failures(), self._alone.begin() as connection:
             yield connection
 
-    def put(self, run: RunDetail) -> None:
-        """Insert a run, or replace what is known of it."""
-        document = run.model_dump(mode="json")
-        row = {name: document[name] for name in _NARROW} | {"words": _words(run)}
+    def put(self, *runs: RunDetail) -> None:
+        """Insert runs, or replace what is known of them."""
+        documents = [run.model_dump(mode="json") for run in runs]
+        rows = [{name: each[name] for name in _NARROW} for each in documents]
         with _failures(), self._engine.begin() as connection:
-            self._upsert(connection, RUNS, row)
+            self._upsert(connection, RUNS, rows)
+            self._upsert(connection, WORDS, [{"run": run.id, "words": _words(run)} for run in runs])
             self._upsert(
                 connection,
                 DOCUMENTS,
-                {
-                    "run": run.id,
-                    "entry": {name: document[name] for name in _ENTRY},
-                    "record": {name: document[name] for name in _RECORD},
-                },
+                [
+                    {
+                        "run": each["id"],
+                        "entry": {name: each[name] for name in _ENTRY},
+                        "record": {name: each[name] for name in _RECORD},
+                    }
+                    for each in documents
+                ],
             )
-            _replace(connection, TAGS, run.id, [{"tag": tag} for tag in run.tags])
+            _replace(connection, TAGS, {run.id: [{"tag": tag} for tag in run.tags] for run in runs})
             _replace(
                 connection,
                 METRICS,
-                run.id,
-                [
-                    {"metric": name, "value": value}
-                    for name, value in run.metrics.items()
-                    if name.rpartition(".")[2] in HEADLINE.values()
-                ],
+                {
+                    run.id: [
+                        {"metric": name, "value": value}
+                        for name, value in run.metrics.items()
+                        if name.rpartition(".")[2] in HEADLINE.values()
+                    ]
+                    for run in runs
+                },
             )
 
     def get(self, run_id: str) -> RunDetail | None:
@@ -137,25 +140,14 @@ class Index:
         ConfigError
             If it cannot be sorted that way, or the cursor is none.
         """
-        conditions = [*_conditions(search)]
-        order = _Order.of(sort)
-        queries = order.queries(None if cursor is None else order.place(cursor))
-        count = sa.select(sa.func.count()).select_from(RUNS).where(*conditions)
         with _failures(), self._engine.connect() as connection:
-            found: list[Any] = []
-            for query in queries:
-                if (wanted := limit + 1 - len(found)) > 0:
-                    found += connection.execute(query.where(*conditions).limit(wanted)).all()
-            total = connection.execute(count).scalar_one()
+            found = find(connection, search, sort, limit, cursor)
             rows = connection.execute(
-                sa.select(RUNS, DOCUMENTS.c.entry)
-                .join(DOCUMENTS)
-                .where(RUNS.c.id.in_([row.id for row in found[:limit]]))
+                sa.select(RUNS, DOCUMENTS.c.entry).join(DOCUMENTS).where(RUNS.c.id.in_(found.ids))
             ).mappings()
             runs = {row["id"]: Run(**_narrow(row), **row["entry"]) for row in rows}
-        more = order.cursor(found[limit - 1]) if len(found) > limit else None
-        shown = [runs[row.id] for row in found[:limit] if row.id in runs]
-        return Page(runs=shown, total=total, cursor=more)
+        shown = [runs[each] for each in found.ids if each in runs]
+        return Page(runs=shown, total=found.total, cursor=found.cursor)
 
     def change(self, run_id: str, changes: Mapping[str, Any]) -> RunDetail | None:
         """Change `CHANGEABLE` fields of a run; None if there is none of that identifier."""
@@ -166,14 +158,15 @@ class Index:
             run = run.model_copy(update={name: changes[name] for name in CHANGEABLE & set(changes)})
             row = {name: getattr(run, name) for name in ("name", "pinned", "deleted")}
             entry = run.model_dump(mode="json", include=_ENTRY)
+            connection.execute(sa.update(RUNS).where(RUNS.c.id == run_id).values(**row))
             connection.execute(
-                sa.update(RUNS).where(RUNS.c.id == run_id).values(**row, words=_words(run))
+                sa.update(WORDS).where(WORDS.c.run == run_id).values(words=_words(run))
             )
             connection.execute(
                 sa.update(DOCUMENTS).where(DOCUMENTS.c.run == run_id).values(entry=entry)
             )
             if "tags" in changes:
-                _replace(connection, TAGS, run_id, [{"tag": tag} for tag in run.tags])
+                _replace(connection, TAGS, {run_id: [{"tag": tag} for tag in run.tags]})
             return run
 
     def condemn(self, run_id: str, before: float = math.inf) -> bool:
@@ -264,12 +257,13 @@ class Index:
                 result[f"{name}s"] = {value: count for value, count in connection.execute(counts)}
         return result
 
-    def _upsert(self, connection: sa.Connection, table: sa.Table, row: dict[str, Any]) -> None:
-        key = next(iter(table.primary_key)).name
-        insert = insert_sqlite if self._sqlite else insert_postgresql
-        statement = insert(table).values(row)
-        others = {name: value for name, value in row.items() if name != key}
-        connection.execute(statement.on_conflict_do_update(index_elements=[key], set_=others))
+    def _upsert(
+        self, connection: sa.Connection, table: sa.Table, rows: list[dict[str, Any]]
+    ) -> None:
+        key = "id" if table is RUNS else "run"
+        insert = (insert_sqlite if self._sqlite else insert_postgresql)(table)
+        others = {name: insert.excluded[name] for name in rows[0] if name != key}
+        connection.execute(insert.on_conflict_do_update(index_elements=[key], set_=others), rows)
 
     def _migrate(self) -> None:
         """Bring the tables to `VERSION`, one process at a time; quick where they are there."""
@@ -305,85 +299,6 @@ class Index:
             command.upgrade(config, "head")
 
 
-class _Order:
-    """What a list is sorted by, with the identifier to break ties."""
-
-    def __init__(self, name: str, *, descending: bool) -> None:
-        self.name = name
-        self.descending = descending
-        self.metric = None if name in SORTS else metric_name(name, "sort")
-
-    @classmethod
-    def of(cls, sort: str) -> _Order:
-        return cls(sort.removeprefix("-"), descending=sort.startswith("-"))
-
-    def queries(self, after: tuple[Any, str] | None) -> Iterator[Any]:
-        """Yield queries that find identifiers and keys one after the other, each by an index."""
-        if self.metric is None:
-            yield self._query(RUNS.c[self.name], RUNS, after)
-            return
-        # A run without the metric comes last, whichever way.
-        last = sa.literal(-_LAST if self.descending else _LAST)
-        if after is None or abs(after[0]) < _LAST:
-            of_it = sa.and_(METRICS.c.run == RUNS.c.id, METRICS.c.metric == self.metric)
-            yield self._query(METRICS.c.value, METRICS.join(RUNS, of_it), after)
-            after = None
-        having = sa.select(METRICS.c.run).where(METRICS.c.metric == self.metric)
-        yield self._query(last, RUNS, after).where(RUNS.c.id.not_in(having))
-
-    def _query(self, key: Any, source: Any, after: tuple[Any, str] | None) -> Any:
-        run = RUNS.c.id if source is RUNS else METRICS.c.run
-        query = sa.select(RUNS.c.id, key.label("key")).select_from(source)
-        columns = (run,) if isinstance(key, sa.BindParameter) else (key, run)
-        if after is not None:
-            here, there = sa.tuple_(*columns), sa.tuple_(*after[-len(columns) :])
-            query = query.where(here < there if self.descending else here > there)
-        return query.order_by(*(c.desc() if self.descending else c.asc() for c in columns))
-
-    def cursor(self, row: Any) -> str:
-        return base64.urlsafe_b64encode(json.dumps([self.name, row.key, row.id]).encode()).decode()
-
-    def place(self, cursor: str) -> tuple[Any, str]:
-        """Return key and identifier of the last run of the page before."""
-        try:
-            name, key, run_id = json.loads(base64.urlsafe_b64decode(cursor.encode()))
-            if name != self.name or not is_id(run_id):
-                raise ValueError(cursor)
-            if name != "name":
-                key = float(key)
-            if "\0" in str(key) or (isinstance(key, float) and not math.isfinite(key)):
-                raise ValueError(cursor)
-        except (ValueError, TypeError, OverflowError, RecursionError):
-            raise ConfigError(FieldError("cursor", "is of no list of runs", cursor)) from None
-        return key, run_id
-
-
-def _conditions(search: Search) -> Iterator[Any]:
-    yield RUNS.c.deleted.is_not(None) if search.deleted else RUNS.c.deleted.is_(None)
-    for word in search.words:
-        yield RUNS.c.words.contains(word, autoescape=True)
-    for tag in search.tags:
-        yield RUNS.c.id.in_(sa.select(TAGS.c.run).where(TAGS.c.tag == tag))
-    for column, values in (
-        (RUNS.c.kind, search.kinds),
-        (RUNS.c.state, search.states),
-        (RUNS.c.scenario, search.scenarios),
-    ):
-        if values:
-            yield column.in_(values)
-    for bound in search.bounds:
-        within = _SIGNS[bound.sign](METRICS.c.value, bound.value)
-        yield RUNS.c.id.in_(
-            sa.select(METRICS.c.run).where(METRICS.c.metric == bound.metric, within)
-        )
-    if search.after is not None:
-        yield RUNS.c.created >= search.after
-    if search.before is not None:
-        yield RUNS.c.created < search.before
-    if search.pinned:
-        yield RUNS.c.pinned.is_(True)
-
-
 def _read(connection: sa.Connection, run_id: str, *, lock: bool = False) -> RunDetail | None:
     query = (
         sa.select(RUNS, DOCUMENTS.c.entry, DOCUMENTS.c.record)
@@ -397,11 +312,15 @@ def _read(connection: sa.Connection, run_id: str, *, lock: bool = False) -> RunD
 
 
 def _replace(
-    connection: sa.Connection, table: sa.Table, run_id: str, rows: Sequence[Mapping[str, Any]]
+    connection: sa.Connection,
+    table: sa.Table,
+    rows: Mapping[str, Sequence[Mapping[str, Any]]],
 ) -> None:
-    connection.execute(sa.delete(table).where(table.c.run == run_id))
-    if rows:
-        connection.execute(sa.insert(table), [{"run": run_id, **row} for row in rows])
+    """Put rows, by run, in place of those that a table has of these runs."""
+    gone = sa.delete(table).where(table.c.run == sa.bindparam("of"))
+    connection.execute(gone, [{"of": run_id} for run_id in rows])
+    if new := [{"run": run_id, **row} for run_id, some in rows.items() for row in some]:
+        connection.execute(sa.insert(table), new)
 
 
 def _narrow(row: sa.RowMapping) -> dict[str, Any]:
@@ -423,6 +342,7 @@ def _set_up_sqlite(connection: Any, _: Any) -> None:
     cursor.execute("PRAGMA journal_mode = WAL")
     cursor.execute("PRAGMA synchronous = NORMAL")  # a run survives a kill; power may take seconds
     cursor.execute("PRAGMA foreign_keys = ON")
+    cursor.execute(f"PRAGMA mmap_size = {_MAPPED}")
     cursor.close()
 
 

@@ -1,7 +1,8 @@
 """Tables of the index of runs.
 
 What lists filter and sort by lies in narrow columns of `RUNS`; what only one run at a time is asked
-for lies in `DOCUMENTS`, so that a search over all runs reads little.
+for lies in `DOCUMENTS`, so that a search over all runs reads little. Migrations add an index of the
+trigrams of `WORDS`, `run_words_trigrams`: a table of FTS5 in SQLite, of pg_trgm in PostgreSQL.
 """
 
 from __future__ import annotations
@@ -14,13 +15,16 @@ from sqlalchemy import (
     Float,
     ForeignKey,
     Index,
+    Integer,
     MetaData,
     String,
     Table,
     Text,
+    text,
 )
 
 METADATA = MetaData()
+_DELETED = text("deleted IS NOT NULL")
 
 RUNS = Table(
     "runs",
@@ -35,12 +39,23 @@ RUNS = Table(
     Column("deleted", Float(53)),
     Column("duration", Float(53), nullable=False),
     Column("size", BigInteger, nullable=False),
-    Column("words", Text, nullable=False),  # name, note, tags, labels, differences in lower case
     Index("runs_created", "created", "id"),
     Index("runs_name", "name", "id"),
     Index("runs_duration", "duration", "id"),
     Index("runs_size", "size", "id"),
-    Index("runs_deleted", "deleted"),
+    Index("runs_kind", "kind"),
+    Index("runs_state", "state"),
+    Index("runs_scenario", "scenario"),
+    Index("runs_pinned", "pinned"),
+    Index("runs_deleted", "deleted", sqlite_where=_DELETED, postgresql_where=_DELETED),
+)
+
+WORDS = Table(
+    "run_words",
+    METADATA,
+    Column("number", Integer, primary_key=True),
+    Column("run", ForeignKey("runs.id", ondelete="CASCADE"), nullable=False, unique=True),
+    Column("words", Text, nullable=False),  # name, note, tags, labels, differences in lower case
 )
 
 DOCUMENTS = Table(
