@@ -24,7 +24,8 @@ from tests.bench.maps import maps
 from tests.bench.page import page
 from tests.bench.plates import plates
 from tests.bench.plots import plots
-from tests.bench.runs_compare import runs_compare
+from tests.bench.runs import runs
+from tests.bench.runs_index import runs_index
 from tests.bench.scene import scene
 from tests.bench.speed import speed
 from tests.bench.start import start
@@ -44,7 +45,6 @@ _KERNEL: dict[str, Callable[[str], Iterator[Row]]] = {
     "maps": lambda _: maps(),
     "plates": lambda _: plates(),
     "cluster": lambda _: on_cluster(),
-    "runs-compare": lambda _: runs_compare(),
 }
 _LAB: dict[str, Callable[[], Iterator[Row]]] = {
     "start": start,
@@ -53,6 +53,8 @@ _LAB: dict[str, Callable[[], Iterator[Row]]] = {
     "plots": plots,
     "scene": scene,
     "hold": hold,
+    "runs": runs,
+    "runs-index": runs_index,
 }
 
 

@@ -7,6 +7,7 @@ import os
 import re
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 from types import TracebackType
@@ -23,6 +24,13 @@ _UNUSUAL = {"MOTIONLAB_TOKEN", "PYTHONDONTWRITEBYTECODE"}
 class Serving:
     """A server process on a free loopback port; ends with the ``with`` block.
 
+    Parameters
+    ----------
+    program : str
+        The module that is run.
+    **variables : str
+        Of its environment.
+
     Attributes
     ----------
     begun : float
@@ -33,9 +41,12 @@ class Serving:
         Talks to its REST interface.
     """
 
-    def __init__(self) -> None:
-        environment = {k: v for k, v in os.environ.items() if k not in _UNUSUAL}
-        command = (sys.executable, "-m", "motionlab", "serve", "--port", "0")
+    def __init__(self, program: str = "motionlab", **variables: str) -> None:
+        environment = {k: v for k, v in os.environ.items() if k not in _UNUSUAL} | variables
+        if program != "motionlab":  # two servers cannot share a folder of data
+            self._data = tempfile.TemporaryDirectory()
+            environment["MOTIONLAB_DATA"] = self._data.name
+        command = (sys.executable, "-m", program, "serve", "--port", "0")
         self.begun = time.perf_counter()
         self._process = subprocess.Popen(
             command, stderr=subprocess.PIPE, text=True, env=environment

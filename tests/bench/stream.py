@@ -27,15 +27,15 @@ def stream() -> Iterator[Row]:
         ticks, steps = _FILL
         for _ in range(steps):
             server.post(f"/sessions/{session}/step", ticks=ticks)
-        one, cpu, _ = _watch(server, session, "--clients", "1")
+        one, cpu, _ = watch(server, session, "--clients", "1")
         yield _latency(1, one, "sleep late", one["oversleep"])
-        twenty, _, _ = _watch(server, session, "--clients", "20")
+        twenty, _, _ = watch(server, session, "--clients", "20")
         yield _latency(20, twenty, "1 client", _best(one))
         # Once for what a hundred connections allocate, so that the next growth is that of time.
-        hundred, load, grown = _watch(server, session, "--clients", "100")
+        hundred, load, grown = watch(server, session, "--clients", "100")
         yield _latency(100, hundred, "1 client", _best(one))
         more = ("--clients", "101", "--frozen", "1", "--windows", str(_FROZEN_WINDOWS))
-        frozen, _, growth = _watch(server, session, *more)
+        frozen, _, growth = watch(server, session, *more)
         what = "  while another is frozen for 8 s"
         yield _latency(100, frozen, "none frozen", _best(hundred), what)
         yield Row(
@@ -56,8 +56,8 @@ def stream() -> Iterator[Row]:
         )
 
 
-def _watch(server: Serving, session: str, *options: str) -> tuple[dict[str, Any], float, int]:
-    """Return a client process's figures, and the server's load of a core and growth in bytes."""
+def watch(server: Serving, session: str, *options: str) -> tuple[dict[str, Any], float, int]:
+    """Watch a session; return its client's figures, the load of a core and growth in bytes."""
     # A session's name may begin with a dash.
     where = ("--", str(server.port), session)
     command = (sys.executable, "-m", "tests.bench.clients", *options, *where)

@@ -1,11 +1,21 @@
 // Put before the page's own scripts: notes answers of what-ifs, and which canvases are drawn after.
 (() => {
-  const bench = { answers: 0, drawn: new Set(), frames: 0 };
+  const bench = { answers: 0, drawn: new Set(), frames: 0, curves: 0, asked: 0 };
   window.bench = bench;
 
   const fetched = window.fetch;
   window.fetch = async (...given) => {
+    const ofRun = String(given[0]).includes('/window?');
+    if (ofRun) bench.asked += 1;
     const response = await fetched(...given);
+    if (ofRun) {
+      const read = response.arrayBuffer.bind(response);
+      response.arrayBuffer = async () => {
+        const buffer = await read();
+        bench.curves += 1;
+        return buffer;
+      };
+    }
     const body = given[1]?.body;
     // What the page asks for once the controls rest is not an answer to an event.
     if (!String(given[0]).endsWith('/whatif') || JSON.parse(body).exact) return response;
@@ -66,5 +76,26 @@
     }
     slider.dispatchEvent(new Event('change', { bubbles: true }));
     return { taken, plots: canvases.length };
+  };
+
+  /** Clicks on a run of the list; resolves to ms until its curves have come and all are drawn. */
+  bench.open = async (name) => {
+    const row = [...document.querySelectorAll('[role=row]')].find((each) =>
+      each.textContent.includes(name),
+    );
+    bench.drawn.clear();
+    Object.assign(bench, { asked: 0, curves: 0 });
+    const begin = performance.now();
+    row.click();
+    for (;;) {
+      await painted();
+      const canvases = [...document.querySelectorAll('section[aria-label=Run] canvas')];
+      // Plane and scopes are two questions.
+      const come = bench.curves >= 2 && bench.curves === bench.asked;
+      if (come && canvases.length > 2 && canvases.every((canvas) => bench.drawn.has(canvas))) break;
+      if (performance.now() - begin > 10_000) throw new Error(`${name} was not drawn`);
+    }
+    await painted();
+    return performance.now() - begin;
   };
 })();

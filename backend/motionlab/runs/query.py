@@ -196,7 +196,7 @@ def _words(words: Sequence[str], *, sqlite: bool) -> Iterator[_Condition]:
 
 
 class _Query(NamedTuple):
-    select: sa.Select[Any]
+    select: sa.Select[*tuple[Any, ...]]
     run: sa.ColumnElement[str]
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sqlalchemy as sa
 from alembic import op
+from sqlalchemy.exc import DBAPIError
 
 revision = "0004"
 down_revision = "0003"
@@ -65,7 +66,7 @@ def _trigrams_of_postgresql() -> None:
             op.execute(
                 "CREATE INDEX run_words_trigrams ON run_words USING gin (words public.gin_trgm_ops)"
             )
-    except sa.exc.DBAPIError:
+    except DBAPIError:
         return
 
 
