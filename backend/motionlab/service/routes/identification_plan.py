@@ -11,8 +11,8 @@ from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute
 from motionlab.service.settings import Settings
 from motionlab.service.worker_answers import computed
+from motionlab.studies.identify.dispatch import plan_of
 from motionlab.studies.identify.document import PlanDocument
-from motionlab.studies.identify.plan import plan_document
 from motionlab.studies.identify.request import IdentifyRequest
 from motionlab.studies.table import BY_KIND
 
@@ -33,10 +33,10 @@ async def plan_identification(
         Body(examples=[{"scenario": "circle", "axis": "x", "time_max": 5.0}]),
     ],
 ) -> Response:
-    """Validate an identification and return its motions and times; nothing moves."""
+    """Validate an identification; return its motions and times, or what is read of a run."""
     settings: Settings = request.app.state.settings
     return await computed(request, _plan, body, settings.work_max, light=True)
 
 
 def _plan(body: dict[str, Any], work_max: float) -> PlanDocument:
-    return plan_document(BY_KIND["identify"].plan(body), work_max)
+    return plan_of(BY_KIND["identify"].plan(body), work_max)

@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from motionlab.results.document import ResultDocument
 
-Step = Literal["sliding", "presliding", "comparison"]
+Step = Literal["sliding", "presliding", "comparison", "record"]
 
 
 def _si(description: str, unit: str) -> Any:
@@ -27,7 +27,7 @@ class Point(_Document):
         "Mean friction: thrust by the controller's map less mass times acceleration", "N"
     )
     deviation: float = _si("Standard deviation of the command over the window", "N")
-    pitches: int = _si("Whole pole pitches averaged over", "1")
+    pitches: int = _si("Whole pole pitches averaged over; 0 of a run", "1")
 
 
 class Parameter(_Document):
@@ -77,6 +77,29 @@ class StribeckCurve(_Document):
     )
 
 
+class RecordEvidence(_Document):
+    """What a run could tell about an axis, and how it was read."""
+
+    position: str = Field(description="Column of the position")
+    force: str = Field(description="Column of the force, or currents")
+    duration: float = _si("Of the part that was read", "s")
+    rate: float = _si("Samples a second", "Hz")
+    bandwidth: float = _si("Of the filter at -3 dB", "Hz")
+    noise: float = _si("Standard deviation of the position's noise", "m")
+    slowest: float = _si("Least speed of the windows of sliding that were used", "m/s")
+    fastest: float = _si("Largest speed of them", "m/s")
+    reversals: int
+    shares: dict[str, float] = Field(
+        description="Of the samples: used; not used, by reason. 0 to 1"
+    )
+    condition: float = _si(
+        "Condition number of the regression; beyond 1000 parameters can hardly be told apart", "1"
+    )
+    lag: float = _si("Time by which the motion is behind the force column", "s")
+    lag_half_width: float | None = _si("Half of its 95 % interval", "s")
+    mass_given: bool
+
+
 class AxisIdentification(_Document):
     """Everything identified on one axis."""
 
@@ -87,6 +110,9 @@ class AxisIdentification(_Document):
     presliding: Fit | None = Field(description="sigma_0 and sigma_1; null when not asked for")
     ramps: list[ForceRamp]
     warnings: list[str] = Field(description="What is wrong with the measurements")
+    record: RecordEvidence | None = Field(
+        default=None, description="Of a run: what it could tell; null of an experiment"
+    )
 
 
 class IdentificationDocument(_Document):
@@ -99,7 +125,10 @@ class IdentificationDocument(_Document):
     model: str = Field(description="Hash of the model's sources")
     variant: str = Field(description="Whose gains and force map drove the motor")
     apply_to: str = Field(description="Whose model `set` is for")
-    simulated_time: float = _si("Time that the experiment takes on a motor", "s")
+    run: str | None = Field(
+        default=None, description="Run that it was identified from; null of an experiment"
+    )
+    simulated_time: float = _si("Time that the experiment takes on a motor, or of the run", "s")
     axes: dict[str, AxisIdentification]
     set: dict[str, float] = Field(
         description="Dotted path to value: puts what was identified into the model of `apply_to`"
@@ -113,7 +142,7 @@ class ExperimentProgress(_Document):
     """Progress of the experiment."""
 
     axis: str | None = Field(description="null while the circle is run for comparison")
-    step: Step = Field(description="sliding, presliding or comparison")
+    step: Step = Field(description="sliding, presliding or comparison; record of a run")
     done: int = Field(description="Motions of this step that are done")
     count: int = Field(description="Motions of this step")
 
@@ -144,6 +173,16 @@ class PlannedMotion(_Document):
     time: float = _si("How long it takes", "s")
 
 
+class PlannedRecord(_Document):
+    """What is read of a run for one axis."""
+
+    position: str = Field(description="Column of the position")
+    force: str = Field(description="Column of the force, or currents")
+    rate: float = _si("Samples a second", "Hz")
+    bandwidth: float = _si("Of the filter at -3 dB; noise may lower it", "Hz")
+    duration: float = _si("Of the part that is read", "s")
+
+
 class PlanDocument(_Document):
     """The plan of an identification."""
 
@@ -152,3 +191,6 @@ class PlanDocument(_Document):
     known: dict[str, Known]
     axes: dict[str, list[PlannedMotion]]
     ramps: int = Field(description="Force ramps, all axes together")
+    record: dict[str, PlannedRecord] = Field(
+        default_factory=dict, description="By axis, of a run; empty of an experiment"
+    )

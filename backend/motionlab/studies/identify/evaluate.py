@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from motionlab.config.plant import FrictionConfig
+from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.studies.identify.document import (
     AxisIdentification,
@@ -34,6 +35,7 @@ _UNITS = {
     "sigma_0": "N/m",
     "sigma_1": "N s/m",
     "M": "kg",
+    "lag": "s",
 }
 _DRAWN = 240
 """Samples of a ramp in the document, at most."""
@@ -75,24 +77,24 @@ def axis_document(rig: Rig, axis: str, found: AxisEstimate) -> AxisIdentificatio
     """Return the results of one axis, the old model and the true values."""
     velocity = np.array([point.velocity for point in found.points])
     force = np.array([point.force for point in found.points])
-    presliding = found.presliding
+    presliding, truth = found.presliding, rig.scenario
     return AxisIdentification(
         points=found.points,
         residuals=(force - stribeck_curve(velocity, found.sliding.values)).tolist(),
         curve=curve_document(found.sliding, np.abs(velocity)),
-        sliding=_fit(rig, axis, found.sliding, "N"),
-        presliding=None if presliding is None else _fit(rig, axis, presliding, "m"),
+        sliding=fit_document(rig, axis, found.sliding, "N", truth),
+        presliding=None if presliding is None else fit_document(rig, axis, presliding, "m", truth),
         ramps=found.ramps,
         warnings=found.warnings,
     )
 
 
-def known_document(rig: Rig, axis: str) -> Known:
-    """Return the model's and the true friction of an axis."""
-    true = getattr(rig.scenario.plant, axis).friction
+def known_document(rig: Rig, axis: str, truth: Scenario | None) -> Known:
+    """Return the model's and the true friction of an axis; `truth` is what was simulated."""
+    true = None if truth is None else getattr(truth.plant, axis).friction
     return Known(
         believed=_parameters(rig.identified_model(axis).friction),
-        true=_parameters(true) if true.enabled else None,
+        true=_parameters(true) if true is not None and true.enabled else None,
     )
 
 
@@ -136,14 +138,17 @@ def _parameters(friction: FrictionConfig) -> dict[str, float]:
     return {name: getattr(friction, name) for name in _UNITS if hasattr(friction, name)}
 
 
-def _fit(rig: Rig, axis: str, fitted: Fitted, unit: str) -> Fit:
-    plant = getattr(rig.scenario.plant, axis)
+def fit_document(rig: Rig, axis: str, fitted: Fitted, unit: str, truth: Scenario | None) -> Fit:
+    """Return a fit beside the old model and, where something was simulated, its true values."""
+    plant = None if truth is None else getattr(truth.plant, axis)
     model = rig.identified_model(axis)
     parameters = {}
     for i, name in enumerate(fitted.names):
         value, half = float(fitted.values[i]), float(fitted.half_width[i])
         known = np.isfinite(half)
-        true = _of(plant, name) if plant.friction.enabled or name == "M" else None
+        true = None
+        if plant is not None and (plant.friction.enabled or name == "M"):
+            true = _of(plant, name)
         parameters[name] = Parameter(
             value=value,
             unit=_UNITS[name],
@@ -164,6 +169,6 @@ def _fit(rig: Rig, axis: str, fitted: Fitted, unit: str) -> Fit:
 
 def _of(known: Any, name: str) -> float | None:
     """Return a parameter of a motor or of a model of it; neither has an offset of force."""
-    if name == "f_0":
+    if name in {"f_0", "lag"}:
         return None
     return known.mass if name == "M" else getattr(known.friction, name)

@@ -8,16 +8,14 @@ from typing import Any
 import numpy as np
 
 from motionlab import __version__
-from motionlab.config.load import load_scenario
-from motionlab.config.scenario import VariantConfig
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ExperimentFailed
 from motionlab.lanes import model_hash
 from motionlab.plant.friction import LuGre
 from motionlab.results.document import ResultDocument
 from motionlab.simulation.prepare import prepare
-from motionlab.simulation.result import document, plant_name
-from motionlab.simulation.run import run
+from motionlab.simulation.result import plant_name
+from motionlab.studies.identify.comparison import compared
 from motionlab.studies.identify.current_smoother import CurrentLoops
 from motionlab.studies.identify.document import (
     AxisIdentification,
@@ -103,7 +101,9 @@ class _Execution:
         self.points: dict[str, list[Point]] = {}
         self.motions: dict[str, list[int]] = {}
         self.found: dict[str, AxisIdentification] = {}
-        self.known = {axis: known_document(self.rig, axis) for axis in self.planned}
+        self.known = {
+            axis: known_document(self.rig, axis, self.rig.scenario) for axis in self.planned
+        }
         self.loops = {axis: CurrentLoops(self.rig.controller.delay) for axis in self.planned}
         self.progress = progress
 
@@ -276,27 +276,8 @@ class _Execution:
 
     def _compare(self, changes: dict[str, float]) -> ResultDocument:
         """Return the result document of the circle with the old model and the new one."""
-        apply_to = self.rig.apply_to
-        new = load_scenario(self.source, {**self.request.set, **changes})
-        scenario = self.rig.scenario.model_copy(
-            update={
-                "name": "circle",
-                "trajectory": load_scenario("circle").trajectory,
-                "variants": {
-                    "A": VariantConfig(
-                        label="friction model as it was",
-                        controller=self.rig.scenario.variants[apply_to].controller,
-                    ),
-                    "B": VariantConfig(
-                        label="friction model identified",
-                        controller=new.variants[apply_to].controller,
-                    ),
-                },
-            }
-        )
         self._stand(None, "comparison", 0, 1)
-        prepared = prepare(scenario)
-        return ResultDocument.model_validate(document(prepared, run(prepared)))
+        return compared(self.rig, self.source, self.request.set, changes)
 
     def _advance(self, ticks: int) -> None:
         self.done += ticks

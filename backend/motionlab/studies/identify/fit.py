@@ -66,13 +66,13 @@ def fit_sliding(
             lambda p: weight * (stribeck_curve(velocity, p) - force), names, start, (low, high)
         )
 
-    solved = solve(np.clip(_guess(velocity, force), low, high), _POWERS[0])
+    solved = solve(np.clip(first_guess(velocity, force), low, high), _POWERS[0])
     power = _likeliest_power(stribeck_curve(velocity, solved.values) - force, share)
     if power != _POWERS[0]:
         solved = solve(np.clip(solved.values, low, high), power)
     values = solved.values
     errors, correlation, degrees = scatter(solved.jacobian, solved.residuals, motion)
-    half_width = _student(degrees) * errors
+    half_width = student(degrees) * errors
     fitted = Fitted(
         names=names,
         values=values,
@@ -80,11 +80,11 @@ def fit_sliding(
         half_width=half_width,
         residual_rms=_rms(stribeck_curve(velocity, values) - force),
         correlation=correlation,
-        warnings=_doubts(
+        warnings=doubts(
             names, values, half_width, correlation_of(solved.jacobian), solved.edge, degrees
         ),
     )
-    return replace(fitted, warnings=_about_speeds(fitted, np.abs(velocity)) + fitted.warnings)
+    return replace(fitted, warnings=about_speeds(fitted, np.abs(velocity)) + fitted.warnings)
 
 
 def _likeliest_power(residuals: Array, time: Array) -> float:
@@ -153,7 +153,7 @@ def fit_presliding(
     places = [fit(*place) for place in zip(responses, forces, strict=True)]
     values = np.array([place.values for place in places])
     errors = values.std(axis=0, ddof=1) / np.sqrt(len(places))
-    half_width = _student(len(places) - 1) * errors
+    half_width = student(len(places) - 1) * errors
     mean = values.mean(axis=0)
     alike = np.mean([correlation_of(place.jacobian) for place in places], axis=0)
     edge = [name for name in names if any(name in place.edge for place in places)]
@@ -164,13 +164,13 @@ def fit_presliding(
         half_width=half_width,
         residual_rms=_rms(np.concatenate([place.residuals for place in places])),
         correlation=alike,
-        warnings=_doubts(
+        warnings=doubts(
             names, mean, half_width, alike, edge, np.full(len(names), len(places) - 1.0)
         ),
     )
 
 
-def _about_speeds(fitted: Fitted, speed: Array) -> list[str]:
+def about_speeds(fitted: Fitted, speed: Array) -> list[str]:
     """Warn of parameters that the range of speeds does not determine."""
     v_s = fitted["v_s"]
     slowest, fastest = float(speed.min()), float(speed.max())
@@ -193,8 +193,8 @@ def _about_speeds(fitted: Fitted, speed: Array) -> list[str]:
     return warnings
 
 
-def _guess(velocity: Array, force: Array) -> Array:
-    """Return the best of many v_s; all other parameters are linear."""
+def first_guess(velocity: Array, force: Array) -> Array:
+    """Return F_c, F_s, v_s, sigma_2 and f_0 at the best of many v_s; all others are linear."""
     speed = np.abs(velocity)
     sign = np.sign(velocity)
     best, guess = np.inf, np.zeros(5)
@@ -248,14 +248,14 @@ def _rms(residuals: Array) -> float:
     return float(np.sqrt(np.mean(residuals**2)))
 
 
-def _student(degrees: Array | float) -> Array:
+def student(degrees: Array | float) -> Array:
     """Return how many standard errors half of the interval is."""
     from scipy.special import stdtrit
 
     return stdtrit(degrees, 0.5 * (1.0 + _CONFIDENCE))
 
 
-def _doubts(  # noqa: PLR0913, PLR0917 - all that is known of a fit
+def doubts(  # noqa: PLR0913, PLR0917 - all that is known of a fit
     names: tuple[str, ...],
     values: Array,
     half_width: Array,
@@ -281,7 +281,7 @@ def _doubts(  # noqa: PLR0913, PLR0917 - all that is known of a fit
         least = min(few.values())
         warnings.append(
             f"the interval of {', '.join(few)} is wide because few measurements determine its "
-            f"spread: {least:.1f} degrees of freedom make it {_student(least):.1f} standard "
+            f"spread: {least:.1f} degrees of freedom make it {student(least):.1f} standard "
             "errors"
         )
     for i, j in itertools.combinations(range(len(names)), 2):

@@ -114,7 +114,7 @@ def plan_document(experiment: Experiment, simulated_time_max: float) -> PlanDocu
     return PlanDocument(
         simulated_time=ticks * CONTROL_PERIOD,
         simulated_time_max=simulated_time_max,
-        known={axis: known_document(rig, axis) for axis in experiment.motions},
+        known={axis: known_document(rig, axis, rig.scenario) for axis in experiment.motions},
         axes={
             axis: [
                 PlannedMotion(

@@ -8,7 +8,12 @@ from pathlib import Path
 
 from motionlab.results.report import report as run_report
 from motionlab.store.files import complete_file
-from motionlab.studies.identify.document import Fit, IdentificationDocument, Parameter
+from motionlab.studies.identify.document import (
+    Fit,
+    IdentificationDocument,
+    Parameter,
+    RecordEvidence,
+)
 
 _COLUMNS = ("axis", "velocity [m/s]", "force [N]", "deviation [N]", "pitches [1]")
 _WIDTH = 12
@@ -29,7 +34,9 @@ def report(found: IdentificationDocument) -> str:
     """
     lines = [
         f"{found.plant} motor, gains and force map of {found.variant}, seed {found.seed}: "
-        f"{found.simulated_time:.0f} s of motion",
+        f"{found.simulated_time:.0f} s of motion"
+        if found.run is None
+        else f"run {found.run}, {found.simulated_time:.4g} s; force map of {found.variant}",
         "Forces are in newtons of the controller's map; +- is half of the 95 % interval.",
     ]
     for axis, identified in found.axes.items():
@@ -39,6 +46,8 @@ def report(found: IdentificationDocument) -> str:
         for fit in fits:
             lines += [_row(name, parameter) for name, parameter in fit.parameters.items()]
         lines += [f"  residual: {_residual(fit)}" for fit in fits]
+        if identified.record is not None:
+            lines += _told(identified.record)
         warnings = [*identified.warnings, *(w for fit in fits for w in fit.warnings)]
         lines += [f"  warning: {warning}" for warning in warnings]
     if found.set:
@@ -68,6 +77,20 @@ def write(found: IdentificationDocument, path: str) -> None:
         rows.writerow(_COLUMNS)
         for axis, identified in found.axes.items():
             rows.writerows([axis, *point.model_dump().values()] for point in identified.points)
+
+
+def _told(record: RecordEvidence) -> list[str]:
+    """Return what a run could tell."""
+    shares = ", ".join(f"{100 * share:.0f} % {name}" for name, share in record.shares.items())
+    half = "" if record.lag_half_width is None else f" +- {record.lag_half_width * 1e6:.2g}"
+    return [
+        f"  read: {record.position} and {record.force}, {record.rate:.6g} Hz, filter "
+        f"{record.bandwidth:.3g} Hz, noise {record.noise * 1e9:.3g} nm",
+        f"  sliding at {record.slowest * 1e3:.3g} to {record.fastest * 1e3:.3g} mm/s, "
+        f"{record.reversals} reversals; {shares}",
+        f"  motion behind force by {record.lag * 1e6:.0f}{half} us; condition number "
+        f"{record.condition:.3g}",
+    ]
 
 
 def _row(name: str, parameter: Parameter) -> str:

@@ -12,12 +12,14 @@ from motionlab.config.plant import OURS, PAPER
 from motionlab.config.quantity import Config, quantity
 from motionlab.config.scenario import VariantName
 from motionlab.config.validation_errors import checked
+from motionlab.runs.run import ID as RUN_ID
 
 SPEEDS = tuple(float(f"{v:.4g}") for v in np.geomspace(0.5e-3, 0.15, 32))
 """Speeds of the uniform motions, m/s: 0.5 to 150 mm/s, each as far from the next in ratio."""
 
 FEWEST_SPEEDS = 5
 _BLIND = 6
+_COLUMN_MAX = 120
 RAMPS_MAX = 8
 """Rates of force ramps in one experiment: they are simulated side by side."""
 
@@ -65,6 +67,63 @@ class ForceRamps(Config):
                 "pitch: take 5 or 7"
             )
         return self
+
+
+class RecordOptions(Config):
+    """What of a run is read; all but the run itself is found where it is left out."""
+
+    variant: VariantName | None = Field(
+        default=None,
+        title="variant of the run",
+        description="Variant of the run whose channels are read; left out: its first",
+    )
+    position: str | None = Field(
+        default=None,
+        max_length=_COLUMN_MAX,
+        description="Column of the position; left out: position_measured of the variant",
+    )
+    force: str | None = Field(
+        default=None,
+        max_length=_COLUMN_MAX,
+        description="Column of the force, or currents: thrust of the three currents by the force "
+        "map of the driving variant; left out: currents, force_realised, force_command or thrust, "
+        "the first that the run has",
+    )
+    mass: float | None = quantity(
+        "Moving mass; left out: identified too",
+        unit="kg",
+        source=OURS,
+        default=None,
+        ge=1e-3,
+        le=1e4,
+    )
+    bandwidth: float | None = quantity(
+        "Bandwidth of the filter at -3 dB; left out: 50 Hz, or 0.075 of the sample rate where that "
+        "is less",
+        unit="Hz",
+        source=OURS,
+        default=None,
+        ge=0.1,
+        le=1000.0,
+    )
+    start: float = quantity(
+        "Where the part of the run that is used begins",
+        label="from",
+        unit="s",
+        source=OURS,
+        default=0.0,
+        ge=0.0,
+        le=1e9,
+    )
+    end: float | None = quantity(
+        "Where it ends; left out: the end of the run",
+        label="to",
+        unit="s",
+        source=OURS,
+        default=None,
+        gt=0.0,
+        le=1e9,
+    )
 
 
 class IdentifyRequest(Config):
@@ -116,6 +175,13 @@ class IdentifyRequest(Config):
         title="model of",
         description="Variant whose model the result is for; left out: the second, or the only one",
     )
+    run: Annotated[str, Field(pattern=RUN_ID)] | None = Field(
+        default=None,
+        title="measured run",
+        description="Run to identify from; nothing moves then, and speeds, times and ramps do not "
+        "matter",
+    )
+    record: RecordOptions = Field(default=RecordOptions(), title="of the run")
     compare: bool = Field(
         default=False,
         description="Run the circle under that variant with its old model (A) and the new one (B)",

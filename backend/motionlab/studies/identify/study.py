@@ -1,4 +1,4 @@
-"""Identification of friction by uniform motions and force ramps."""
+"""Identification of friction by uniform motions and force ramps, or from a run."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from motionlab.studies.options import given
 from motionlab.studies.study import RequestLimits, Study, StudyCommand, above, lazy
 
 if TYPE_CHECKING:
-    from motionlab.studies.identify.plan import Experiment
+    from motionlab.studies.identify.dispatch import AnyExperiment
 
 _EXAMPLES = """\
 examples:
@@ -20,14 +20,18 @@ examples:
   motionlab identify --speeds 0.001 0.003 0.01 0.03 0.1 --out points.csv
   motionlab identify --axis y --time-max 5 --rates 50 100 --places 5
 
+  motionlab identify --run r-abcdefghijkl --axis x --mass 5.9
+  motionlab identify --run r-abcdefghijkl --axis x --position Pos --force Kraft --from 2 --to 60
+
 Speeds are in m/s, each run both ways; forces come out in the newtons of the controller's command.
 """
 
 
 class IdentifyStudy(Study):
-    """Identify friction by uniform motions and force ramps on the simulated motor.
+    """Identify friction by uniform motions and force ramps on the simulated motor, or from a run.
 
-    The job's report carries the points measured so far, and at the end what is fitted to them.
+    The job's report carries the points measured so far, and at the end what is fitted to them. With
+    `run` a kept run is read instead, such as an imported measurement; nothing moves.
     """
 
     kind = "identify"
@@ -38,23 +42,27 @@ class IdentifyStudy(Study):
     request_model = lazy("studies.identify.request:IdentifyRequest")
     document_model = lazy("studies.identify.document:IdentificationDocument")
     partial_model = lazy("studies.identify.document:PartialIdentification")
-    planner = lazy("studies.identify.plan:plan")
-    run = lazy("studies.identify.experiment:identify")
+    planner = lazy("studies.identify.dispatch:planned")
+    run = lazy("studies.identify.dispatch:identified")
     report = lazy("studies.identify.report:report")
     suffixes = (".csv", ".json")
     write = lazy("studies.identify.report:write")
-    bodies = ({"scenario": "circle", "set": {"plant": "as-measured"}, "axis": "x"},)
+    bodies = (
+        {"scenario": "circle", "set": {"plant": "as-measured"}, "axis": "x"},
+        {"run": "r-abcdefghijkl", "axis": "x", "record": {"mass": 5.9}},
+    )
     command = StudyCommand(
         name="identify",
         help="identify a motor's friction",
         description="Identify friction as the paper does: uniform motions at many speeds for "
-        "F_c, F_s, v_s and sigma_2, open-loop force ramps for sigma_0 and sigma_1.",
+        "F_c, F_s, v_s and sigma_2, open-loop force ramps for sigma_0 and sigma_1. With --run: "
+        "from positions and forces or currents of a kept run, such as an imported measurement.",
         examples=_EXAMPLES,
         scenario="whose motor and gains: ",
         title="identification",
     )
 
-    def excess(self, plan: Experiment, bounds: RequestLimits) -> list[FieldError]:
+    def excess(self, plan: AnyExperiment, bounds: RequestLimits) -> list[FieldError]:
         """Bound the simulated time of all motions."""
         message = "simulated time of all of them is too large for one request"
         return above(plan.seconds, bounds.work_max, loc="speeds", message=message)
@@ -123,11 +131,37 @@ class IdentifyStudy(Study):
             help="write the points to FILE.csv, or the document to FILE.json",
         )
 
+        record = parser.add_argument_group("from a run")
+        record.add_argument("--run", metavar="ID", help="kept run to identify from")
+        record.add_argument("--run-variant", metavar="NAME", help="variant of the run (its first)")
+        record.add_argument(
+            "--position", metavar="COLUMN", help="column of the position (position_measured)"
+        )
+        record.add_argument(
+            "--force",
+            metavar="COLUMN",
+            help="column of the force, or currents (currents, force_realised, force_command, "
+            "thrust: the first there is)",
+        )
+        record.add_argument(
+            "--mass", metavar="KG", type=float, help="moving mass, kg (identified too)"
+        )
+        record.add_argument(
+            "--bandwidth", metavar="HZ", type=float, help="of the filter, Hz (50, or less)"
+        )
+        record.add_argument("--from", dest="start", metavar="S", type=float, help="begin, s")
+        record.add_argument("--to", dest="end", metavar="S", type=float, help="end, s")
+
     def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
         """Return the request of the options."""
         presliding = {"enabled": options.presliding} | given(options, "rates", "share", "places")
+        record = given(options, "position", "force", "mass", "bandwidth", "start", "end")
+        if options.run_variant is not None:
+            record["variant"] = options.run_variant
         return (
             super().request_of(options, changes)
+            | given(options, "run")
+            | ({"record": record} if record else {})
             | given(options, "axis", "compare", "variant", "apply_to")
             | given(options, "speeds", "time_max", "pitches_max")
             | {"presliding": presliding}

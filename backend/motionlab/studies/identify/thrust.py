@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 from motionlab.config.timing import SUBSTEPS
 from motionlab.force_sharing.pole_pitch import forces_over
 from motionlab.kernel.force_maps import map_lanes
-from motionlab.studies.identify.current_smoother import CurrentLoops, reported
+from motionlab.plant.table_map import MotorMap
+from motionlab.studies.identify.current_smoother import CurrentLoops, Smoothed, reported
 from motionlab.studies.identify.test_bench import Rig
 from motionlab.telemetry.recording import VariantRecord
 
@@ -65,11 +66,41 @@ def thrust_within(
         return np.repeat(force[:, None], SUBSTEPS, axis=1)
     model = map_lanes(rig.model(axis).force_map)
     position = record.channel("position_measured", axis).astype(np.float64)
-    mean, variance, covariance = loops.smooth(*readings(rig, axis, record))
+    smoothed = loops.smooth(*readings(rig, axis, record))
+    return thrust_of(model, position, smoothed, loops.left_over, draws)
+
+
+def thrust_of(
+    model: MotorMap,
+    position: Array,
+    smoothed: Smoothed,
+    left_over: float,
+    draws: np.random.Generator | None = None,
+) -> Array:
+    """Return the thrust at `PLACES` between the samples of position and currents, N.
+
+    Parameters
+    ----------
+    model : MotorMap
+        Of the controller.
+    position : ndarray, shape (n,)
+        Measured, m.
+    smoothed : Smoothed
+        Currents at the samples.
+    left_over : float
+        Share r of a current's distance from where it settles left after a sample.
+    draws : Generator, optional
+        As of `thrust_within`.
+
+    Returns
+    -------
+    ndarray, shape (n - 1, SUBSTEPS)
+    """
+    mean, variance, covariance = smoothed
     if draws is not None:
         mean = mean + np.sqrt(variance) * draws.choice((-1.0, 1.0), mean.shape)
         variance, covariance = np.zeros_like(variance), np.zeros_like(covariance)
-    r = loops.left_over
+    r = left_over
     thrust = np.empty((len(position) - 1, SUBSTEPS))
     for column, s in enumerate(PLACES):
         place = position[:-1] + s * np.diff(position)

@@ -1,0 +1,283 @@
+"""Identification from a run: its columns are read, fitted, and told like an experiment."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab import __version__
+from motionlab.errors import ExperimentFailed
+from motionlab.kernel.force_maps import map_lanes, pole_pitch
+from motionlab.lanes import model_hash
+from motionlab.runs.columns import Columns, of_run
+from motionlab.simulation.result import plant_name
+from motionlab.studies.identify.comparison import compared
+from motionlab.studies.identify.current_smoother import CurrentLoops, Smoothed
+from motionlab.studies.identify.document import (
+    AxisIdentification,
+    ExperimentProgress,
+    IdentificationDocument,
+    PartialIdentification,
+    Point,
+    RecordEvidence,
+)
+from motionlab.studies.identify.evaluate import (
+    curve_document,
+    fit_document,
+    is_a_model,
+    known_document,
+)
+from motionlab.studies.identify.record_fit import RecordFit, doubted_by, fit_record
+from motionlab.studies.identify.record_motion import Motion, Record, motion_of
+from motionlab.studies.identify.record_plan import CURRENTS, AxisColumns, RecordExperiment
+from motionlab.studies.identify.stribeck import stribeck_curve
+from motionlab.studies.identify.thrust import thrust_of
+
+Array = NDArray[np.float64]
+Progress = Callable[[float, PartialIdentification | None], None]
+
+_BINS = 16
+"""Points of a direction: bins of speed, each as wide as the next in ratio."""
+
+_FEWEST = 5
+"""Windows that a bin needs."""
+
+_CONDITION = 1000.0
+_HELD_FORCE, _HELD_CURRENT = 2.0 / 3.0, 1.0 / 3.0
+
+
+def identify_record(
+    experiment: RecordExperiment, progress: Progress | None = None
+) -> IdentificationDocument:
+    """Identify friction from a run.
+
+    Parameters
+    ----------
+    experiment : RecordExperiment
+        From `motionlab.studies.identify.record_plan.plan_record`.
+    progress : callable, optional
+        Called with the share done, and with the axes that are finished.
+
+    Raises
+    ------
+    ExperimentFailed
+        If an axis moved too little to identify anything from.
+    """
+    rig, true = experiment.rig, experiment.true
+    known = {axis: known_document(rig, axis, true) for axis in experiment.axes}
+    columns = of_run(experiment.run.id)
+    found: dict[str, AxisIdentification] = {}
+    failed: list[str] = []
+    changes: dict[str, float] = {}
+    count = len(experiment.axes)
+    for index, axis in enumerate(experiment.axes):
+
+        def at(share: float, index: int = index, axis: str = axis) -> None:
+            if progress is None:
+                return
+            standing = ExperimentProgress(axis=axis, step="record", done=index, count=count)
+            partial = PartialIdentification(
+                standing=standing,
+                known=known,
+                axes={name: each.points for name, each in found.items()},
+                found=dict(found),
+            )
+            progress((index + share) / count, partial)
+
+        at(0.0)
+        try:
+            found[axis], values = _axis(experiment, axis, columns, at)
+        except ExperimentFailed as error:
+            failed.append(f"{axis}: {error}")
+            continue
+        changes |= values
+    if not found:
+        raise ExperimentFailed(f"identification from {experiment.run.id}: {'; '.join(failed)}")
+    for each in found.values():
+        each.warnings.extend(failed)
+    first, last = experiment.part
+    compare = experiment.request.compare and bool(changes)
+    return IdentificationDocument(
+        scenario=rig.scenario.name,
+        seed=rig.scenario.seed,
+        plant=plant_name(rig.scenario.plant),
+        version=__version__,
+        model=model_hash(),
+        variant=rig.variant,
+        apply_to=rig.apply_to,
+        run=experiment.run.id,
+        simulated_time=(last - first) * experiment.run.period,
+        axes=found,
+        set=changes,
+        comparison=compared(rig, experiment.source, experiment.request.set, changes)
+        if compare
+        else None,
+    )
+
+
+def _axis(
+    experiment: RecordExperiment, axis: str, columns: Columns, at: Callable[[float], None]
+) -> tuple[AxisIdentification, dict[str, float]]:
+    """Return what was found on an axis, and the paths to change."""
+    rig, chosen = experiment.rig, experiment.axes[axis]
+    record = _record(experiment, axis, columns)
+    motion = motion_of(record, experiment.bandwidth)
+    believed = rig.identified_model(axis).friction
+    given = experiment.request.record.mass is not None
+    mass = experiment.mass(axis)
+    fit = fit_record(
+        motion, believed, mass, find_mass=not given, progress=lambda share: at(0.6 * share)
+    )
+    noisier = motion_of(record.noisier(motion.noise), experiment.bandwidth, motion)
+    at(0.6)
+    fit = doubted_by(
+        fit, fit_record(noisier, believed, mass, find_mass=not given, start=fit.values)
+    )
+    velocity = motion.of(motion.position, 1)[motion.sliding]
+    points, residuals = _points(fit, velocity, motion)
+    warnings = list(fit.warnings)
+    if fit.condition > _CONDITION:
+        warnings.append(
+            f"parameters can hardly be told apart: the condition number is {fit.condition:.3g}; "
+            "record other speeds and accelerations"
+        )
+    values = {
+        name: fitted[name]
+        for fitted in (fit.sliding, fit.presliding)
+        if fitted is not None
+        for name, half in zip(fitted.names, fitted.half_width, strict=True)
+        if name != "f_0" and np.isfinite(half)
+    }
+    changes: dict[str, float] = {}
+    if is_a_model(values, believed):
+        path = f"variants.{rig.apply_to}.controller.model.{axis}.friction."
+        changes = {path + name: value for name, value in values.items()}
+    else:
+        warnings.append("the controller's model cannot take these numbers: none is in `set`")
+    true = experiment.true
+    sliding = fit_document(rig, axis, fit.sliding, "N", true)
+    if not given:
+        mass = fit_document(rig, axis, fit.further, "N", true)
+        sliding.parameters["M"] = mass.parameters["M"]
+        sliding.warnings.extend(w for w in mass.warnings if w.startswith("M "))
+    document = AxisIdentification(
+        points=points,
+        residuals=residuals,
+        curve=curve_document(fit.sliding, np.abs([point.velocity for point in points])),
+        sliding=sliding,
+        presliding=None
+        if fit.presliding is None
+        else fit_document(rig, axis, fit.presliding, "N", true),
+        ramps=[],
+        warnings=warnings,
+        record=_evidence(experiment, chosen, motion, fit, velocity),
+    )
+    return document, changes
+
+
+def _doubt(experiment: RecordExperiment, axis: str, position: Array, force: Array) -> Array:
+    """Return how far the force may be off between samples, N.
+
+    Currents that suit one place are held while the motor moves on. Over an angle ``theta`` of the
+    force map they lose ``theta^2/2`` of their force: from its sample to two periods later
+    ``2/3 (2 pi v T/tau)^2`` on average. That much is allowed for, with the delay of the controller in
+    T, and half of it where the force comes from currents, whose place between samples is known.
+    """
+    tau = pole_pitch(experiment.rig.model(axis).force_map)
+    periods = 1 + experiment.rig.controller.delay
+    share = _HELD_CURRENT if experiment.axes[axis].force == CURRENTS else _HELD_FORCE
+    angle = 2.0 * np.pi * np.gradient(position) * periods / tau
+    return np.nan_to_num(share * angle**2 * force)
+
+
+def _evidence(
+    experiment: RecordExperiment,
+    chosen: AxisColumns,
+    motion: Motion,
+    fit: RecordFit,
+    velocity: Array,
+) -> RecordEvidence:
+    first, last = experiment.part
+    half = float(fit.further.half_width[fit.further.names.index("lag")])
+    return RecordEvidence(
+        position=chosen.position,
+        force=chosen.force,
+        duration=(last - first) * motion.period,
+        rate=1.0 / motion.period,
+        bandwidth=motion.window.bandwidth,
+        noise=motion.noise,
+        slowest=float(np.abs(velocity).min()),
+        fastest=float(np.abs(velocity).max()),
+        reversals=motion.reversals,
+        shares=motion.shares,
+        condition=fit.condition,
+        lag=fit.further["lag"],
+        lag_half_width=half if np.isfinite(half) else None,
+        mass_given=experiment.request.record.mass is not None,
+    )
+
+
+def _record(experiment: RecordExperiment, axis: str, columns: Columns) -> Record:
+    """Return position and force of an axis."""
+    chosen = experiment.axes[axis]
+    first, last = experiment.part
+    samples = columns.read(chosen.names)[:, first:last].astype(np.float64)
+    samples *= np.array(chosen.factors)[:, None]
+    position, period = samples[0], experiment.run.period
+    if chosen.force != CURRENTS:
+        force = samples[1]
+        return Record(period, position, force, _doubt(experiment, axis, position, force))
+    known = np.isfinite(samples).all(axis=0)
+    model = map_lanes(experiment.rig.model(axis).force_map)
+    force = np.full(len(position), np.nan)
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], known.astype(np.int8), [0]])))
+    for begin, end in zip(edges[::2], edges[1::2], strict=True):
+        if end - begin > 2:
+            part = slice(begin, end)
+            smoothed, left_over = _currents(experiment, samples[1:, part])
+            thrust = thrust_of(model, position[part], smoothed, left_over)
+            force[begin : end - 1] = thrust.mean(axis=1)
+    return Record(period, position, force, _doubt(experiment, axis, position, force))
+
+
+def _currents(experiment: RecordExperiment, samples: Array) -> tuple[Smoothed, float]:
+    """Return the currents at the samples; between them they settle at the next one.
+
+    With commands, how fast they settle is found from them, where the motor's drives are sampled
+    every control period.
+    """
+    current = np.ascontiguousarray(samples[:3])
+    if len(samples) == 6:
+        loops = CurrentLoops(experiment.rig.controller.delay)
+        loops.learn(np.ascontiguousarray(samples[3:]), current)
+        return loops.smooth(np.ascontiguousarray(samples[3:]), current), loops.left_over
+    count = current.shape[1]
+    return Smoothed(current, np.zeros(count), np.zeros(count - 1)), 0.0
+
+
+def _points(fit: RecordFit, velocity: Array, motion: Motion) -> tuple[list[Point], list[float]]:
+    """Return the friction in bins of velocity, and what the fit leaves of it.
+
+    The force of a point is the fitted curve at its mean velocity plus the mean residual of its
+    windows: the curve bends within a bin, and the bristle lags behind it.
+    """
+    speed = np.abs(velocity)
+    edges = np.geomspace(speed.min(), speed.max() * (1.0 + 1e-9), _BINS + 1)
+    edges[0] = 0.0
+    bins = np.searchsorted(edges, speed, "right") - 1
+    points, residuals = [], []
+    for sign in (1.0, -1.0):
+        for k in range(_BINS):
+            chosen = (np.sign(velocity) == sign) & (bins == k)
+            if int(chosen.sum()) < _FEWEST:
+                continue
+            mean, rest = float(velocity[chosen].mean()), fit.residuals[chosen]
+            left = float(rest.mean())
+            curve = float(stribeck_curve(np.array([mean]), fit.sliding.values)[0])
+            points.append(
+                Point(velocity=mean, force=curve + left, deviation=float(rest.std()), pitches=0)
+            )
+            residuals.append(left)
+    return points, residuals

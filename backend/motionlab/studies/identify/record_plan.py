@@ -1,0 +1,305 @@
+"""Which run, columns, filter and mass an identification from a record takes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from motionlab.config.controller import AxisModelConfig
+from motionlab.config.load import load_scenario
+from motionlab.config.scenario import Scenario
+from motionlab.errors import Busy, ConfigError, FieldError, Unknown
+from motionlab.runs.column_guess import si_of
+from motionlab.runs.run import RunDetail
+from motionlab.studies.identify.document import PlanDocument, PlannedRecord
+from motionlab.studies.identify.evaluate import known_document
+from motionlab.studies.identify.request import IdentifyRequest
+from motionlab.studies.identify.test_bench import Rig
+
+Source = str | Path | dict[str, Any]
+
+CURRENTS = "currents"
+PHASES = "abc"
+SAMPLES_MAX = 1_000_000
+"""Most samples of a record: 500 s at 2 kHz."""
+
+_BANDWIDTH = 50.0
+_OF_RATE = 0.075
+"""Largest bandwidth, as a share of the sample rate: a window of 12 samples."""
+
+_RATE_MIN = 50.0
+_POSITIONS = ("position_measured", "position")
+_FORCES = ("force_realised", "force_command", "thrust")
+
+
+@dataclass(frozen=True)
+class AxisColumns:
+    """Columns of one axis.
+
+    Attributes
+    ----------
+    position : str
+        Of the position.
+    force : str
+        Of the force, or `CURRENTS`.
+    names : tuple of str
+        Columns that are read: position; force, or three currents and, where there are any, their
+        three commands.
+    factors : tuple of float
+        To SI, of each.
+    """
+
+    position: str
+    force: str
+    names: tuple[str, ...]
+    factors: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class RecordExperiment:
+    """An identification from a run that has passed every check.
+
+    Attributes
+    ----------
+    request : IdentifyRequest
+        As validated.
+    source : str, Path or dict
+        The scenario as given.
+    rig : Rig
+        Force map of the driving variant, and the model that receives the result.
+    run : RunDetail
+        The run.
+    axes : dict of str to AxisColumns
+        What is read.
+    bandwidth : float
+        Of the filter, Hz.
+    """
+
+    request: IdentifyRequest
+    source: Source
+    rig: Rig
+    run: RunDetail
+    axes: dict[str, AxisColumns]
+    bandwidth: float
+
+    seconds = 0.0
+    """Nothing is simulated."""
+
+    @property
+    def true(self) -> Scenario | None:
+        """The scenario that the run simulated, unless its motor changed on the way."""
+        changed = any(path.startswith("plant") for e in self.run.events for path in e.set)
+        if self.run.scenario_document is None or changed:
+            return None
+        return load_scenario(self.run.scenario_document)
+
+    def mass(self, axis: str) -> float:
+        """Return the mass that is given, or that of the driving variant's model, kg."""
+        given = self.request.record.mass
+        return self.model(axis).mass if given is None else given
+
+    def model(self, axis: str) -> AxisModelConfig:
+        """Return the model of an axis of the driving variant."""
+        return self.rig.model(axis)
+
+    @property
+    def part(self) -> tuple[int, int]:
+        """Samples that are read, [first, last)."""
+        record, T = self.request.record, self.run.period
+        end = self.run.ticks if record.end is None else min(self.run.ticks, round(record.end / T))
+        return round(record.start / T), end
+
+
+def plan_record(request: IdentifyRequest, source: Source | None = None) -> RecordExperiment:
+    """Return the checked identification from a run.
+
+    Parameters
+    ----------
+    request : IdentifyRequest
+        With a run.
+    source : str, Path or dict, optional
+        The scenario in place of the request's.
+
+    Raises
+    ------
+    ConfigError
+        If there is no such run, it lacks a column, a unit is wrong, or it is sampled too slowly.
+    """
+    source = request.scenario if source is None else source
+    scenario = load_scenario(source, request.set)
+    rig = Rig.of(request, scenario)
+    run = _run(request)
+    axes = _columns(request, run, rig.scenario.plant.force)
+    bandwidth = _bandwidth(request, run)
+    experiment = RecordExperiment(request, source, rig, run, axes, bandwidth)
+    first, last = experiment.part
+    if last <= first:
+        raise ConfigError(
+            FieldError(
+                "record.start",
+                "leaves nothing of the run",
+                request.record.start,
+                unit="s",
+                bounds={"minimum": 0.0, "exclusive_maximum": run.ticks * run.period},
+            )
+        )
+    if last - first > SAMPLES_MAX:
+        longest = SAMPLES_MAX * run.period
+        raise ConfigError(
+            FieldError(
+                "record.end",
+                "leaves more of the run than one identification takes; give start and end",
+                last * run.period,
+                f"at most {longest:g} s after start",
+                "s",
+            )
+        )
+    return experiment
+
+
+def record_plan_document(experiment: RecordExperiment, simulated_time_max: float) -> PlanDocument:
+    """Return what an identification from a run reads."""
+    first, last = experiment.part
+    period = experiment.run.period
+    return PlanDocument(
+        simulated_time=0.0,
+        simulated_time_max=simulated_time_max,
+        known={
+            axis: known_document(experiment.rig, axis, experiment.true) for axis in experiment.axes
+        },
+        axes={axis: [] for axis in experiment.axes},
+        ramps=0,
+        record={
+            axis: PlannedRecord(
+                position=columns.position,
+                force=columns.force,
+                rate=1.0 / period,
+                bandwidth=experiment.bandwidth,
+                duration=(last - first) * period,
+            )
+            for axis, columns in experiment.axes.items()
+        },
+    )
+
+
+def _run(request: IdentifyRequest) -> RunDetail:
+    from motionlab.runs.library import library
+
+    assert request.run is not None
+    try:
+        return library().complete(request.run)
+    except (Unknown, Busy) as error:
+        raise ConfigError(FieldError("run", str(error), request.run, "a kept run")) from error
+
+
+def _bandwidth(request: IdentifyRequest, run: RunDetail) -> float:
+    rate = 1.0 / run.period
+    if rate < _RATE_MIN * (1.0 - 1e-9):
+        raise ConfigError(
+            FieldError(
+                "run",
+                "is sampled too slowly to derive an acceleration from",
+                float(f"{rate:.4g}"),
+                unit="Hz",
+                bounds={"minimum": _RATE_MIN},
+            )
+        )
+    most = _OF_RATE * rate
+    given = request.record.bandwidth
+    if given is not None and given > most * (1.0 + 1e-9):
+        raise ConfigError(
+            FieldError(
+                "record.bandwidth",
+                f"is too large for a rate of {rate:.4g} Hz",
+                given,
+                unit="Hz",
+                bounds={"maximum": float(f"{most:.4g}")},
+            )
+        )
+    return min(_BANDWIDTH, most) if given is None else given
+
+
+def _columns(
+    request: IdentifyRequest, run: RunDetail, force: Literal["phases", "ideal"] | str
+) -> dict[str, AxisColumns]:
+    """Return the columns of each axis asked for; of both, those that the run has."""
+    variant = request.record.variant or (run.variants[0] if run.variants else "M")
+    if request.record.variant is not None and variant not in run.variants:
+        allowed = "one of " + ", ".join(run.variants)
+        raise ConfigError(
+            FieldError("record.variant", "is no variant of the run", variant, allowed)
+        )
+    units = {column["name"]: column["unit"] for column in run.columns}
+    if run.scenario_document is not None:
+        force = run.scenario_document.get("plant", {}).get("force", force)
+    found: dict[str, AxisColumns] = {}
+    refused: list[FieldError] = []
+    named = request.record.position is not None or request.record.force is not None
+    for axis in request.axes:
+        try:
+            found[axis] = _of_axis(request, units, f"{variant}.{axis}.", force != "ideal")
+        except ConfigError as error:
+            refused += error.errors
+    if named and len(request.axes) > 1:
+        message = "columns that are named are those of one axis"
+        raise ConfigError(FieldError("axis", message, request.axis, "x or y"))
+    if refused and (not found or request.axis != "both"):
+        raise ConfigError(*refused)
+    return found
+
+
+def _of_axis(
+    request: IdentifyRequest, units: dict[str, str], prefix: str, with_currents: bool
+) -> AxisColumns:
+    record = request.record
+    position = record.position or _first(units, prefix, _POSITIONS)
+    if position is None:
+        raise _missing("record.position", prefix, _POSITIONS, units, "m")
+    currents = tuple(f"{prefix}current_{phase}" for phase in PHASES)
+    force = record.force
+    if force is None:
+        has = with_currents and all(name in units for name in currents)
+        force = CURRENTS if has else _first(units, prefix, _FORCES)
+    if force is None:
+        raise _missing("record.force", prefix, ("current_a, _b, _c", *_FORCES), units, "N")
+    if force != CURRENTS:
+        factors = (
+            _factor("record.position", position, units, "m"),
+            _factor("record.force", force, units, "N"),
+        )
+        return AxisColumns(position, force, (position, force), factors)
+    commands = tuple(f"{prefix}current_command_{phase}" for phase in PHASES)
+    read = currents + (commands if all(name in units for name in commands) else ())
+    factors = tuple(_factor("record.force", name, units, "A") for name in read)
+    first = _factor("record.position", position, units, "m")
+    return AxisColumns(position, CURRENTS, (position, *read), (first, *factors))
+
+
+def _first(units: dict[str, str], prefix: str, names: tuple[str, ...]) -> str | None:
+    return next((prefix + name for name in names if prefix + name in units), None)
+
+
+def _factor(loc: str, name: str, units: dict[str, str], wanted: str) -> float:
+    """Return the factor of a column to SI."""
+    if name not in units:
+        raise ConfigError(FieldError(loc, "is no column of the run", name, _listed(units, wanted)))
+    found = si_of(units[name]) if units[name] else None
+    if found is None or found[0] != wanted:
+        message = f"column {name!r} has a unit other than {wanted}"
+        raise ConfigError(FieldError(loc, message, units[name] or "none", f"a unit of {wanted}"))
+    return found[1]
+
+
+def _missing(
+    loc: str, prefix: str, names: tuple[str, ...], units: dict[str, str], wanted: str
+) -> ConfigError:
+    message = f"the run has none of {', '.join(prefix + name for name in names)}; name a column"
+    return ConfigError(FieldError(loc, message, None, _listed(units, wanted)))
+
+
+def _listed(units: dict[str, str], wanted: str) -> str:
+    """Return which columns have a unit."""
+    fit = [name for name, unit in units.items() if (found := si_of(unit)) and found[0] == wanted]
+    more = f" and {len(fit) - 20} more" if len(fit) > 20 else ""
+    return f"one of {', '.join(fit[:20])}{more}" if fit else f"none: no column is in {wanted}"

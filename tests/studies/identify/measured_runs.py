@@ -1,0 +1,116 @@
+"""Measurements whose friction is known to the test alone."""
+
+from __future__ import annotations
+
+import functools
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.runs.import_document import ImportOptions
+from motionlab.runs.library import library
+from motionlab.runs.measurements import import_file
+from tests.simulated import Played, play
+
+PERIOD = 0.5e-3
+ENCODER_NOISE = 50e-9  # m rms
+CURRENT_NOISE = 5e-3  # A rms
+FORCE_NOISE = 0.02  # N rms
+
+Array = NDArray[np.float64]
+
+
+def sine(amplitude: float, frequency: float, cycles: int) -> dict[str, Any]:
+    return {
+        "kind": "sine",
+        "amplitude": {"x": amplitude, "y": 0.0},
+        "frequency": frequency,
+        "cycles": cycles,
+    }
+
+
+SINES = (sine(0.03, 0.3, 2), sine(0.02, 1.0, 6), sine(0.01, 1.5, 6), sine(0.002, 2.0, 6))
+STAIRS = tuple(
+    {
+        "kind": "trapezoid",
+        "start": {"x": 0.0, "y": 0.0},
+        "end": {"x": -0.03, "y": 0.0},
+        "v_max": speed,
+        "a_max": 1.0,
+        "dwell": 0.2,
+    }
+    for speed in (0.02, 0.05, 0.12)
+)
+FRICTION = {
+    "F_c": 0.31,
+    "F_s": 3.1,
+    "v_s": 0.039,
+    "sigma_2": 12.0,
+    "sigma_0": 101000.0,
+    "sigma_1": 1050.0,
+}
+"""Of the motor; every number differs from the old model's."""
+
+MASS = 5.6
+
+
+@functools.cache
+def simulated() -> Played:
+    """Return a motor moved by sines and at steady speeds, 46 s."""
+    changes = {f"plant.x.friction.{name}": value for name, value in FRICTION.items()}
+    trajectory = {"kind": "sequence", "parts": [*SINES, *STAIRS]}
+    return play("circle", {"trajectory": trajectory, "plant.x.mass": MASS, **changes})
+
+
+def channels(seed: int = 0) -> dict[str, Array]:
+    """Return what a rig logs of it: time, position, currents, force command; with noise."""
+    played, rng = simulated(), np.random.default_rng(seed)
+    position = played.channel("A", "position_measured", "x")
+    count = len(position)
+    columns = {
+        "time [s]": np.arange(count) * PERIOD,
+        "x_act [mm]": 1e3 * (position + ENCODER_NOISE * rng.standard_normal(count)),
+        "force_command_x [N]": played.channel("A", "force_command", "x")
+        + FORCE_NOISE * rng.standard_normal(count),
+    }
+    for phase in "abc":
+        current = played.channel("A", f"current_{phase}", "x")
+        columns[f"i_{phase} [A]"] = current + CURRENT_NOISE * rng.standard_normal(count)
+    return columns
+
+
+def imported(folder: Path, columns: dict[str, Array], *mapping: str) -> str:
+    """Write columns as CSV and import them; return the run."""
+    path = folder / "rig.csv"
+    text = ",".join(columns)
+    np.savetxt(path, np.column_stack([*columns.values()]), "%.9g", ",", header=text, comments="")
+    options = ImportOptions(mapping=mapping)
+    document, run = import_file(path, options, library=library(), name="rig")
+    assert run is not None, document.problems
+    return run.id
+
+
+def logged(speeds: Array, ways: tuple[float, ...]) -> dict[str, Array]:
+    """Return position and force at steady speeds one after another, by the static curve."""
+    rng = np.random.default_rng(7)
+    count = round(0.5 / PERIOD)
+    rise = np.linspace(0.0, 1.0, count // 2)
+    steps = np.concatenate([[0.0], [way * v for v in speeds for way in ways]])
+    parts = [
+        np.concatenate([a + (b - a) * rise, np.full(count, b)])
+        for a, b in zip(steps[:-1], steps[1:], strict=True)
+    ]
+    velocity = np.concatenate(parts)
+    position = np.cumsum(velocity) * PERIOD
+    f = FRICTION
+    level = f["F_c"] + (f["F_s"] - f["F_c"]) * np.exp(-((velocity / f["v_s"]) ** 2))
+    force = np.sign(velocity) * level + f["sigma_2"] * velocity
+    force += MASS * np.gradient(velocity, PERIOD)
+    noise = rng.standard_normal((2, len(position)))
+    return {
+        "time [s]": np.arange(len(position)) * PERIOD,
+        "x_act [mm]": 1e3 * (position + ENCODER_NOISE * noise[0]),
+        "force_command_x [N]": force + FORCE_NOISE * noise[1],
+    }

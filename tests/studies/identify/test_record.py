@@ -1,0 +1,166 @@
+"""Friction from a measurement: found within its intervals, or refused with the reason."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from motionlab.cli import main
+from motionlab.errors import ConfigError, ExperimentFailed
+from motionlab.studies.identify.dispatch import identified, plan_of, planned
+from motionlab.studies.identify.document import AxisIdentification, Parameter
+from motionlab.studies.identify.request import read_request
+from tests.studies.identify.measured_runs import FRICTION, MASS, channels, imported, logged
+
+TRUE = FRICTION | {"f_0": 0.0, "M": MASS}
+SLIDING = {"F_c", "F_s", "v_s", "sigma_2", "f_0"}
+
+
+@pytest.fixture(autouse=True)
+def _data(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MOTIONLAB_DATA", str(tmp_path / "data"))
+
+
+def found(run: str, **record: Any) -> AxisIdentification:
+    document = identified(planned(read_request({"run": run, "axis": "x", "record": record})))
+    assert document.run == run
+    return document.axes["x"]
+
+
+def parameters(found: AxisIdentification) -> dict[str, Parameter]:
+    bristles = {} if found.presliding is None else found.presliding.parameters
+    return {**found.sliding.parameters, **bristles}
+
+
+def lost(found: AxisIdentification) -> dict[str, float]:
+    """Return the parameters whose interval does not hold the truth, and by how much they are off."""
+    return {
+        name: p.value / TRUE[name] - 1.0 if TRUE[name] else p.value
+        for name, p in parameters(found).items()
+        if p.low is None or p.high is None or not p.low <= TRUE[name] <= p.high
+    }
+
+
+@pytest.mark.parametrize("force", ["currents", "M.x.force_command"])
+def test_friction_is_found_within_its_intervals(tmp_path: Path, force: str) -> None:
+    axis = found(imported(tmp_path, channels()), force=force)
+    assert set(parameters(axis)) == set(TRUE)
+    assert lost(axis) == {}
+    widths = {
+        name: (p.high - p.value) / p.value
+        for name, p in parameters(axis).items()
+        if p.high is not None and name != "f_0"
+    }
+    assert max(widths.values()) < 0.02, widths
+    assert all(p.true is None for p in parameters(axis).values())
+    assert axis.record is not None
+    assert axis.record.force == force
+    assert 0.8 < axis.record.shares["used"] < 1.0
+    assert len(axis.points) == len(axis.residuals) > 20
+
+
+def test_a_mass_that_is_given_is_taken(tmp_path: Path) -> None:
+    axis = found(imported(tmp_path, channels()), mass=MASS)
+    assert set(parameters(axis)) == set(TRUE) - {"M"}
+    assert lost(axis) == {}
+    wrong = found(imported(tmp_path, channels()), mass=1.2 * MASS)
+    assert wrong.sliding.residual_rms > 3.0 * axis.sliding.residual_rms
+
+
+def test_motion_one_way_does_not_tell_coulomb_friction_from_a_pull(tmp_path: Path) -> None:
+    run = imported(tmp_path, logged(np.linspace(0.01, 0.12, 12), ways=(1.0,)))
+    axis = found(run)
+    sliding = axis.sliding.parameters
+    assert sliding["F_c"].high is None
+    assert sliding["sigma_2"].high is not None
+    assert axis.presliding is None
+    assert any("moves one way only" in w for w in axis.warnings), axis.warnings
+    document = identified(planned(read_request({"run": run, "axis": "x"})))
+    assert {path.rsplit(".", maxsplit=1)[-1] for path in document.set} == {"v_s", "sigma_2"}
+
+
+def test_a_gap_costs_what_is_beside_it(tmp_path: Path) -> None:
+    columns = channels()
+    count = len(columns["time [s]"])
+    kept = np.ones(count, dtype=bool)
+    for begin in range(2000, count, 9000):
+        kept[begin : begin + 1500] = False
+    run = imported(tmp_path, {name: values[kept] for name, values in columns.items()})
+    axis = found(run)
+    assert lost(axis) == {}
+    assert axis.record is not None
+    assert 0.14 < axis.record.shares["missing"] < 0.18
+
+
+def test_a_hundred_hertz_tell_sliding_and_no_bristle(tmp_path: Path) -> None:
+    columns = {name: values[::20] for name, values in channels().items()}
+    axis = found(imported(tmp_path, columns), force="M.x.force_command")
+    assert axis.presliding is None
+    assert any("rate" in w for w in axis.warnings), axis.warnings
+    assert set(parameters(axis)) == SLIDING | {"M"}
+    assert lost(axis) == {}
+
+
+STILL = "too little sliding"
+
+
+def test_what_cannot_be_identified_from_is_refused(tmp_path: Path) -> None:
+    columns = channels()
+    still = columns | {
+        "x_act [mm]": 1.0
+        + 5e-5 * np.random.default_rng(1).standard_normal(len(columns["time [s]"]))
+    }
+    with pytest.raises(ExperimentFailed, match=STILL):
+        found(imported(tmp_path, still))
+    holes = np.arange(len(columns["time [s]"])) % 400 < 30
+    torn = {name: values[holes] for name, values in columns.items()}
+    with pytest.raises(ExperimentFailed, match=r"within 0\.5 mm of a gap"):
+        found(imported(tmp_path, torn))
+
+
+@pytest.mark.parametrize(
+    ("record", "axis", "loc", "message"),
+    [
+        ({}, "y", "record.position", "none of M.y.position_measured"),
+        ({"force": "Druck"}, "x", "record.force", "is no column of the run"),
+        ({"force": "Druck_bar"}, "x", "record.force", "has a unit other than N"),
+        ({"position": "M.x.current_a"}, "x", "record.position", "has a unit other than m"),
+        ({"bandwidth": 200.0}, "x", "record.bandwidth", "too large for a rate of 2000 Hz"),
+        ({"variant": "B"}, "x", "record.variant", "is no variant of the run"),
+        ({"start": 100.0}, "x", "record.start", "leaves nothing"),
+        ({"force": "M.x.force_command"}, "both", "axis", "of one axis"),
+    ],
+)
+def test_wrong_input_is_refused_before_anything_is_read(
+    tmp_path: Path, record: dict[str, Any], axis: str, loc: str, message: str
+) -> None:
+    run = imported(tmp_path, channels() | {"Druck_bar": np.ones(len(channels()["time [s]"]))})
+    with pytest.raises(ConfigError) as refused:
+        planned(read_request({"run": run, "axis": axis, "record": record}))
+    error = refused.value.errors[0]
+    assert (error.loc, message in error.message) == (loc, True), str(error)
+
+
+def test_a_run_that_is_not_there_or_too_slow(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="no run"):
+        planned(read_request({"run": "r-aaaaaaaaaaaa"}))
+    slow = {name: values[::50] for name, values in channels().items()}
+    with pytest.raises(ConfigError, match="sampled too slowly"):
+        planned(read_request({"run": imported(tmp_path, slow)}))
+
+
+def test_the_plan_and_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run = imported(tmp_path, channels())
+    plan = plan_of(planned(read_request({"run": run})), 100.0)
+    assert list(plan.record) == ["x"]
+    assert (plan.record["x"].force, plan.record["x"].rate) == ("currents", pytest.approx(2000.0))
+    options = ["--run", run, "--axis", "x", "--mass", str(MASS), "--from", "1", "--to", "20"]
+    assert main(["identify", *options, "--out", str(tmp_path / "points.csv")]) == 0
+    text = capsys.readouterr().out
+    assert f"run {run}, 19 s" in text
+    assert "--set variants.B.controller.model.x.friction.sigma_0=" in text
+    assert main(["identify", "--run", run, "--axis", "y"]) == 2
+    assert "none of M.y.position_measured" in capsys.readouterr().err
