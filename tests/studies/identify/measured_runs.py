@@ -102,15 +102,15 @@ def logged(speeds: Array, ways: tuple[float, ...]) -> dict[str, Array]:
         np.concatenate([a + (b - a) * rise, np.full(count, b)])
         for a, b in zip(steps[:-1], steps[1:], strict=True)
     ]
-    velocity = np.concatenate(parts)
-    position = np.cumsum(velocity) * PERIOD
+    velocity = np.concatenate(parts).astype(np.float64)
+    position: Array = (np.cumsum(velocity) * PERIOD).astype(np.float64)
     f = FRICTION
     level = f["F_c"] + (f["F_s"] - f["F_c"]) * np.exp(-((velocity / f["v_s"]) ** 2))
-    force = np.sign(velocity) * level + f["sigma_2"] * velocity
+    force: Array = np.sign(velocity) * level + f["sigma_2"] * velocity
     force += MASS * np.gradient(velocity, PERIOD)
     noise = rng.standard_normal((2, len(position)))
     return {
         "time [s]": np.arange(len(position)) * PERIOD,
         "x_act [mm]": 1e3 * (position + ENCODER_NOISE * noise[0]),
-        "force_command_x [N]": force + FORCE_NOISE * noise[1],
+        "force_command_x [N]": (force + FORCE_NOISE * noise[1]).astype(np.float64),
     }

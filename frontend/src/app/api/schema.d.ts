@@ -742,9 +742,10 @@ export interface paths {
         put?: never;
         /**
          * Identify a motor's friction
-         * @description Identify friction by uniform motions and force ramps on the simulated motor.
+         * @description Identify friction by uniform motions and force ramps on the simulated motor, or from a run.
          *
-         *     The job's report carries the points measured so far, and at the end what is fitted to them.
+         *     The job's report carries the points measured so far, and at the end what is fitted to them. With
+         *     `run` a kept run is read instead, such as an imported measurement; nothing moves.
          */
         post: operations["identify"];
         delete?: never;
@@ -1070,7 +1071,7 @@ export interface paths {
         put?: never;
         /**
          * Plan Identification
-         * @description Validate an identification and return its motions and times; nothing moves.
+         * @description Validate an identification; return its motions and times, or what is read of a run.
          */
         post: operations["planIdentification"];
         delete?: never;
@@ -1689,6 +1690,8 @@ export interface components {
              * @description What is wrong with the measurements
              */
             warnings: string[];
+            /** @description Of a run: what it could tell; null of an experiment */
+            record?: components["schemas"]["RecordEvidence"] | null;
         };
         /**
          * AxisLandscape
@@ -3391,10 +3394,10 @@ export interface components {
             axis: string | null;
             /**
              * Step
-             * @description sliding, presliding or comparison
+             * @description sliding, presliding or comparison; record of a run
              * @enum {string}
              */
-            step: "sliding" | "presliding" | "comparison";
+            step: "sliding" | "presliding" | "comparison" | "record";
             /**
              * Done
              * @description Motions of this step that are done
@@ -4467,8 +4470,13 @@ export interface components {
              */
             apply_to: string;
             /**
+             * Run
+             * @description Run that it was identified from; null of an experiment
+             */
+            run?: string | null;
+            /**
              * Simulated Time
-             * @description Time that the experiment takes on a motor
+             * @description Time that the experiment takes on a motor, or of the run
              */
             simulated_time: number;
             /** Axes */
@@ -6287,6 +6295,13 @@ export interface components {
              * @description Force ramps, all axes together
              */
             ramps: number;
+            /**
+             * Record
+             * @description By axis, of a run; empty of an experiment
+             */
+            record?: {
+                [key: string]: components["schemas"]["PlannedRecord"];
+            };
         };
         /**
          * PlanarAcceleration
@@ -6380,6 +6395,37 @@ export interface components {
              * @description How long it takes
              */
             time: number;
+        };
+        /**
+         * PlannedRecord
+         * @description What is read of a run for one axis.
+         */
+        PlannedRecord: {
+            /**
+             * Position
+             * @description Column of the position
+             */
+            position: string;
+            /**
+             * Force
+             * @description Column of the force, or currents
+             */
+            force: string;
+            /**
+             * Rate
+             * @description Samples a second
+             */
+            rate: number;
+            /**
+             * Bandwidth
+             * @description Of the filter at -3 dB; noise may lower it
+             */
+            bandwidth: number;
+            /**
+             * Duration
+             * @description Of the part that is read
+             */
+            duration: number;
         };
         /**
          * PlantConfig
@@ -6496,7 +6542,7 @@ export interface components {
             deviation: number;
             /**
              * Pitches
-             * @description Whole pole pitches averaged over
+             * @description Whole pole pitches averaged over; 0 of a run
              */
             pitches: number;
         };
@@ -6786,6 +6832,120 @@ export interface components {
              * @description Where in the document that both print; empty where the number is derived
              */
             find: string[];
+        };
+        /**
+         * RecordEvidence
+         * @description What a run could tell about an axis, and how it was read.
+         */
+        RecordEvidence: {
+            /**
+             * Position
+             * @description Column of the position
+             */
+            position: string;
+            /**
+             * Force
+             * @description Column of the force, or currents
+             */
+            force: string;
+            /**
+             * Duration
+             * @description Of the part that was read
+             */
+            duration: number;
+            /**
+             * Rate
+             * @description Samples a second
+             */
+            rate: number;
+            /**
+             * Bandwidth
+             * @description Of the filter at -3 dB
+             */
+            bandwidth: number;
+            /**
+             * Noise
+             * @description Standard deviation of the position's noise
+             */
+            noise: number;
+            /**
+             * Slowest
+             * @description Least speed of the windows of sliding that were used
+             */
+            slowest: number;
+            /**
+             * Fastest
+             * @description Largest speed of them
+             */
+            fastest: number;
+            /** Reversals */
+            reversals: number;
+            /**
+             * Shares
+             * @description Of the samples: used; not used, by reason. 0 to 1
+             */
+            shares: {
+                [key: string]: number;
+            };
+            /**
+             * Condition
+             * @description Condition number of the regression; beyond 1000 parameters can hardly be told apart
+             */
+            condition: number;
+            /**
+             * Lag
+             * @description Time by which the motion is behind the force column
+             */
+            lag: number;
+            /**
+             * Lag Half Width
+             * @description Half of its 95 % interval
+             */
+            lag_half_width: number | null;
+            /** Mass Given */
+            mass_given: boolean;
+        };
+        /**
+         * RecordOptions
+         * @description What of a run is read; all but the run itself is found where it is left out.
+         */
+        RecordOptions: {
+            /**
+             * variant of the run
+             * @description Variant of the run whose channels are read; left out: its first
+             */
+            variant?: string | null;
+            /**
+             * Position
+             * @description Column of the position; left out: position_measured of the variant
+             */
+            position?: string | null;
+            /**
+             * Force
+             * @description Column of the force, or currents: thrust of the three currents by the force map of the driving variant; left out: currents, force_realised, force_command or thrust, the first that the run has
+             */
+            force?: string | null;
+            /**
+             * Mass
+             * @description Moving mass; left out: identified too
+             */
+            mass?: number | null;
+            /**
+             * Bandwidth
+             * @description Bandwidth of the filter at -3 dB; left out: 50 Hz, or 0.075 of the sample rate where that is less
+             */
+            bandwidth?: number | null;
+            /**
+             * from
+             * @description Where the part of the run that is used begins
+             * @default 0
+             */
+            start: number;
+            /**
+             * to
+             * @description Where it ends; left out: the end of the run
+             */
+            end?: number | null;
         };
         /**
          * Replay
@@ -13376,6 +13536,18 @@ export interface operations {
                      */
                     apply_to?: string | null;
                     /**
+                     * measured run
+                     * @description Run to identify from; nothing moves then, and speeds, times and ramps do not matter
+                     */
+                    run?: string | null;
+                    /**
+                     * of the run
+                     * @default {
+                     *       "start": 0
+                     *     }
+                     */
+                    record?: components["schemas"]["RecordOptions"];
+                    /**
                      * Compare
                      * @description Run the circle under that variant with its old model (A) and the new one (B)
                      * @default false
@@ -15827,6 +15999,18 @@ export interface operations {
                      * @description Variant whose model the result is for; left out: the second, or the only one
                      */
                     apply_to?: string | null;
+                    /**
+                     * measured run
+                     * @description Run to identify from; nothing moves then, and speeds, times and ramps do not matter
+                     */
+                    run?: string | null;
+                    /**
+                     * of the run
+                     * @default {
+                     *       "start": 0
+                     *     }
+                     */
+                    record?: components["schemas"]["RecordOptions"];
                     /**
                      * Compare
                      * @description Run the circle under that variant with its old model (A) and the new one (B)

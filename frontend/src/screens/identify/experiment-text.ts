@@ -18,6 +18,8 @@ export function doing({ axis, step, done, count }: IdentificationPartial['standi
       return `${axis ?? ''}: uniform motion ${done + 1} of ${count}, there and back`;
     case 'presliding':
       return `${axis ?? ''}: force ramp ${done + 1} of ${count}`;
+    case 'record':
+      return `${axis ?? ''}: regression over the record`;
     case 'comparison':
       return 'The circle with the old model and the new one';
     default:
