@@ -111,6 +111,6 @@ def logged(speeds: Array, ways: tuple[float, ...]) -> dict[str, Array]:
     noise = rng.standard_normal((2, len(position)))
     return {
         "time [s]": np.arange(len(position)) * PERIOD,
-        "x_act [mm]": 1e3 * (position + ENCODER_NOISE * noise[0]),
+        "x_act [mm]": (1e3 * (position + ENCODER_NOISE * noise[0])).astype(np.float64),
         "force_command_x [N]": (force + FORCE_NOISE * noise[1]).astype(np.float64),
     }
