@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 from pathlib import Path
 from typing import Any
 
@@ -100,7 +101,7 @@ def logged(speeds: Array, ways: tuple[float, ...]) -> dict[str, Array]:
     steps = np.concatenate([[0.0], [way * v for v in speeds for way in ways]])
     parts = [
         np.concatenate([a + (b - a) * rise, np.full(count, b)])
-        for a, b in zip(steps[:-1], steps[1:], strict=True)
+        for a, b in itertools.pairwise(steps)
     ]
     velocity = np.concatenate(parts).astype(np.float64)
     position: Array = (np.cumsum(velocity) * PERIOD).astype(np.float64)
@@ -110,7 +111,7 @@ def logged(speeds: Array, ways: tuple[float, ...]) -> dict[str, Array]:
     force += MASS * np.gradient(velocity, PERIOD)
     noise = rng.standard_normal((2, len(position)))
     return {
-        "time [s]": np.arange(len(position)) * PERIOD,
+        "time [s]": (np.arange(len(position)) * PERIOD).astype(np.float64),
         "x_act [mm]": (1e3 * (position + ENCODER_NOISE * noise[0])).astype(np.float64),
         "force_command_x [N]": (force + FORCE_NOISE * noise[1]).astype(np.float64),
     }

@@ -36,7 +36,7 @@ def parameters(found: AxisIdentification) -> dict[str, Parameter]:
 
 
 def lost(found: AxisIdentification) -> dict[str, float]:
-    """Return the parameters whose interval does not hold the truth, and by how much they are off."""
+    """Return the parameters whose interval does not hold the truth, and their errors."""
     return {
         name: p.value / TRUE[name] - 1.0 if TRUE[name] else p.value
         for name, p in parameters(found).items()

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.config.plant import FrictionConfig
+from motionlab.config.controller import AxisModelConfig
 from motionlab.errors import ExperimentFailed
 from motionlab.plant.friction import LuGre
 from motionlab.studies.identify.covariance import correlation_of, scatter
@@ -170,8 +170,7 @@ class _Regression:
 
 def fit_record(
     motion: Motion,
-    believed: FrictionConfig,
-    mass: float,
+    model: AxisModelConfig,
     *,
     find_mass: bool = True,
     start: Values | None = None,
@@ -183,12 +182,10 @@ def fit_record(
     ----------
     motion : Motion
         From `motionlab.studies.identify.record_motion.motion_of`.
-    believed : FrictionConfig
-        Where the search for the bristle begins; taken for it where the record does not tell it.
-    mass : float
-        Of the mover, kg.
+    model : AxisModelConfig
+        The old one: mass, and bristle where the record does not tell it.
     find_mass : bool
-        Whether it is found too.
+        Whether the mass is found too.
     start : dict of str to float, optional
         Where the search begins: `RecordFit.values` of another fit.
     progress : callable
@@ -207,7 +204,7 @@ def fit_record(
             f"the record is too short: {sliding.sum() * seconds:.2g} s of sliding, "
             f"{least * seconds:.2g} s are needed with this filter"
         )
-    regression = _Regression(motion, dict(start or _start(motion, believed, mass)))
+    regression = _Regression(motion, dict(start or _start(motion, model)))
     velocity = motion.of(motion.position, 1)[sliding]
     both = min(float((velocity > 0).mean()), float((velocity < 0).mean())) >= _ONE_WAY
     known = SLIDING if both else SLIDING[:4]
@@ -216,7 +213,7 @@ def fit_record(
     solved = regression.solve(names, sliding)
     about, why = _about_reversals(motion, regression.values)
     presliding: Fitted | None = None
-    unsure = _BELIEVED * believed.sigma_0
+    unsure = _BELIEVED * model.friction.sigma_0
     for each in range(_ROUNDS if why is None else 0):
         progress((each + 0.5) / (_ROUNDS + 0.5))
         outside = {name: regression.values[name] for name in ("lag", "sigma_1")}
@@ -236,8 +233,8 @@ def fit_record(
     if why is not None:
         warnings.append(f"sigma_0 and sigma_1 cannot be identified from this record: {why}")
         if presliding is not None:
-            presliding, unsure = None, _BELIEVED * believed.sigma_0
-            regression.values["sigma_0"] = believed.sigma_0
+            presliding, unsure = None, _BELIEVED * model.friction.sigma_0
+            regression.values["sigma_0"] = model.friction.sigma_0
             solved = regression.solve(names, sliding)
     moves = regression.moved(solved, ("sigma_0",))
     shifts = regression.shifted(solved, motion.doubt)
@@ -280,9 +277,9 @@ def doubted_by(fit: RecordFit, noisier: RecordFit) -> RecordFit:
     return replace(fit, sliding=sliding, presliding=presliding, further=further)
 
 
-def _start(motion: Motion, believed: FrictionConfig, mass: float) -> Values:
+def _start(motion: Motion, model: AxisModelConfig) -> Values:
     """Return where the search begins: static friction by the best of many v_s."""
-    chosen = motion.sliding
+    chosen, mass, believed = motion.sliding, model.mass, model.friction
     velocity = motion.of(motion.position, 1)[chosen]
     force = motion.of(motion.force, 0)[chosen] - mass * motion.of(motion.position, 2)[chosen]
     F_c, F_s, v_s, sigma_2, f_0 = first_guess(velocity, force).tolist()

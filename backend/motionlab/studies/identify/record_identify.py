@@ -126,15 +126,11 @@ def _axis(
     motion = motion_of(record, experiment.bandwidth)
     believed = rig.identified_model(axis).friction
     given = experiment.request.record.mass is not None
-    mass = experiment.mass(axis)
-    fit = fit_record(
-        motion, believed, mass, find_mass=not given, progress=lambda share: at(0.6 * share)
-    )
+    model = experiment.old_model(axis)
+    fit = fit_record(motion, model, find_mass=not given, progress=lambda share: at(0.6 * share))
     noisier = motion_of(record.noisier(motion.noise), experiment.bandwidth, motion)
     at(0.6)
-    fit = doubted_by(
-        fit, fit_record(noisier, believed, mass, find_mass=not given, start=fit.values)
-    )
+    fit = doubted_by(fit, fit_record(noisier, model, find_mass=not given, start=fit.values))
     velocity = motion.of(motion.position, 1)[motion.sliding]
     points, residuals = _points(fit, velocity, motion)
     warnings = list(fit.warnings)
@@ -182,8 +178,8 @@ def _doubt(experiment: RecordExperiment, axis: str, position: Array, force: Arra
 
     Currents that suit one place are held while the motor moves on. Over an angle ``theta`` of the
     force map they lose ``theta^2/2`` of their force: from its sample to two periods later
-    ``2/3 (2 pi v T/tau)^2`` on average. That much is allowed for, with the delay of the controller in
-    T, and half of it where the force comes from currents, whose place between samples is known.
+    ``2/3 (2 pi v T/tau)^2`` on average. That much is allowed for, with the delay of the controller
+    in T, and half of it where the force comes from currents, whose place between samples is known.
     """
     tau = pole_pitch(experiment.rig.model(axis).force_map)
     periods = 1 + experiment.rig.controller.delay

@@ -94,14 +94,11 @@ class RecordExperiment:
             return None
         return load_scenario(self.run.scenario_document)
 
-    def mass(self, axis: str) -> float:
-        """Return the mass that is given, or that of the driving variant's model, kg."""
+    def old_model(self, axis: str) -> AxisModelConfig:
+        """Return the old model, with the mass that is given or the driving variant's."""
         given = self.request.record.mass
-        return self.model(axis).mass if given is None else given
-
-    def model(self, axis: str) -> AxisModelConfig:
-        """Return the model of an axis of the driving variant."""
-        return self.rig.model(axis)
+        mass = self.rig.model(axis).mass if given is None else given
+        return self.rig.identified_model(axis).model_copy(update={"mass": mass})
 
     @property
     def part(self) -> tuple[int, int]:
