@@ -3,7 +3,7 @@
 import type { KeyTable } from '../../app/keys';
 import { app } from '../../app/store.svelte';
 import { parts } from './parts.svelte';
-import { SCOPES } from './scopes/catalog';
+import { SCOPES } from '../../plot/scope-catalog';
 import { view } from './scopes/view.svelte';
 
 const FASTER = 1.25;

@@ -1,8 +1,8 @@
 /** Columns of overlaid runs in the table of the scopes. */
 
 import { overlay } from '../../../app/overlay/overlay.svelte';
-import { tracesOf } from './ghosts';
-import { SCOPES, type Scope } from '../scopes/catalog';
+import { tracesOf } from '../../../plot/ghosts';
+import { SCOPES, type Scope } from '../../../plot/scope-catalog';
 import type { TableColumn } from '../scopes/CurveTable.svelte';
 import { view } from '../scopes/view.svelte';
 

@@ -10,7 +10,13 @@ import type { Pointer } from '../../../plot/chart-pointer';
 import { timeAt, type Range } from '../../../plot/range';
 import type { Moment } from '../../../plot/scope-chart';
 import type { SampleSource } from '../../../plot/source';
-import { columnsOf, DEFAULT_SCOPES, SCOPES, scopeOf, type ScopeId } from './catalog';
+import {
+  columnsOf,
+  DEFAULT_SCOPES,
+  SCOPES,
+  scopeOf,
+  type ScopeId,
+} from '../../../plot/scope-catalog';
 import { LiveSource } from './live-source';
 import { STATISTICS, type Statistic } from './statistics';
 

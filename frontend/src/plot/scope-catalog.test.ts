@@ -1,5 +1,5 @@
 import { describe, expect, it } from 'vitest';
-import { columnsOf, differencesOf, SCOPES, scopeOf } from './catalog';
+import { columnsOf, differencesOf, SCOPES, scopeOf } from './scope-catalog';
 
 const all = SCOPES.map(({ id }) => scopeOf(id, ['A', 'B'], 'B', 'x'));
 

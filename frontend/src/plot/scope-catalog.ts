@@ -1,11 +1,19 @@
 /** The scopes there are: what each draws, with which colour and line. */
 
-import { AXES, type Axis } from '../../../app/api/types';
-import type { ColumnDifference } from '../../../app/stream/ring';
-import type { Trace, Traces } from '../../../plot/scope-chart';
-import { differenceName } from '../../../plot/source';
-import type { Look } from '../../../plot/types';
-import { looksOf } from '../../../plot/variant-looks';
+import type { Trace, Traces } from './scope-chart';
+import { differenceName } from './source';
+import type { Look } from './types';
+import { looksOf } from './variant-looks';
+
+type Axis = 'x' | 'y';
+const AXES: readonly Axis[] = ['x', 'y'];
+
+/** A column computed from two others: A less B. */
+interface ColumnDifference {
+  name: string;
+  minuend: string;
+  subtrahend: string;
+}
 
 export interface Scope extends Traces {
   id: ScopeId;
