@@ -287,6 +287,50 @@ def test_overlaid_runs_stay_over_a_reload_and_are_chosen_in_a_sheet(
     assert "overlay" not in page.url
 
 
+def test_a_run_is_played_over_the_whole_width_with_another_behind_it(
+    page: Page, server: Server, two: list[str]
+) -> None:
+    open_runs(page, server)
+    row(page, "shipped").first.click()
+    page.locator(f"#row-{two[0]}").click(modifiers=["Control"])
+    page.keyboard.press("Enter")
+    moment = page.get_by_role("slider", name="Moment, s")
+    expect(moment).to_have_value("0", timeout=LONG)
+    scopes = region(page, "Scopes of the run")
+    expect(scopes).to_contain_text("stiffer")
+    ex = region(page, "Following error x")
+    page.keyboard.press("End")
+    expect(moment).to_have_value("10.4995")
+    page.keyboard.press("<")
+    expect(moment).to_have_value("10.499")
+    # Each press is a hundredth of 10.5 s.
+    page.keyboard.press("Home")
+    for _ in range(20):
+        page.keyboard.press("ArrowRight")
+    expect(moment).to_have_value("2.1")
+    answer = page.request.get(
+        f"{server.url}{API}/runs/{two[1]}/window?columns=A.x.following_error&from=4200&to=4201"
+    )
+    value = 1e6 * struct.unpack("<f", answer.body()[-4:])[0]
+    expect(ex.locator(".value").first).to_have_text(re.compile(r"^\W?\d"))
+    shown = ex.locator(".value").first.inner_text()
+    assert abs(float(re.sub(r"^\W", "-", shown))) == pytest.approx(abs(value), rel=0.02)
+    page.keyboard.press("3")
+    expect(region(page, "Velocity x")).to_be_visible()
+    page.keyboard.press("3")
+    expect(region(page, "Velocity x")).to_have_count(0)
+    for _ in range(3):
+        page.keyboard.press("]")
+    page.keyboard.press("Space")
+    expect(moment).to_have_value("10.4995")
+    expect(region(page, "Playback").get_by_role("button", name="Play", exact=True)).to_be_visible()
+    assert serious(page, within="main") == []
+    page.reload()
+    expect(scopes).to_contain_text("stiffer", timeout=LONG)
+    page.keyboard.press("Enter")
+    expect(page.get_by_role("grid", name="List of runs")).to_be_visible()
+
+
 def test_without_runs_the_screen_says_how_to_begin(
     browser: Browser, tmp_path_factory: pytest.TempPathFactory
 ) -> None:

@@ -142,7 +142,10 @@ function planeColumns(variants: readonly string[]): string[] {
 }
 
 /** Columns to subscribe to: those of the plane and of these scopes, each once. */
-export function columnsOf(scopes: readonly Scope[], variants: readonly string[]): string[] {
+export function columnsOf(
+  scopes: readonly Pick<Scope, 'traces' | 'difference'>[],
+  variants: readonly string[],
+): string[] {
   const derived = new Set(scopes.map((scope) => scope.difference?.name));
   const drawn = scopes.flatMap((scope) => scope.traces.map((trace) => trace.column));
   return [

@@ -2,7 +2,7 @@
 
 import type { KeyTable } from '../../app/keys';
 import { actions } from './actions.svelte';
-import { overlayInLab } from './overlay-in-lab';
+import { overlaySelected } from './overlay-in-lab';
 import { baseline } from './baseline.svelte';
 import { comparison } from './compare/comparison.svelte';
 import { plots } from './plots';
@@ -19,7 +19,7 @@ export const RUNS_KEYS: KeyTable = {
     { keys: 'PgUp, PgDn', does: 'Ten runs further up, down' },
     { keys: 'Space', does: 'Select, or not any more' },
     { keys: 'Ctrl+A', does: 'Select all that are listed' },
-    { keys: 'Enter', does: 'Open in the Lab' },
+    { keys: 'Enter', does: 'Open over the whole width; others that are selected lie behind it' },
     { keys: 'o', does: 'Overlay in the Lab' },
     { keys: 'c', does: 'Compare two selected runs, or one with the baseline' },
     { keys: 's', does: 'Swap 1 and 2 of a comparison' },
@@ -41,7 +41,7 @@ export function runsActions(search: () => void, open: () => void): Record<string
   return {
     '/': search,
     Enter: open,
-    o: overlayInLab,
+    o: overlaySelected,
     c: () => (comparison.pair ? comparison.close() : comparison.open()),
     s: () => comparison.swap(),
     '[': () => plots.current?.excursion?.(-1),

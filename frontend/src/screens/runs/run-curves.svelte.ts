@@ -8,7 +8,7 @@ import type { Pointer } from '../../plot/chart-pointer';
 import { timeAt, type Range } from '../../plot/range';
 import type { Moment } from '../../plot/scope-chart';
 import type { StillSource } from '../../plot/source';
-import { channelsOf, planeRange, scopesOf, zoomed } from './run-window';
+import { channelsOf, planeRange, scopesOf, zoomed, type Scope } from './run-window';
 
 export class RunCurves {
   /** Part of the run that is looked at; null for the whole. */
@@ -18,8 +18,8 @@ export class RunCurves {
   cursors = $state.raw<readonly number[]>([]);
   pointer: Pointer | null = null;
   readonly moments: readonly Moment[];
-  readonly scopes = $derived.by(() => scopesOf(this.run, this.channel));
-  readonly plane = $derived.by(() => planeRange(this.run, this.zoom));
+  readonly scopes = $derived.by(() => this.chosenScopes());
+  readonly plane = $derived.by(() => this.chosenPlane());
   private readonly ofScopes: RunSource;
   private readonly ofPlane: RunSource;
 
@@ -111,6 +111,14 @@ export class RunCurves {
   reset(): void {
     this.cursors = [];
     this.look(null);
+  }
+
+  protected chosenScopes(): readonly Scope[] {
+    return scopesOf(this.run, this.channel);
+  }
+
+  protected chosenPlane(): Range | null {
+    return planeRange(this.run, this.zoom);
   }
 
   /** Channels that can be shown beside the following errors. */

@@ -32,6 +32,18 @@ export function planeRange(run: RunDetail, zoom: Range | null): Range | null {
   return { from: Math.max(from, to - PLANE_SECONDS), to };
 }
 
+/** Returns the pages of a long path by their number: what the plane shows while a moment moves. */
+export function planePage(page: number, { duration }: Length): Range {
+  const half = PLANE_SECONDS / 2;
+  const from = Math.max(0, Math.min(half * page - half / 2, duration - PLANE_SECONDS));
+  return { from, to: Math.min(duration, from + PLANE_SECONDS) };
+}
+
+/** The page on which a moment is. */
+export function pageOf(time: number): number {
+  return Math.floor((2 * time) / PLANE_SECONDS);
+}
+
 export interface Scope extends Traces {
   title: string;
 }

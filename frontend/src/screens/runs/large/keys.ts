@@ -1,0 +1,53 @@
+/** Keys of a run over the whole width. */
+
+import type { KeyTable } from '../../../app/keys';
+import { SCOPES } from '../../../plot/scope-catalog';
+import { overlayInLab } from '../overlay-in-lab';
+import { large } from './large.svelte';
+import type { PlayedCurves } from './played-curves.svelte';
+
+export const LARGE_KEYS: KeyTable = {
+  title: 'One run',
+  keys: [
+    { keys: 'Space', does: 'Play or pause' },
+    { keys: '← →', does: 'Back, on by 1 % of what is visible' },
+    { keys: '< >', does: 'Back, on by one sample' },
+    { keys: 'Home, End', does: 'Begin, end of the run' },
+    { keys: '[ ]', does: 'Slower, faster' },
+    { keys: '1 to 6', does: 'Show or hide a scope' },
+    { keys: '+ −', does: 'Zoom about the pointer or the middle' },
+    { keys: ', .', does: 'Move along the curves' },
+    { keys: '0', does: 'The whole run' },
+    { keys: 'o', does: 'Overlay in the Lab' },
+    { keys: 'Enter', does: 'Back to the list' },
+  ],
+};
+
+export function largeActions(): Record<string, () => void> {
+  const on = (act: (curves: PlayedCurves) => void) => () => {
+    if (large.curves) act(large.curves);
+  };
+  const scopes = SCOPES.map(
+    ({ id }, i) => [String(i + 1), on((curves) => curves.toggle(id))] as const,
+  );
+  return {
+    ...Object.fromEntries(scopes),
+    ' ': on((curves) => curves.playOrPause()),
+    ArrowLeft: on((curves) => curves.step(-1)),
+    ArrowRight: on((curves) => curves.step(1)),
+    '<': on((curves) => curves.stepSamples(-1)),
+    '>': on((curves) => curves.stepSamples(1)),
+    Home: on((curves) => curves.seek(0)),
+    End: on((curves) => curves.seek(curves.end)),
+    '[': on((curves) => curves.faster(-1)),
+    ']': on((curves) => curves.faster(1)),
+    '+': on((curves) => curves.zoomBy(0.5)),
+    '=': on((curves) => curves.zoomBy(0.5)),
+    '-': on((curves) => curves.zoomBy(2)),
+    ',': on((curves) => curves.moveBy(-0.25)),
+    '.': on((curves) => curves.moveBy(0.25)),
+    '0': on((curves) => curves.reset()),
+    o: () => overlayInLab([large.id]),
+    Enter: () => large.close(),
+  };
+}

@@ -1,0 +1,40 @@
+/** Whether one run is shown over the whole width, and its curves. */
+
+import { overlay } from '../../../app/overlay/overlay.svelte';
+import { fromAddress, setAddress } from '../../../app/storage';
+import { runs } from '../runs.svelte';
+import type { PlayedCurves } from './played-curves.svelte';
+
+class Large {
+  /** Its identifier; empty for the list. */
+  id = $state(fromAddress('large') ?? '');
+  /** What the keys act on. */
+  curves: PlayedCurves | null = null;
+
+  /** Shows the first selected run; the others lie behind it. */
+  open(): void {
+    const [first, ...rest] = runs.selected.filter(
+      ({ deleted, state }) => deleted === null && state !== 'recording',
+    );
+    if (!first) return;
+    if (rest.length > 0) overlay.add(rest.map(({ id }) => id));
+    this.show(first.id);
+  }
+
+  close(): void {
+    this.show('');
+  }
+
+  readAddress(): void {
+    const id = fromAddress('large') ?? '';
+    const selected = (fromAddress('run') ?? id).split(',');
+    this.id = selected.includes(id) ? id : '';
+  }
+
+  private show(id: string): void {
+    this.id = id;
+    setAddress({ large: id });
+  }
+}
+
+export const large = new Large();

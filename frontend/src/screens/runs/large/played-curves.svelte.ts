@@ -1,0 +1,130 @@
+/** The curves of a run that is played: the scopes of the Lab, and a moment that moves along. */
+
+import { AXES, type Axis, type RunDetail } from '../../../app/api/types';
+import { listOf, load, save } from '../../../app/storage';
+import type { Range } from '../../../plot/range';
+import { DEFAULT_SCOPES, SCOPES, scopeOf, type ScopeId } from '../../../plot/scope-catalog';
+import { RunCurves } from '../run-curves.svelte';
+import { pageOf, planePage, type Scope } from '../run-window';
+import { advanced, otherSpeed } from './playback';
+
+/** Steps of the keys, as a share of what is visible. */
+const STEP = 0.01;
+
+export class PlayedCurves extends RunCurves {
+  playing = $state(false);
+  speed = $state(1);
+  shown = $state.raw<readonly ScopeId[]>(
+    load<readonly ScopeId[]>('runs.scopes', DEFAULT_SCOPES, listOf('')),
+  );
+  subject = $state({ variant: '', axis: 'x' as Axis });
+  private now = $state(0);
+  private readonly page = $derived(pageOf(this.now));
+
+  constructor(run: RunDetail) {
+    super(run);
+    const variant = run.variants.includes('B') ? 'B' : (run.variants[0] ?? '');
+    this.subject = { variant, axis: 'x' };
+    this.cursors = [0];
+  }
+
+  /** Time of the last sample. */
+  get end(): number {
+    return Math.max(0, this.run.ticks - 1) * this.run.period;
+  }
+
+  get time(): number {
+    return this.now;
+  }
+
+  /** Variants and axes that currents, forces and motion can be shown of. */
+  get subjects() {
+    return this.run.variants
+      .slice(0, 2)
+      .flatMap((variant) => AXES.map((axis) => ({ variant, axis })));
+  }
+
+  toggle(id: ScopeId): void {
+    const others = this.shown.filter((each) => each !== id);
+    if (others.length === 0) return;
+    const next = others.length < this.shown.length ? others : [...others, id];
+    this.shown = SCOPES.map((scope) => scope.id).filter((each) => next.includes(each));
+    save('runs.scopes', this.shown);
+  }
+
+  /** Goes to a moment; the time axis follows where it would be left. */
+  seek(time: number): void {
+    const now = Math.min(this.end, Math.max(0, time));
+    this.now = now;
+    this.cursors = [now];
+    const { zoom } = this;
+    if (!zoom || (now >= zoom.from && now <= zoom.to)) return;
+    const length = zoom.to - zoom.from;
+    const from = now > zoom.to ? now : now - length;
+    this.look({ from, to: from + length });
+  }
+
+  /** Goes by a share of what is visible. */
+  step(share: number): void {
+    this.playing = false;
+    this.seek(this.now + share * STEP * (this.range.to - this.range.from));
+  }
+
+  /** Goes by samples. */
+  stepSamples(count: number): void {
+    this.playing = false;
+    const { period } = this.run;
+    this.seek((Math.round(this.now / period) + count) * period);
+  }
+
+  playOrPause(): void {
+    if (!this.playing && this.now >= this.end) this.seek(0);
+    this.playing = !this.playing;
+  }
+
+  faster(steps: number): void {
+    this.speed = otherSpeed(this.speed, steps);
+  }
+
+  /** Plays on by some seconds of the clock on the wall. */
+  advance(elapsed: number): void {
+    if (!this.playing) return;
+    const { speed, end } = this;
+    const { time, ended } = advanced(this.now, { elapsed, speed, end });
+    this.seek(time);
+    if (ended) this.playing = false;
+  }
+
+  override get moment(): number {
+    return this.playing ? this.now : (this.hover ?? this.now);
+  }
+
+  override setCursor(time: number): void {
+    this.seek(time);
+  }
+
+  override dragCursor(_: number, time: number): void {
+    this.seek(time);
+  }
+
+  override reset(): void {
+    this.look(null);
+  }
+
+  protected override chosenScopes(): readonly Scope[] {
+    const { run, subject } = this;
+    const errors = run.variants.length > 1 ? AXES.map((axis) => `A-B.${axis}.following_error`) : [];
+    const known = [...run.columns.map(({ name }) => name), ...errors];
+    return this.shown
+      .map((id) => scopeOf(id, run.variants, subject.variant, subject.axis))
+      .map((scope) => ({
+        ...scope,
+        traces: scope.traces.filter(({ column }) => known.includes(column)),
+      }))
+      .filter(({ traces }) => traces.length > 0);
+  }
+
+  protected override chosenPlane(): Range | null {
+    return this.run.ticks === 0 ? null : planePage(this.page, this.run);
+  }
+}
