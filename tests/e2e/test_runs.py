@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import json
+import os
 import re
+import shutil
 import struct
 import subprocess
 import sys
 from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
@@ -161,17 +165,34 @@ def test_several_are_changed_at_once_and_come_back(
 
 
 def test_a_run_opens_in_the_lab_and_its_copies_give_the_same_numbers(
-    page: Page, server: Server, two: list[str]
+    page: Page, server: Server, two: list[str], tmp_path: Path
 ) -> None:
     page.context.grant_permissions(["clipboard-read", "clipboard-write"])
     open_runs(page, server, f"&run={two[0]}")
     detail = region(page, "Run")
     expect(detail.get_by_role("heading", name="stiffer")).to_be_visible()
-    button(page, "Copy as Python")
-    text = page.evaluate("navigator.clipboard.readText()")
-    made = subprocess.run([sys.executable, "-c", text], capture_output=True, check=True, text=True)
     kept = page.request.get(f"{server.url}{API}/runs/{two[0]}").json()
-    assert json.loads(made.stdout) == kept["result"]["variants"]
+
+    def copied(form: str) -> str:
+        button(page, f"Copy as {form}")
+        return page.evaluate("navigator.clipboard.readText()")
+
+    def printed(*command: str) -> Any:
+        path = f"{Path(sys.executable).parent}:{os.environ['PATH']}"
+        made = subprocess.run(
+            command, capture_output=True, check=True, text=True, env=os.environ | {"PATH": path}
+        )
+        return json.loads(made.stdout)
+
+    expected = kept["result"]["variants"]
+    assert printed(sys.executable, "-c", copied("Python")) == expected
+    assert printed("sh", "-c", copied("CLI") + " --json")["variants"] == expected
+    (tmp_path / "copy.toml").write_text(copied("TOML"))
+    from_file = printed("motionlab", "run", str(tmp_path / "copy.toml"), "--json")
+    assert from_file["variants"] == expected
+    request = copied("curl")
+    if shutil.which("curl"):
+        assert printed("sh", "-c", request)["variants"] == expected
 
     button(page, "Open in Lab")
     expect(region(page, "Scenario")).to_be_visible()
