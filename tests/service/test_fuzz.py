@@ -37,7 +37,7 @@ TAKES_INPUT = [n for n, o in OPERATIONS.items() if o.body or o.query or o.path_p
 CAN_BE_WRONG = [n for n in TAKES_INPUT if n != "parseScenario"]  # which takes any bytes
 READS_JSON = [n for n in TAKES_A_BODY if n not in {"parseScenario", "importRun"}]
 JSON = {"content-type": "application/json"}
-COMPARES = {"compareRuns", "getComparisonWindow"}
+COMPARES = {"compareRuns", "getComparisonReport", "getComparisonWindow"}
 EXAMPLES = {name: body_examples(DOCUMENT, name) for name in TAKES_A_BODY}
 QUERIES = {
     operation["operationId"]: {

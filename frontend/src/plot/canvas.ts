@@ -115,6 +115,11 @@ export class Canvas {
     c.stroke();
   }
 
+  /** A path as svg has it, such as markers. */
+  shape(path: string): Path2D {
+    return new Path2D(path);
+  }
+
   /** A path through points; where a coordinate is none, it has a gap. */
   trace(count: number, at: (i: number) => readonly [number, number], first = 0): void {
     const { c } = this;

@@ -73,7 +73,7 @@ export function drawOverlay(
   for (const { x: atX, y: atY, label, ink, marker } of points) {
     const [px, py] = [x.px(atX), y.px(atY)];
     if (!Number.isFinite(px + py)) continue;
-    const shape = new Path2D(markerAt(marker ?? 'circle', px, py, 4));
+    const shape = canvas.shape(markerAt(marker ?? 'circle', px, py, 4));
     for (const [colour, width] of [
       [DARK, 4],
       [LIGHT, 1.6],

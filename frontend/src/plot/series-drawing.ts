@@ -68,7 +68,7 @@ export function drawSeries(canvas: Canvas, series: Series, x: AxisScale, y: Axis
   if (kind !== 'points' && !marker) return;
   canvas.pen(ink, 1.4);
   c.fillStyle = palette.panel;
-  const markers = new Path2D(markersPath(series, x, y));
+  const markers = canvas.shape(markersPath(series, x, y));
   c.fill(markers);
   c.stroke(markers);
 }
