@@ -152,6 +152,9 @@ def test_several_are_changed_at_once_and_come_back(
     page.keyboard.press("Enter")
     for name in ("shipped", "stiffer"):
         expect(row(page, name).get_by_text("pair", exact=True)).to_be_visible()
+    with page.expect_download() as caught:
+        region(page, "Run").get_by_role("button", name="Report").click()
+    assert "Differences between their scenarios" in caught.value.path().read_text()
     bar.get_by_role("button", name="Delete").click()
     expect(row(page, "shipped")).to_have_count(0)
     region(page, "Find runs").get_by_role("button", name=re.compile("^Deleted")).click()
@@ -216,6 +219,10 @@ def test_a_zoom_asks_for_finer_curves(page: Page, server: Server, two: list[str]
         detail.get_by_role("link", name="CSV").click()
     with caught.value.path().open() as file:
         assert sum(1 for line in file if line[:1].isdigit()) == 15751 - 5250
+    with page.expect_download() as caught:
+        detail.get_by_role("link", name="Report").click()
+    assert caught.value.suggested_filename == f"{two[0]}.html"
+    assert "How to simulate it again" in caught.value.path().read_text()
     table = detail.get_by_role("region", name="Scopes of the run as numbers")
     expect(table.locator("tbody th").first).to_have_text("3")
     page.keyboard.press("0")

@@ -36,6 +36,8 @@ export function crisp(px: number): number {
 
 export class Canvas {
   readonly c: CanvasRenderingContext2D;
+  /** Whether no other plot beneath has the time axis. */
+  readonly alone: boolean = false;
   /** CSS pixels. */
   width = 1;
   height = 1;

@@ -7,6 +7,8 @@ import { escaped, SvgCanvas } from './svg-canvas';
 /** Pixels of a PNG for each CSS pixel. */
 const FINE = 2;
 const EDGE = 10;
+/** Least height of curves over time, CSS pixels. */
+const LEAST = 200;
 const LINE = 20;
 const SWATCH = 22;
 const GAP = 16;
@@ -27,7 +29,10 @@ interface Key {
 
 /** Draws a plot once more, as SVG. */
 export async function pictureOf(plot: ShownPlot): Promise<Picture> {
-  const { element, width, height } = plot.canvas;
+  const { element, width } = plot.canvas;
+  // Scopes are low where many stand below each other.
+  const low = plot.data && 'source' in plot.data() ? LEAST : 0;
+  const height = Math.max(plot.canvas.height, low);
   const around = element.closest('figure, section');
   const copy = document.createElement('canvas');
   copy.style.cssText = 'position:absolute;visibility:hidden;pointer-events:none';

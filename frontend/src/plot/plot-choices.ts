@@ -1,6 +1,7 @@
 /** The menu of a plot: save or copy its picture and its numbers. */
 
 import { mount, unmount } from 'svelte';
+import { copyText } from '../ui/copy-text';
 import { saveFile } from '../ui/save-file';
 import type { ShownPlot } from './plot-menu';
 import Menu from './PlotMenu.svelte';
@@ -9,6 +10,8 @@ import { pictureOf, pngOf } from './picture';
 
 export interface Choice {
   name: string;
+  /** What is said once it is done; nothing of a file, which the browser shows. */
+  done?: string;
   run: () => Promise<void>;
 }
 
@@ -59,6 +62,7 @@ function choicesOf(plot: ShownPlot): Choice[] {
     },
     {
       name: 'Copy picture',
+      done: 'Copied',
       run: async () => {
         const made = await name();
         const item = new ClipboardItem({ 'image/png': await pngOf(made.picture) });
@@ -75,7 +79,8 @@ function choicesOf(plot: ShownPlot): Choice[] {
     },
     {
       name: 'Copy numbers',
-      run: () => navigator.clipboard.writeText(tabbed(tableOf(data()))),
+      done: 'Copied',
+      run: () => copyText(tabbed(tableOf(data()))),
     },
   ];
 }

@@ -72,8 +72,9 @@ export class ScopeChart implements TimeAxis {
     events: ChartEvents,
     /** Whether the labels of moments stand in this scope, and the time axis under it. */
     private readonly first: boolean,
-    private readonly last: boolean,
+    private last: boolean,
   ) {
+    this.last ||= canvas.alone;
     this.c = canvas.c;
     this.curves = scope.traces.map((trace) => new SourceCurve(trace.column, trace));
     this.x = this.timeScale();

@@ -132,7 +132,7 @@ class SvgWriter {
     const drop = (DROPS[textBaseline] ?? 0) * size;
     this.add(
       `<text x="${short(x)}" y="${short(y + drop)}" text-anchor="${ANCHORS[textAlign] ?? 'start'}" font-size="${size}" font-weight="${weight}" font-family="${escaped(family)}" ${look}`,
-      `${escaped(text)}</text>`,
+      `${escaped(text.replace(/^ | $/g, '\u00a0'))}</text>`,
     );
   }
 
@@ -168,6 +168,7 @@ function arc(x: number, y: number, radius: number, from: number, to: number): st
 
 /** A canvas that keeps what is drawn on it as SVG. Its element has to be in the document. */
 export class SvgCanvas extends Canvas {
+  override readonly alone = true;
   private readonly writer: SvgWriter;
 
   constructor(element: HTMLCanvasElement, palette: Palette) {
