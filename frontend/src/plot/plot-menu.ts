@@ -47,7 +47,8 @@ export function plotMenu(event: MouseEvent): void {
   if (event.defaultPrevented) return;
   event.preventDefault();
   event.stopPropagation();
-  const at = (event.currentTarget as Element).closest('.surface, .frame');
-  const plot = shownPlots.get(at?.querySelector('canvas') as Element);
+  const at = event.currentTarget as Element;
+  const around = at.matches('button') ? at.closest('.surface, figure, section') : at;
+  const plot = shownPlots.get(around?.querySelector('canvas') as Element);
   if (plot) void import('./plot-choices').then(({ open }) => open(plot, event));
 }
