@@ -64,6 +64,7 @@ it('the movers of a ghost share the magnification, which leaves room for both', 
   calls.length = 0;
   both.draw(source(0.001), range, 8, [ghost]);
   expect(both.factor).toBeLessThan(alone.factor);
+  expect(ghost.read({ from: 0, to: 4 })).toBeCloseTo(0.00625 * Math.SQRT2);
   expect(ghost.read(range)).toBeCloseTo(0.01 * Math.SQRT2);
   expect(calls.filter(([name]) => name === 'stroke').length).toBeGreaterThan(3);
   vi.unstubAllGlobals();

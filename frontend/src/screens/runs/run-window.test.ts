@@ -1,6 +1,6 @@
 import { expect, it } from 'vitest';
 import type { RunDetail } from '../../app/api/types';
-import { channelsOf, planeRange, scopesOf, zoomed } from './run-window';
+import { channelsOf, pageOf, planePage, planeRange, scopesOf, zoomed } from './run-window';
 
 const NAMES = [
   'x.position_reference',
@@ -45,4 +45,13 @@ it('scopes show what the run has, of all its variants', () => {
     ['B.x.velocity', 'b'],
   ]);
   expect(channelsOf(run).map(({ value }) => value)).toEqual(['x.position_reference', 'x.velocity']);
+});
+
+it('the plane turns its pages while a moment moves, and stays in between', () => {
+  const long = { ...run, duration: 240 };
+  expect(planePage(pageOf(5.9), long)).toEqual(planePage(pageOf(0), long));
+  expect(planePage(pageOf(0), long)).toEqual({ from: 0, to: 12 });
+  expect(planePage(pageOf(100), long)).toEqual({ from: 93, to: 105 });
+  expect(planePage(pageOf(240), long)).toEqual({ from: 228, to: 240 });
+  expect(planePage(pageOf(10.5), run)).toEqual({ from: 0, to: 10.5 });
 });
