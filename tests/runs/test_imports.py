@@ -135,8 +135,9 @@ def test_missing_samples(given: Given) -> None:
     document = found.document
     assert (document.ticks, document.missing, document.gap_count) == (ROWS, 50, 1)
     (gap,) = document.gaps
-    assert gap.model_dump() == pytest.approx({"start": 0.0495, "end": 0.075, "samples": 50})
-    assert document.columns[1].missing == 2
+    assert (gap.start, gap.end) == pytest.approx((0.0495, 0.075))
+    assert (gap.samples, gap.place) == (50, "line 102")
+    assert (document.columns[1].missing, document.columns[1].missing_at) == (2, "line 12")
     wanted = REFERENCE.copy()
     wanted[100:150] = wanted[10:12] = np.nan
     near(found.values["x.position_reference"], wanted)

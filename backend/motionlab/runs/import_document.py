@@ -39,6 +39,7 @@ class ImportedColumn(BaseModel):
     minimum: float = Field(description="In the file's unit")
     maximum: float
     missing: int = Field(description="Rows without a number")
+    missing_at: str = Field(description="Where the first of these is, such as line 12")
     first: list[float | None] = Field(
         description="Values of the first rows, in the file's unit; null where there is none"
     )
@@ -50,6 +51,7 @@ class ImportedGap(BaseModel):
     start: float = Field(description="Time of the last sample before it, s")
     end: float = Field(description="Time of the first sample after it, s")
     samples: int = Field(description="Samples that are missing")
+    place: str = Field(description="Where the first sample after it is, such as line 12")
 
 
 class Import(BaseModel):

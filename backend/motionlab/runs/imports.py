@@ -120,7 +120,7 @@ def read_measurement(file: MeasuredFile, options: ImportOptions) -> Measurement:
         units={si: list(map(spelt, factors)) for si, factors in UNITS.items()},
     )
     kept = _named(columns)
-    document.columns = [_described(column, name) for column, name in kept]
+    document.columns = [_described(file, column, name) for column, name in kept]
     data = [(column, name) for column, name in kept if name]
     if not data:
         document.problems.append("no column is left: map one to a channel")
@@ -129,7 +129,7 @@ def read_measurement(file: MeasuredFile, options: ImportOptions) -> Measurement:
     if document.problems or times is None:
         return Measurement(document, 0.0, None)
     grid = sample_times(times, file.place, options.rate)
-    _describe_times(document, grid)
+    _describe_times(document, grid, file)
     if grid.uneven and options.resample is None:
         document.problems.append(
             f"samples are up to {grid.jitter:.3g} s off equal steps of {grid.period:.3g} s: give "
@@ -307,8 +307,9 @@ def _named(columns: Sequence[_Column]) -> list[tuple[_Column, str]]:
     return found
 
 
-def _described(column: _Column, name: str) -> ImportedColumn:
+def _described(file: MeasuredFile, column: _Column, name: str) -> ImportedColumn:
     values = column.source.values
+    missing = np.flatnonzero(np.isnan(values))
     return ImportedColumn(
         column=column.source.header,
         channel=column.channel,
@@ -318,19 +319,23 @@ def _described(column: _Column, name: str) -> ImportedColumn:
         why=column.why,
         minimum=float(np.nanmin(values)),
         maximum=float(np.nanmax(values)),
-        missing=int(np.count_nonzero(np.isnan(values))),
+        missing=missing.size,
+        missing_at=file.place(int(missing[0])) if missing.size else "",
         first=[float(v) if np.isfinite(v) else None for v in values[:FIRST_SHOWN]],
     )
 
 
-def _describe_times(document: Import, grid: Grid) -> None:
+def _describe_times(document: Import, grid: Grid, file: MeasuredFile) -> None:
     document.rate = 1.0 / grid.period
     document.jitter = grid.jitter
     document.gap_count = len(grid.gaps)
     document.missing = sum(length for _, length in grid.gaps)
     document.gaps = [
         ImportedGap(
-            start=(first - 1) * grid.period, end=(first + length) * grid.period, samples=length
+            start=(first - 1) * grid.period,
+            end=(first + length) * grid.period,
+            samples=length,
+            place=file.place(int(np.searchsorted(grid.places, first))),
         )
         for first, length in grid.gaps[:GAPS_SHOWN]
     ]

@@ -4702,6 +4702,11 @@ export interface components {
              */
             missing: number;
             /**
+             * Missing At
+             * @description Where the first of these is, such as line 12
+             */
+            missing_at: string;
+            /**
              * First
              * @description Values of the first rows, in the file's unit; null where there is none
              */
@@ -4727,6 +4732,11 @@ export interface components {
              * @description Samples that are missing
              */
             samples: number;
+            /**
+             * Place
+             * @description Where the first sample after it is, such as line 12
+             */
+            place: string;
         };
         /**
          * JobSummary

@@ -85,7 +85,8 @@ export type LoopAccuracy = Schemas['AccuracyDocument'];
 
 export type AxisMetrics = Schemas['AxisMetrics'];
 
-export interface VariantMetrics extends Pick<Schemas['VariantResult'], 'contour'> {
+/** Of a measurement there is no contour error. */
+export interface VariantMetrics extends Partial<Pick<Schemas['VariantResult'], 'contour'>> {
   diverged: { time: number } | null;
   axes: Partial<Record<Axis, Partial<AxisMetrics>>>;
 }

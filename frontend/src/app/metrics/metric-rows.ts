@@ -74,7 +74,7 @@ export function rows(metrics: Metrics, variants: readonly string[]): MetricRow[]
   };
   FIRST.forEach(addAxes);
   for (const shown of CONTOUR) {
-    const values = of.map((variant) => variant?.contour[shown.key]);
+    const values = of.map((variant) => variant?.contour?.[shown.key]);
     add(shown, served.scenario.contour[shown.key], '', values);
   }
   OTHERS.forEach(addAxes);

@@ -35,6 +35,18 @@ export const compareWindow = (body: RequestOf<'/runs/compare/window'>) =>
   api.bytes('/runs/compare/window', { body }, 'post');
 /** At once, or the report of a job where it takes long. */
 export const replayRun = (id: string) => api.json('post', '/runs/{run_id}/replay', of(id));
+export interface ImportQuery {
+  preview?: boolean;
+  name?: string;
+  rate?: number;
+  resample?: number;
+  delimiter?: '' | 'comma' | 'semicolon' | 'tab';
+  decimal?: '' | 'point' | 'comma';
+  map?: string[];
+}
+/** How a file of a measurement is read; without `preview` it becomes a run. */
+export const importRun = (body: Blob, query: ImportQuery) =>
+  api.json('post', '/runs/import', { body, query });
 /** Minima and maxima of columns over samples [from, to). */
 export const runWindow = (
   id: string,

@@ -21,6 +21,7 @@ export const RUNS_KEYS: KeyTable = {
     { keys: 'Ctrl+A', does: 'Select all that are listed' },
     { keys: 'Enter', does: 'Open over the whole width; others that are selected lie behind it' },
     { keys: 'o', does: 'Overlay in the Lab' },
+    { keys: 'i', does: 'Import a measurement' },
     { keys: 'c', does: 'Compare two selected runs, or one with the baseline' },
     { keys: 's', does: 'Swap 1 and 2 of a comparison' },
     { keys: '[ ]', does: 'Previous, next place beyond tolerance' },
@@ -34,14 +35,19 @@ export const RUNS_KEYS: KeyTable = {
   ],
 };
 
-/** Returns what the keys do; `search` and `open` are given by the screen. */
-export function runsActions(search: () => void, open: () => void): Record<string, () => void> {
+/** Returns what the keys do; what opens parts of the screen is given by it. */
+export function runsActions(
+  search: () => void,
+  open: () => void,
+  importFile: () => void,
+): Record<string, () => void> {
   const some = () => runs.selected.filter((run) => run.deleted === null);
   const zoom = (ratio: number) => plots.current?.zoomBy(ratio);
   return {
     '/': search,
     Enter: open,
     o: overlaySelected,
+    i: importFile,
     c: () => (comparison.pair ? comparison.close() : comparison.open()),
     s: () => comparison.swap(),
     '[': () => plots.current?.excursion?.(-1),

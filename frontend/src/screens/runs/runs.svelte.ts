@@ -153,6 +153,13 @@ class Runs {
     this.tell();
   }
 
+  /** Selects a run that was just made. */
+  async added(id: string): Promise<void> {
+    await this.read();
+    this.choose(id, 'only');
+    void this.count();
+  }
+
   /** Selects these runs, in this order. */
   select(ids: readonly string[]): void {
     const [first = ''] = ids;

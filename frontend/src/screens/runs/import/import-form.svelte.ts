@@ -1,0 +1,109 @@
+/** A file that is to become a run: what the server makes of it, and what the user says instead. */
+
+import type { ImportDocument } from '../../../app/api/types';
+import { LatestWins } from '../../../app/latest-wins';
+import { messages } from '../../../app/messages.svelte';
+import { importRun, type ImportQuery } from '../../../app/runs/runs-api';
+import { runs } from '../runs.svelte';
+import {
+  FINE,
+  mapOf,
+  problemsOf,
+  type Correction,
+  type Corrections,
+  type Problems,
+} from './import-text';
+
+type Said = Pick<ImportQuery, 'delimiter' | 'decimal' | 'rate' | 'resample'>;
+
+class ImportForm {
+  file = $state.raw<File | null>(null);
+  name = $state('');
+  said = $state.raw<Said>({});
+  corrections = $state.raw<Corrections>({});
+  /** How the file is read, as far as the last answer without a refusal. */
+  found = $state.raw<ImportDocument | null>(null);
+  problems = $state.raw<Problems>(FINE);
+  busy = $state(false);
+  private readonly questions = new LatestWins<File>((file) => this.preview(file));
+
+  readonly ready = $derived(
+    this.found !== null &&
+      !this.busy &&
+      this.found.problems.length === 0 &&
+      this.problems.file === '' &&
+      Object.keys({ ...this.problems.fields, ...this.problems.columns }).length === 0,
+  );
+
+  open(file: File): void {
+    this.file = file;
+    this.name = file.name.slice(0, 80);
+    this.said = {};
+    this.corrections = {};
+    this.found = null;
+    this.problems = FINE;
+    this.ask();
+  }
+
+  close(): void {
+    this.file = null;
+  }
+
+  say(some: Said): void {
+    this.said = { ...this.said, ...some };
+    this.ask();
+  }
+
+  correct(column: string, correction: Correction | null): void {
+    const others = Object.entries(this.corrections).filter(([each]) => each !== column);
+    this.corrections = Object.fromEntries(
+      correction ? [...others, [column, correction]] : others,
+    ) as Corrections;
+    this.ask();
+  }
+
+  /** Makes the run and selects it; returns whether it did. */
+  async keep(): Promise<boolean> {
+    const { file, corrections } = this;
+    if (!file || !this.ready) return false;
+    this.busy = true;
+    try {
+      const { run } = await importRun(file, this.query({ name: this.name.trim() }));
+      if (!run) return false;
+      await runs.added(run);
+      messages.info(`“${this.name.trim() || 'measurement'}” is a run now.`);
+      return true;
+    } catch (error) {
+      this.problems = problemsOf(error, corrections);
+      return false;
+    } finally {
+      this.busy = false;
+    }
+  }
+
+  private query(more: ImportQuery): ImportQuery {
+    const said = Object.entries(this.said).filter(
+      ([, value]) => value !== undefined && value !== '',
+    );
+    return { ...Object.fromEntries(said), map: mapOf(this.corrections), ...more };
+  }
+
+  private ask(): void {
+    if (!this.file) return;
+    this.busy = true;
+    this.questions.push(this.file);
+  }
+
+  private async preview(file: File): Promise<void> {
+    const { corrections } = this;
+    try {
+      const found = await importRun(file, this.query({ preview: true }));
+      if (file === this.file) [this.found, this.problems] = [found, FINE];
+    } catch (error) {
+      if (file === this.file) this.problems = problemsOf(error, corrections);
+    }
+    this.busy = this.questions.superseded;
+  }
+}
+
+export const form = new ImportForm();
