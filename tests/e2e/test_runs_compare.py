@@ -54,7 +54,6 @@ def test_a_wider_tolerance_changes_the_verdict(
     tab_to(page, f"Absolute tolerance of {ERROR}, µm")
     type_number(page, "2")
     expect(verdict(page, ERROR)).to_contain_text("within")
-    page.keyboard.press("Escape")
     button(page, "Copy as CLI")
     command = page.evaluate("navigator.clipboard.readText()")
     assert command == (f"motionlab compare {two[0]} {two[1]} --tolerance {ERROR}=0.000002,0,0")
@@ -81,7 +80,6 @@ def test_a_wider_tolerance_changes_the_verdict(
     assert caught.value.path().read_text().count("\n") == 109
     assert serious(page, within="main") == []
 
-    page.keyboard.press("Escape")  # STOP of a session that stands
     name = page.evaluate("new URL(location.href).searchParams.get('session')")
     page.request.post(f"{server.url}{API}/sessions/{name}/play", data={})
     recorded = session(page, server)["run"]

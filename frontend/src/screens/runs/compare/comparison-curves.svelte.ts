@@ -26,12 +26,14 @@ export class ComparisonCurves {
     private readonly pair: readonly [string, string],
     private readonly how: How,
     private readonly channel: string,
-    /** What was looked at before: kept when only a tolerance changes. */
-    range: Range | null,
+    /** The same before a tolerance was changed: what it shows stays until the answer comes. */
+    before: ComparisonCurves | null,
   ) {
-    this.range = range;
+    if (before) {
+      [this.range, this.shown, this.whole] = [before.range, before.shown, before.whole];
+    }
     this.questions.push(null);
-    if (range) this.questions.push(range);
+    if (this.range) this.questions.push(this.range);
   }
 
   get total(): number {
