@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from playwright.sync_api import Locator, Page, expect
+from playwright.sync_api import Browser, Locator, Page, expect
 
 from tests.e2e.actions import (
     API,
@@ -14,6 +14,7 @@ from tests.e2e.actions import (
     region,
     session,
     set_field,
+    simulated,
     state,
     until,
 )
@@ -219,3 +220,45 @@ def test_what_the_schedule_switches_is_no_change_of_ones_own(page: Page, server:
     until(page, "the circle is loaded", lambda: scenario() == "circle")
     expect(region(page, "Changes")).to_contain_text("None yet", timeout=LONG)
     expect(_message(page)).to_have_count(0)
+
+
+def test_a_copied_link_opens_the_same_lab_elsewhere(
+    page: Page, browser: Browser, server: Server
+) -> None:
+    """With what the session has, what-if changes, readings and zoom; its session may be gone."""
+    page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    set_field(page, "B k_p x, N/mm", "312")
+    button(page, "Apply 1 to session")
+    expect(region(page, "Changes")).to_contain_text("Undo")
+    set_field(page, "A k_p x, N/mm", "250")
+    wanted, _ = simulated(page, server)
+    metrics = region(page, "Metrics")
+    expect(metrics).not_to_contain_text(wanted, timeout=LONG)
+    expect(metrics).to_contain_text("exact", timeout=LONG)
+    scopes = region(page, "Scopes")
+    scopes.get_by_role("combobox", name="What the readings tell").select_option("RMS")
+    scopes.locator("canvas").first.hover()
+    page.mouse.wheel(0, -400)
+    expect(scopes.get_by_role("button", name="Reset")).to_be_enabled()
+    button(page, "Copy link")
+    expect(_message(page)).to_contain_text("on the clipboard")
+    link = page.evaluate("navigator.clipboard.readText()")
+    assert "session=" not in link
+    context = browser.new_context(viewport={"width": 1440, "height": 900})
+    try:
+        fresh = context.new_page()
+        fresh.goto(link)
+        opened = region(fresh, "Metrics")
+        expect(opened).to_contain_text("exact", timeout=LONG)
+        expect(opened).to_have_text(metrics.inner_text(), use_inner_text=True, timeout=LONG)
+        for name, value in (("A", "250"), ("B", "312")):
+            field = fresh.get_by_role("textbox", name=f"{name} k_p x, N/mm")
+            expect(field).to_have_value(value)
+        expect(region(fresh, "Changes")).to_contain_text("250")
+        scopes = region(fresh, "Scopes")
+        expect(scopes.get_by_role("button", name="Reset")).to_be_enabled()
+        expect(scopes.get_by_role("combobox", name="What the readings tell")).to_have_value("rms")
+        fresh.wait_for_url(lambda url: "draft" not in url and "look" not in url)
+        context.request.delete(f"{server.url}{API}/sessions/{session(fresh, server)['id']}")
+    finally:
+        context.close()

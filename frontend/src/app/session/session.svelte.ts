@@ -85,6 +85,7 @@ export class SessionStore {
   }
 
   private async find(): Promise<void> {
+    if (fromAddress('scenario') !== null && (await this.openLinked())) return;
     const id = fromAddress('session') ?? keptSessions()[0];
     if (id === undefined) {
       await this.create({});
@@ -98,6 +99,22 @@ export class SessionStore {
       if (!(error instanceof ApiError) || error.status !== 404) throw error;
       await this.recreate(kept);
     }
+  }
+
+  /** Makes the session that the address describes; false where that is damaged or refused. */
+  private async openLinked(): Promise<boolean> {
+    let opened = true;
+    try {
+      const { linkedSession } = await import('../lab-link');
+      const { draft, ...request } = linkedSession();
+      await this.create(request, { draft });
+    } catch (error) {
+      if (error instanceof ApiError && error.transient) throw error;
+      messages.error(`The link cannot be opened: ${reason(error)}.`);
+      opened = false;
+    }
+    setAddress({ scenario: '', set: '', draft: '' });
+    return opened;
   }
 
   /**
