@@ -9,6 +9,19 @@ import { parseNumber, quantity } from '../../ui/units';
 export type Spacing = 'log' | 'linear';
 
 export interface ExperimentForm {
+  /** By motions of its own, or from a kept run. */
+  by: 'experiment' | 'run';
+  /** The run; empty: none chosen yet. */
+  run: string;
+  /** Of the run; empty: its first. */
+  runVariant: string;
+  /** Columns of the run; empty: those that the server finds. */
+  position: string;
+  force: string;
+  /** Moving mass, kg; null: identified too. */
+  mass: number | null;
+  /** Of the filter, Hz; null: the server's choice. */
+  bandwidth: number | null;
   /** Name of a shipped scenario; empty: what the Lab's controls show. */
   source: string;
   /** Name of a shipped motor; empty: the scenario's own. */
@@ -36,6 +49,13 @@ export interface ExperimentForm {
 
 /** The form of the settings that a browser keeps. */
 export const KEPT = partOf({
+  by: oneOf('experiment', 'run'),
+  run: '',
+  runVariant: '',
+  position: '',
+  force: '',
+  mass: nullOr(0),
+  bandwidth: nullOr(0),
   source: '',
   motor: '',
   axis: oneOf('x', 'y', 'both'),
@@ -58,17 +78,39 @@ export function fields(): Entries {
   return served.requests.identify ?? {};
 }
 
+const NO_RUN = {
+  by: 'experiment',
+  run: '',
+  runVariant: '',
+  position: '',
+  force: '',
+  mass: null,
+  bandwidth: null,
+} as const;
+
 /** What the server takes for what is left out. */
 export function defaults(): ExperimentForm {
   const request = Object.entries(fields()).map(([path, entry]) => [path, entry.default]);
   const form = formOf(Object.fromEntries(request) as Record<string, unknown>);
-  return { source: '', variant: '', applyTo: '', pitchesMax: null, ...form } as ExperimentForm;
+  const none = { source: '', variant: '', applyTo: '', pitchesMax: null };
+  return { ...none, ...NO_RUN, ...form } as ExperimentForm;
 }
 
 /** Places in a pole pitch; at six all would see the same part of a ripple of a sixth of it. */
 export const PLACES: readonly number[] = [4, 5, 7, 9, 11, 13, 25];
 
+/** What is read of a run; what is left out is found by the server. */
+export interface RecordBody {
+  variant?: string;
+  position?: string;
+  force?: string;
+  mass?: number;
+  bandwidth?: number;
+}
+
 export interface Body {
+  run?: string;
+  record?: RecordBody;
   scenario: Scenario;
   set: Changes;
   axis: ExperimentForm['axis'];
@@ -109,6 +151,7 @@ export function bodyOf(form: ExperimentForm, scenario: Scenario, changes: Change
   const { axis, timeMax, pitchesMax, ramps, rates, share, places, variant, applyTo, motor } = form;
   const has = (name: string) => (name in scenario.variants ? name : null);
   return {
+    ...(form.by === 'run' ? { run: form.run, record: recordOf(form) } : {}),
     scenario,
     set: { ...withoutMotion(changes, motor), ...(motor === '' ? {} : { plant: motor }) },
     axis,
@@ -121,7 +164,28 @@ export function bodyOf(form: ExperimentForm, scenario: Scenario, changes: Change
   };
 }
 
-const KEYS = ['axis', 'speeds', 'time_max', 'pitches_max', 'presliding', 'variant', 'apply_to'];
+function recordOf(form: ExperimentForm): RecordBody {
+  const { runVariant, position, force, mass, bandwidth } = form;
+  return {
+    ...(runVariant === '' ? {} : { variant: runVariant }),
+    ...(position === '' ? {} : { position }),
+    ...(force === '' ? {} : { force }),
+    ...(mass === null ? {} : { mass }),
+    ...(bandwidth === null ? {} : { bandwidth }),
+  };
+}
+
+const KEYS = [
+  'run',
+  'record',
+  'axis',
+  'speeds',
+  'time_max',
+  'pitches_max',
+  'presliding',
+  'variant',
+  'apply_to',
+];
 
 /** Names of the settings of an experiment, by their key in a request. */
 export function settings(): Record<string, string> {
@@ -131,9 +195,11 @@ export function settings(): Record<string, string> {
 /** Returns the form of an experiment's request, without its scenario. */
 export function formOf(request: Readonly<Record<string, unknown>>): Partial<ExperimentForm> {
   const asked = request as Partial<Body>;
-  const { speeds, presliding, set } = asked;
+  const { speeds, presliding, set, run, record = {} } = asked;
   const motor = set?.['plant'];
   const form: { [Key in keyof ExperimentForm]?: ExperimentForm[Key] | undefined } = {
+    by: run ? 'run' : 'experiment',
+    ...(run ? formOfRecord(run, record) : {}),
     motor: typeof motor === 'string' ? motor : '',
     axis: asked.axis,
     variant: asked.variant === undefined ? undefined : (asked.variant ?? ''),
@@ -148,6 +214,11 @@ export function formOf(request: Readonly<Record<string, unknown>>): Partial<Expe
   };
   const said = Object.entries(form).filter(([, value]) => value !== undefined);
   return Object.fromEntries(said) as Partial<ExperimentForm>;
+}
+
+function formOfRecord(run: string, record: RecordBody): Partial<ExperimentForm> {
+  const { variant = '', position = '', force = '', mass = null, bandwidth = null } = record;
+  return { run, runVariant: variant, position, force, mass, bandwidth };
 }
 
 /** Returns which speeds a list has; one that is spaced in neither way is shown as the closer one. */

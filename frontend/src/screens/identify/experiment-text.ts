@@ -1,6 +1,13 @@
 /** Progress and request of an experiment, in words. */
 
-import type { IdentificationPartial, IdentificationPlan } from '../../app/api/types';
+import type {
+  AxisIdentification,
+  IdentificationPartial,
+  IdentificationPlan,
+} from '../../app/api/types';
+import { digits } from '../../ui/units';
+
+type Evidence = NonNullable<AxisIdentification['record']>;
 
 /** "1 to 20 whole pole pitches" of the motions that are planned. */
 export function pitchesOf(plan: IdentificationPlan): string {
@@ -27,9 +34,40 @@ export function doing({ axis, step, done, count }: IdentificationPartial['standi
   }
 }
 
+const percent = (share: number) => `${digits(100 * share, 2)} %`;
+
+/** What is read of a run: columns, rate, filter. */
+export function readOf(plan: IdentificationPlan): string[] {
+  return Object.entries(plan.record ?? {}).map(([axis, record]) => {
+    const { position, force, rate, bandwidth, duration } = record;
+    return (
+      `${axis}: ${position} and ${force}, ${digits(duration, 3)} s at ${digits(rate, 4)} Hz, ` +
+      `filter ${digits(bandwidth, 3)} Hz`
+    );
+  });
+}
+
+/** What a run could tell about an axis. */
+export function evidenceOf(record: Evidence): string[] {
+  const { shares, slowest, fastest, reversals, lag, lag_half_width: half } = record;
+  const unused = Object.entries(shares)
+    .filter(([name, share]) => name !== 'used' && share >= 0.0005)
+    .map(([name, share]) => `${percent(share)} ${name}`);
+  const rest = unused.length > 0 ? `; ${unused.join(', ')}` : '';
+  const speeds = `${digits(slowest * 1e3, 2)} to ${digits(fastest * 1e3, 3)} mm/s`;
+  const unsure = half === null ? '' : ` ± ${digits(half * 1e6, 2)}`;
+  return [
+    `Slides at ${speeds}, ${reversals} reversals. ${percent(shares.used ?? 0)} of the samples used${rest}.`,
+    `Position noise ${digits(record.noise * 1e9, 2)} nm, filter ${digits(record.bandwidth, 3)} Hz. ` +
+      `Motion behind the force by ${digits(lag * 1e6, 3)}${unsure} µs. ` +
+      `Condition number ${digits(record.condition, 2)}.`,
+  ];
+}
+
 /** Summary of a request, for the list of records. */
 export function describe(request: Record<string, unknown>): string {
   const axis = request.axis === 'x' || request.axis === 'y' ? request.axis : 'x and y';
+  if (typeof request.run === 'string') return `${axis}, ${request.run}`;
   const set = request.set as Record<string, unknown> | undefined;
   const scenario = request.scenario as { plant?: { name?: string } } | string | undefined;
   const own = typeof scenario === 'object' ? scenario.plant?.name : undefined;

@@ -71,7 +71,7 @@ class Experiment {
 
   /** The request; null before there is a scenario. */
   readonly body = $derived.by((): Body | null => {
-    if (!this.scenario) return null;
+    if (!this.scenario || (this.form.by === 'run' && this.form.run === '')) return null;
     const drafted = this.form.source === '' && app.mode === 'whatif' ? app.draft : {};
     return bodyOf(this.form, this.scenario, drafted);
   });
@@ -82,6 +82,8 @@ class Experiment {
 
   /** Axes of the job that is looked at, or of the plan before there is one. */
   readonly axes = $derived.by((): Axis[] => {
+    const told = this.result?.axes ?? (this.job.report ? {} : (this.plan?.record ?? {}));
+    if (Object.keys(told).length > 0) return Object.keys(told) as Axis[];
     const asked = this.job.report?.request.axis;
     const axis = this.job.report ? (asked ?? 'both') : this.form.axis;
     return axis === 'x' || axis === 'y' ? [axis] : ['x', 'y'];
@@ -104,7 +106,7 @@ class Experiment {
   readonly planned = $derived.by((): readonly { speed: number }[] => {
     const { report } = this.job;
     if (!report) return this.plan?.axes[this.axis] ?? [];
-    if (!this.job.active || this.found) return [];
+    if (!this.job.active || this.found || report.request.run) return [];
     const speeds = (report.request.speeds ?? []) as readonly number[];
     const done = this.standing?.axis === this.axis ? this.standing.done : 0;
     return speeds.slice(done).map((speed) => ({ speed }));
@@ -137,7 +139,14 @@ class Experiment {
 
   change(changes: Partial<ExperimentForm>): void {
     this.entered = { ...this.entered, ...changes };
+    if (this.body === null) this.forget();
     save('identify', this.entered);
+  }
+
+  /** There is nothing to plan: a run is still to be chosen. */
+  private forget(): void {
+    this.plan = null;
+    this.refused = [];
   }
 
   async choose(source: string): Promise<void> {
