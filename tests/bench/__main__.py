@@ -21,6 +21,7 @@ from tests.bench.hold import hold
 from tests.bench.identify import identify
 from tests.bench.machine import AVX2_ENVIRONMENT, description, load
 from tests.bench.maps import maps
+from tests.bench.measured import measured
 from tests.bench.page import page
 from tests.bench.plates import plates
 from tests.bench.plots import plots
@@ -41,6 +42,7 @@ _KERNEL: dict[str, Callable[[str], Iterator[Row]]] = {
     "tuning": tuning,
     "identify": lambda _: identify(),
     "coverage": lambda _: coverage(),
+    "measured": lambda _: measured(),
     "controllers": lambda _: controllers(),
     "maps": lambda _: maps(),
     "plates": lambda _: plates(),

@@ -9,8 +9,19 @@ from typing import Any
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
-from tests.e2e.actions import LONG, asked_for, region, serious, session, set_field, tab_to, until
+from tests.e2e.actions import (
+    API,
+    LONG,
+    asked_for,
+    region,
+    serious,
+    session,
+    set_field,
+    tab_to,
+    until,
+)
 from tests.e2e.conftest import Server
+from tests.studies.identify.measured_runs import FRICTION, channels
 
 DONE = 180_000  # ms; a run on a machine that does much else
 MINUS = "\N{MINUS SIGN}"
@@ -224,6 +235,45 @@ def test_what_is_wrong_is_told_before_anything_moves(screen: Page, refusals: lis
     screen.get_by_role("button", name="Defaults").click()
     expect(experiment.get_by_role("alert")).to_have_count(0, timeout=LONG)
     expect(identify(screen)).to_be_enabled()
+
+
+def test_from_an_imported_measurement_to_the_model(
+    screen: Page, server: Server, refusals: list[str]
+) -> None:
+    refusals += ["422"]
+    columns = {name: values[::2] for name, values in channels().items() if "i_" not in name}
+    text = "\n".join(
+        [
+            ",".join(columns),
+            *(",".join(f"{v:.9g}" for v in row) for row in zip(*columns.values(), strict=True)),
+        ]
+    )
+    answer = screen.request.post(
+        f"{server.url}{API}/runs/import?name=rig%207",
+        data=text.encode(),
+        headers={"Content-Type": "application/octet-stream"},
+    )
+    run_id = answer.json()["run"]
+    screen.get_by_role("radio", name="measured run").click()
+    expect(identify(screen)).to_be_disabled()
+    experiment = region(screen, "Experiment")
+    chosen = screen.get_by_role("combobox", name="run", exact=True)
+    expect(chosen.locator("option").nth(1)).to_contain_text("rig 7, measured", timeout=LONG)
+    chosen.select_option(run_id)
+    expect(experiment).to_contain_text("x: M.x.position_measured and M.x.force_command")
+    run(screen)
+    expect(region(screen, "Found")).to_contain_text(re.compile(r"\d+ reversals.*Condition number"))
+    lines = region(screen, "Found").locator("tbody tr")
+    found = lines.filter(has_text="N/mm").locator("td").nth(1).inner_text()
+    assert abs(float(found) / 1e-3 / FRICTION["sigma_0"] - 1.0) < 0.02
+    expect(region(screen, "Residuals")).to_contain_text("95 % band")
+    apply = region(screen, "Apply")
+    apply.get_by_role("button", name="Apply 6 values").click()
+    expect(apply.get_by_role("status")).to_contain_text("model of B is the identified one")
+    assert serious(screen) == []
+    # another column, of another unit's name: refused before anything is read
+    screen.get_by_role("radio", name="y", exact=True).first.click()
+    expect(experiment.get_by_role("alert")).to_contain_text("none of M.y.position_measured")
 
 
 def test_everything_by_keyboard_alone(screen: Page) -> None:

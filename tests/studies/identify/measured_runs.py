@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import itertools
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -59,15 +60,20 @@ MASS = 5.6
 
 @functools.cache
 def simulated() -> Played:
-    """Return a motor moved by sines and at steady speeds, 46 s."""
-    changes = {f"plant.x.friction.{name}": value for name, value in FRICTION.items()}
+    """Return the motor moved by sines and at steady speeds, 29 s."""
+    return moved(FRICTION, MASS)
+
+
+def moved(friction: Mapping[str, float], mass: float) -> Played:
+    """Return a motor moved so."""
+    changes = {f"plant.x.friction.{name}": value for name, value in friction.items()}
     trajectory = {"kind": "sequence", "parts": [*SINES, *STAIRS]}
-    return play("circle", {"trajectory": trajectory, "plant.x.mass": MASS, **changes})
+    return play("circle", {"trajectory": trajectory, "plant.x.mass": mass, **changes})
 
 
-def channels(seed: int = 0) -> dict[str, Array]:
+def channels(seed: int = 0, played: Played | None = None) -> dict[str, Array]:
     """Return what a rig logs of it: time, position, currents, force command; with noise."""
-    played, rng = simulated(), np.random.default_rng(seed)
+    played, rng = played or simulated(), np.random.default_rng(seed)
     position = played.channel("A", "position_measured", "x")
     count = len(position)
     columns = {

@@ -43,6 +43,14 @@ describe('speeds', () => {
 });
 
 describe('the request', () => {
+  it('names a run and what is read of it, and is read back', () => {
+    const form = { ...DEFAULT, by: 'run' as const, run: 'r-abcdefghijkl', force: 'Kraft', mass: 5 };
+    const body = bodyOf(form, scenario, {});
+    expect(body).toMatchObject({ run: form.run, record: { force: 'Kraft', mass: 5 } });
+    expect(formOf({ ...body })).toMatchObject({ by: 'run', run: form.run, position: '', mass: 5 });
+    expect(bodyOf({ ...form, by: 'experiment' }, scenario, {})).not.toHaveProperty('run');
+  });
+
   it('has the changes of the Lab, but for its motion', () => {
     const changes = {
       'plant.x.mass': 6,
