@@ -103,7 +103,7 @@ def about(run: RunDetail) -> Markup:
     if run.tags:
         rows.append(("tags", ", ".join(run.tags)))
     if run.note:
-        rows.append(("note", run.note))
+        rows.append(("note", element("span", run.note, class_="note")))
     return pairs(rows)
 
 

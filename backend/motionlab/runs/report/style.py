@@ -40,11 +40,12 @@ thead th { color: var(--quiet); font-weight: 400; border-bottom: 1px solid var(-
 tbody th { font-weight: 400; }
 tbody tr + tr > * { border-top: 1px solid var(--faint); }
 .number { text-align: right; white-space: nowrap; }
-th.number { text-align: right; }
+th.number { text-align: right; white-space: normal; }
 dl { display: grid; grid-template-columns: minmax(7rem, max-content) minmax(0, 1fr);
   gap: 2px 16px; }
 dt { color: var(--quiet); }
-dd { margin: 0; overflow-wrap: anywhere; white-space: pre-line; }
+dd { margin: 0; overflow-wrap: anywhere; }
+.note { white-space: pre-line; }
 pre { margin: 4px 0 10px; padding: 8px 10px; border: 1px solid var(--line); border-radius: 4px;
   font: 12px/1.45 ui-monospace, monospace; white-space: pre-wrap; overflow-wrap: anywhere; }
 code { font: 12px ui-monospace, monospace; }
