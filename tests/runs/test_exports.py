@@ -82,6 +82,31 @@ def test_tables(
     assert [column.unit for column in back.values()] == ["1", "s", "m", "m", "m/s", "m/s"]
 
 
+def test_mdf_comes_back_equal(source: Source, path: Path, tmp_path: Path) -> None:
+    asammdf = pytest.importorskip("asammdf", reason="MDF is an extra: motionlab[mdf]")
+    file = exported(source, Selection(COLUMNS, 200, 950), tmp_path, "mf4")
+    wanted = expected(path, 200, 950)
+    with asammdf.MDF(file) as back:
+        assert back.start_time.timestamp() == CREATED
+        found = {name: back.get(name) for name in ("tick", *ORDERED)}
+        assert back.extract_attachment(index=0)[1].name == "scenario.toml"
+    times = found["tick"].timestamps
+    same({name: s.samples for name, s in found.items()} | {"time": times}, mdf_order(wanted))
+    assert [s.unit for s in found.values()] == ["1", "m", "m", "m/s", "m/s"]
+    assert found["A.x.velocity"].comment == "true velocity"
+    assert [each.name for each in tmp_path.iterdir()] == ["out.mf4"]
+
+
+def mdf_order(wanted: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    return {name: wanted[name] for name in ("tick", *ORDERED, "time")}
+
+
+def test_mdf_is_an_extra(source: Source, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(exports, "find_spec", lambda _: None)
+    with pytest.raises(ConfigError, match=r"motionlab\[mdf\]"):
+        exports.size_of(check_selection(source, Selection()), "mf4")
+
+
 def test_csv_is_read_by_anybody(source: Source, path: Path, tmp_path: Path) -> None:
     file = exported(source, Selection(COLUMNS, 890, 910), tmp_path, "csv")
     with file.open(encoding="ascii") as lines:

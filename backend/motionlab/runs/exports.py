@@ -1,4 +1,4 @@
-"""Runs as files of other tools: CSV, Parquet, MAT and MCAP."""
+"""Runs as files of other tools: CSV, Parquet, MAT, MCAP and MDF."""
 
 from __future__ import annotations
 
@@ -7,12 +7,14 @@ import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pyarrow as pa
 import tomli_w
+from numpy.typing import NDArray
 from pyarrow import csv, parquet
 
 from motionlab.errors import ConfigError, FieldError
@@ -26,7 +28,7 @@ from motionlab.telemetry.recorder import ROWS, parquet_writer
 MAT_MAX = 2**31 - 2**20
 """Most bytes of a variable in a MAT file of format 5, and some room for what describes it."""
 
-_FILE_SHARE = {"csv": 3, "parquet": 1, "mat": 1, "mcap": 2}  # of the samples
+_FILE_SHARE = {"csv": 3, "parquet": 1, "mat": 1, "mcap": 2, "mf4": 1}  # of the samples
 _CSV_ROWS = 4096  # made text at a time
 _ALWAYS = ("tick", "time")
 _FIELD_MAX = 63  # characters of a field's name in MATLAB
@@ -113,7 +115,14 @@ def check_selection(source: Source, selection: Selection) -> Selection:
 
 
 def size_of(selection: Selection, format: str) -> int:
-    """Return how many bytes the file of a checked selection has at most, about."""
+    """Return how many bytes the file of a checked selection has at most, about.
+
+    Raises
+    ------
+    ConfigError
+        If this installation cannot write the format.
+    """
+    _check_installed(format)
     return _FILE_SHARE[format] * memory_of(selection)
 
 
@@ -140,12 +149,17 @@ def export(source: Source, selection: Selection, path: Path, format: str) -> Non
     Raises
     ------
     ConfigError
-        If a MAT file cannot hold as much.
+        If a MAT file cannot hold as much, or what writes MDF is not installed.
     StoreError
         If the file cannot be written.
     """
-    writers = {"csv": _write_csv, "parquet": _write_parquet, "mat": _write_mat} | {
-        "mcap": _write_mcap
+    _check_installed(format)
+    writers = {
+        "csv": _write_csv,
+        "parquet": _write_parquet,
+        "mat": _write_mat,
+        "mcap": _write_mcap,
+        "mf4": _write_mdf,
     }
     try:
         writers[format](source, selection, path)
@@ -205,8 +219,6 @@ def _write_parquet(source: Source, selection: Selection, path: Path) -> None:
 def _write_mat(source: Source, selection: Selection, path: Path) -> None:
     from scipy.io import savemat  # noqa: PLC0415 - a server starts without it
 
-    assert selection.stop is not None
-    rows = selection.stop - selection.start
     size = memory_of(selection)
     if size > MAT_MAX:
         raise ConfigError(
@@ -219,14 +231,8 @@ def _write_mat(source: Source, selection: Selection, path: Path) -> None:
                 bounds={"maximum": MAT_MAX},
             )
         )
-    tick, time = np.empty(rows, np.int64), np.empty(rows)
-    values = {name: np.empty(rows, np.float32) for name in selection.columns}
-    row = 0
-    for batch in batches(source, selection):
-        part = slice(row, row + batch.num_rows)
-        for name, into in ({"tick": tick, "time": time} | values).items():
-            into[part] = batch[name].to_numpy(zero_copy_only=False)
-        row = part.stop
+    values = _whole(source, selection)
+    tick, time = values.pop("tick"), values.pop("time")
     fields = identifiers(selection.columns, _FIELD_MAX, _RESERVED)
     units = _units(source, selection.columns).values()
     labels = identifiers(list(source.about), _FIELD_MAX)
@@ -242,14 +248,73 @@ def _write_mat(source: Source, selection: Selection, path: Path) -> None:
         savemat(file, {"run": content}, format="5", long_field_names=True, oned_as="column")
 
 
+def _whole(source: Source, selection: Selection) -> dict[str, NDArray[Any]]:
+    """Return ``tick``, ``time`` and the columns of a selection as whole arrays."""
+    assert selection.stop is not None
+    rows = selection.stop - selection.start
+    values: dict[str, NDArray[Any]] = {"tick": np.empty(rows, np.int64), "time": np.empty(rows)}
+    values |= {name: np.empty(rows, np.float32) for name in selection.columns}
+    row = 0
+    for batch in batches(source, selection):
+        part = slice(row, row + batch.num_rows)
+        for name, into in values.items():
+            into[part] = batch[name].to_numpy(zero_copy_only=False)
+        row = part.stop
+    return values
+
+
+def _write_mdf(source: Source, selection: Selection, path: Path) -> None:
+    from asammdf import MDF, Signal  # noqa: PLC0415 - an extra
+
+    values = _whole(source, selection)
+    time = values.pop("time")
+    schema = source.file.schema_arrow
+    meanings = {
+        name: (schema.field(name).metadata or {}).get(b"meaning", b"").decode() for name in values
+    }
+    units = _units(source, [*values])
+    signals = [
+        Signal(samples, time, units[name], name, comment=meanings[name])
+        for name, samples in values.items()
+    ]
+    whole = path.with_name(f"{path.name}.mf4")  # the only ending that it writes
+    try:
+        with MDF(version="4.10") as file:
+            file.start_time = datetime.fromtimestamp(source.created, UTC)
+            file.append(signals, common_timebase=True, comment=source.about.get("run", "run"))
+            for name, media, text in _attached(source):
+                file.attach(text, name, mime=media)
+            file.save(whole, overwrite=True)
+        whole.replace(path)
+    finally:
+        whole.unlink(missing_ok=True)
+
+
+def _attached(source: Source) -> list[tuple[str, str, bytes]]:
+    """Return what goes with a file: metadata, and the scenario, as ``motionlab run`` takes it."""
+    about = {name: text for name, text in source.about.items() if name != "scenario"}
+    return [*_scenario(source), ("metadata.json", "application/json", json.dumps(about).encode())]
+
+
+def _scenario(source: Source) -> list[tuple[str, str, bytes]]:
+    text = source.about.get("scenario")
+    if text is None:
+        return []
+    tables = _without_nulls(json.loads(text))
+    return [("scenario.toml", "application/toml", tomli_w.dumps(tables).encode())]
+
+
+def _check_installed(format: str) -> None:
+    if format == "mf4" and find_spec("asammdf") is None:
+        message = "needs asammdf, which is not installed: pip install 'motionlab[mdf]'"
+        others = ", ".join(name for name in _FILE_SHARE if name != "mf4")
+        raise ConfigError(FieldError("format", message, format, f"one of {others}"))
+
+
 def _write_mcap(source: Source, selection: Selection, path: Path) -> None:
-    scenario = source.about.get("scenario")
-    attachments = []
-    if scenario is not None:
-        tables = _without_nulls(json.loads(scenario))
-        attachments.append(("scenario.toml", "application/toml", tomli_w.dumps(tables).encode()))
     extras = Extras(
-        {name: text for name, text in source.about.items() if name != "scenario"}, attachments
+        {name: text for name, text in source.about.items() if name != "scenario"},
+        _scenario(source),
     )
     units = _units(source, selection.columns)
     with path.open("wb") as file:

@@ -9,6 +9,7 @@ FORMATS = {
     "parquet": "application/vnd.apache.parquet",
     "mat": "application/x-matlab-data",
     "mcap": "application/octet-stream",
+    "mf4": "application/octet-stream",
 }
 """Media types by format, which is also the ending of a file's name."""
 

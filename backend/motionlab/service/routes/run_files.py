@@ -37,7 +37,7 @@ _EXAMPLE = "time [s],x_ref [mm],x_act [mm]\n0.0000,0.000,0.001\n0.0005,0.010,0.0
 class ExportQuery(BaseModel):
     """Which part of a run is wanted, and how."""
 
-    format: Literal["csv", "parquet", "mat", "mcap"] = Field(
+    format: Literal["csv", "parquet", "mat", "mcap", "mf4"] = Field(
         default="parquet", description="docs/exchange.md describes each"
     )
     columns: str = Field(

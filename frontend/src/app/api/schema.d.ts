@@ -16519,7 +16519,7 @@ export interface operations {
         parameters: {
             query?: {
                 /** @description docs/exchange.md describes each */
-                format?: "csv" | "parquet" | "mat" | "mcap";
+                format?: "csv" | "parquet" | "mat" | "mcap" | "mf4";
                 /** @description Names of channels, comma between them; or all */
                 columns?: string;
                 /** @description First sample */
