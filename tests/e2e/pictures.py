@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import sys
 import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
+from urllib.parse import urlencode
 
 from playwright.sync_api import Browser, expect, sync_playwright
 
@@ -190,12 +192,35 @@ def _paper(browser: Browser, server: Server) -> None:
     page.close()
 
 
+def _compare(browser: Browser, server: Server) -> None:
+    """Compare the shipped circle with a stiffer B."""
+    page = browser.new_page(viewport={"width": 1440, "height": 900}, color_scheme="light")
+    kept = []
+    for name, scenario, gain in (
+        ("pentagram", "pentagram", 200.3e3),
+        ("stiffer", "circle", 312e3),
+        ("shipped", "circle", 200.3e3),
+    ):
+        changes = {"variants.B.controller.x.k_p": gain}
+        body = {"scenario": scenario, "keep": True, "name": name, "set": changes}
+        kept.append(page.request.post(f"{server.url}{API}/simulate", data=body).json()["run"])
+    rule = {"absolute": 5e-7, "relative": 0.05, "time": 0.0}
+    how = {"tolerance": rule | {"absolute": 0.0}, "channels": {"*.following_error": rule}}
+    query = urlencode({"run": f"{kept[2]},{kept[1]}", "compare": json.dumps(how)})
+    page.goto(f"{server.url}/?screen=runs&{query}")
+    expect(region(page, "Compare")).to_contain_text("channels hold", timeout=LONG)
+    page.wait_for_timeout(2500)
+    page.screenshot(path=DOCS / "runs-compare.png")
+    page.close()
+
+
 _TAKES: dict[str, tuple[Callable[[Browser, Server], None], tuple[str, ...]]] = {
     "lab": (_lab, ("lab-light.png", "lab-dark.png")),
     "trajectories": (_trajectories, ("trajectories-light.png",)),
     "identify": (_identify, ("identify-light.png",)),
     "tune": (_tune, ("tune.png",)),
     "sweep": (_sweep, ("sweep.png",)),
+    "compare": (_compare, ("runs-compare.png",)),
     "motor": (
         _motor,
         ("motor-sizing-light.png", "motor-field-dark.png", "motor-sharing-light.png"),
