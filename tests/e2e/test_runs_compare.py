@@ -12,7 +12,17 @@ from urllib.parse import parse_qs, urlparse
 import pytest
 from playwright.sync_api import Locator, Page, Request, expect
 
-from tests.e2e.actions import API, button, region, serious, session, set_field, tab_to, type_number
+from tests.e2e.actions import (
+    API,
+    button,
+    region,
+    serious,
+    session,
+    set_field,
+    tab_to,
+    type_number,
+    until,
+)
 from tests.e2e.conftest import Server
 from tests.e2e.test_runs import GAIN, keep, open_runs, row
 
@@ -82,6 +92,7 @@ def test_a_wider_tolerance_changes_the_verdict(
 
     name = page.evaluate("new URL(location.href).searchParams.get('session')")
     page.request.post(f"{server.url}{API}/sessions/{name}/play", data={})
+    until(page, "the session is recorded", lambda: bool(session(page, server)["run"]))
     recorded = session(page, server)["run"]
     open_runs(page, server, f"&run={two[0]},{recorded}&compare=%7B%7D")
     expect(panel.get_by_role("alert")).to_contain_text("record")
