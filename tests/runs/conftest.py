@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from moto.server import ThreadedMotoServer
 
 from motionlab.runs.index import Index
 from motionlab.runs.library import Library
@@ -30,6 +29,8 @@ def index(url: str) -> Iterator[Index]:
 @pytest.fixture(scope="session")
 def s3() -> Iterator[str]:
     """A server that speaks S3: its address."""
+    from moto.server import ThreadedMotoServer
+
     server = ThreadedMotoServer(ip_address="127.0.0.1", port=0, verbose=False)
     server.start()
     host, port = server.get_host_and_port()
