@@ -103,11 +103,13 @@ def test_a_run_is_simulated_again_and_a_baseline_kept(
     page: Page, server: Server, two: list[str]
 ) -> None:
     open_runs(page, server, f"&run={two[0]}")
+    detail = region(page, "Run")
+    expect(detail.get_by_role("heading", name="shipped")).to_be_visible()
+    expect(row(page, "shipped")).to_be_visible()
     page.keyboard.press("b")
     expect(row(page, "shipped").get_by_text("baseline", exact=True)).to_be_visible()
     expect(row(page, "stiffer")).to_contain_text("\N{MINUS SIGN}33.0")
     expect(row(page, "stiffer")).to_contain_text("200.3 → 312 N/mm")
-    detail = region(page, "Run")
     button(page, "Simulate again and check")
     expect(detail.get_by_role("status")).to_contain_text("bit-identical 108 channels, 21,000 ticks")
 
@@ -154,7 +156,7 @@ def test_a_german_csv_is_corrected_and_imported(
     page: Page, server: Server, tmp_path: Path, refusals: list[str]
 ) -> None:
     refusals += ["422", "503"]
-    open_runs(page, server)
+    expect(open_runs(page, server)).to_be_visible()
     page.keyboard.press("i")
     sheet = page.get_by_role("dialog", name="Import a measurement")
     chooser = sheet.get_by_label("File of a measurement")
