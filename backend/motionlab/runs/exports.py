@@ -264,7 +264,10 @@ def _whole(source: Source, selection: Selection) -> dict[str, NDArray[Any]]:
 
 
 def _write_mdf(source: Source, selection: Selection, path: Path) -> None:
-    from asammdf import MDF, Signal  # noqa: PLC0415 - an extra
+    from asammdf import (  # noqa: PLC0415 - an extra  # pyright: ignore[reportMissingImports]
+        MDF,
+        Signal,
+    )
 
     values = _whole(source, selection)
     time = values.pop("time")
