@@ -104,6 +104,7 @@ def test_searches_find_what_they_ask_for(index: Index) -> None:
         ('"open', "open"),
         ("a\0b", "a"),
         ("x" * 1001, "1001"),
+        ("a " * 31, "31"),
     ],
 )
 def test_a_search_that_is_none_is_refused(text: str, named: str) -> None:
@@ -173,6 +174,7 @@ def test_cursors_that_are_none_are_refused(index: Index) -> None:
     wrong = ["", "x", "é", good[:-4], made("created", 1.0), made("created", "a", run_id)]
     wrong += [made("created", float("nan"), run_id), made("created", 10**400, run_id)]
     wrong += [made("created", None, run_id), made("created", 1.0, "r-'; DROP TABLE runs")]
+    wrong += [made("name", "\ud800", run_id), made("name", 1, run_id)]
     wrong += [made("name", "a\0", run_id), made("size", 1.0, run_id)]
     for cursor in wrong:
         sort = "name" if json_of(cursor)[:1] == ["name"] else "created"

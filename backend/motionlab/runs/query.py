@@ -245,9 +245,10 @@ class _Order:
             name, key, run_id = json.loads(base64.urlsafe_b64decode(cursor.encode()))
             if name != self.name or not is_id(run_id):
                 raise ValueError(cursor)
-            if name != "name":
-                key = float(key)
-            if "\0" in str(key) or (isinstance(key, float) and not math.isfinite(key)):
+            # Also no half of a surrogate pair is a name.
+            if name == "name" and b"\0" in str.encode(key):
+                raise ValueError(cursor)
+            if name != "name" and not math.isfinite(key := float(key)):
                 raise ValueError(cursor)
         except (ValueError, TypeError, OverflowError, RecursionError):
             raise ConfigError(FieldError("cursor", "is of no list of runs", cursor)) from None

@@ -26,6 +26,9 @@ LIMIT_MAX = 200
 SEARCH_MAX = 1000
 """Longest search, characters."""
 
+TERMS_MAX = 30
+"""Most terms of a search: databases plan each of them, in more than proportional time."""
+
 SORTS = ("created", "name", "duration", "size")
 """What runs are sorted by, beside metrics such as ``B.x.max``."""
 
@@ -137,6 +140,9 @@ def parse(text: str) -> Search:
         terms = shlex.split(text)
     except ValueError:
         raise ConfigError(FieldError("q", "a quote is not closed", text)) from None
+    if len(terms) > TERMS_MAX:
+        bounds: dict[str, float] = {"maximum": TERMS_MAX}
+        raise ConfigError(FieldError("q", "has too many terms", len(terms), bounds=bounds))
     found = _Terms()
     for term in terms:
         found.add(term)
