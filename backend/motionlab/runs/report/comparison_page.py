@@ -46,7 +46,7 @@ from motionlab.runs.report.markup import (
 )
 from motionlab.runs.report.page import document
 from motionlab.runs.report.plots import BINS, VALUES_MAX
-from motionlab.runs.report.quantities import digits, quantity
+from motionlab.runs.report.quantities import Scale, digits, number, quantity, scale_for
 from motionlab.runs.run import RunDetail
 
 DRAWN = 10
@@ -196,26 +196,26 @@ def _verdict(channel: ChannelComparison) -> list[object]:
     unit = channel.unit or channel.candidate_unit or ""
     if channel.verdict == "units-differ":
         unit = f"{channel.unit or '?'} and {channel.candidate_unit or '?'}"
+    found = [value for value in (channel.largest, channel.rms) if value is not None]
+    scale = scale_for(found, unit)
     verdict = channel.verdict.replace("-", " ")
-    at = "" if channel.at is None else f"{digits(channel.at.time, 5)} s"
-    if channel.at is not None and channel.at.arc is not None:
+    at = f"{digits(channel.at.time, 5)} s" if channel.at is not None and channel.largest else ""
+    if channel.at is not None and channel.at.arc is not None and at:
         at += f", lap {channel.at.lap}, {quantity(channel.at.arc, 'm')}"
     beyond = "" if channel.beyond is None else f"{digits(100 * channel.beyond)} %"
     return [
         channel.name,
         element("span", verdict, class_=_good(channel.verdict == "within")),
-        _exact(channel.largest),
+        _difference(channel.largest, scale),
         element("td", at, class_="number"),
-        _exact(channel.rms),
-        symbol("" if unit == "1" else unit),
+        _difference(channel.rms, scale),
+        symbol(scale.unit),
         element("td", beyond, class_="number"),
     ]
 
 
-def _exact(value: float | None) -> Markup:
-    if value is None:
-        return element("td", "")
-    return element("td", element("data", digits(value), value=repr(value)), class_="number")
+def _difference(value: float | None, scale: Scale) -> Markup:
+    return element("td", "") if value is None else number(value, scale)
 
 
 def ranked(channels: Sequence[ChannelComparison]) -> list[ChannelComparison]:
