@@ -140,7 +140,7 @@ def test_what_was_guessed_is_printed(here: Path, capsys: pytest.CaptureFixture[s
     printed = capsys.readouterr().out
     assert "csv, semicolon, decimal comma: 9 rows" in printed
     assert "1000 Hz from Zeit" in printed
-    assert "gap of 1 samples from 0.002 s to 0.004 s" in printed
+    assert "gap of 1 sample from 0.002 s to 0.004 s" in printed
     assert "M.x.following_error: computed" in printed
     assert "kept as r-" in printed
 

@@ -15,7 +15,7 @@ from motionlab.studies.options import add_json
 
 if TYPE_CHECKING:
     from motionlab.runs.exports import Source
-    from motionlab.runs.import_document import Import
+    from motionlab.runs.import_document import Import, ImportedColumn
 
 EXPORT_EXAMPLES = """\
 examples:
@@ -40,13 +40,15 @@ def add(commands: Any) -> None:
     """Add ``motionlab export`` and ``motionlab import``."""
     parser = commands.add_parser(
         "export",
-        help="write a run as CSV, Parquet, MAT or MCAP",
+        help="write a run as CSV, Parquet, MAT, MCAP or MDF",
         description="Write a run, or a part of it, for other tools.",
         epilog=EXPORT_EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("run", metavar="RUN", help="a kept run, or a file of motionlab run --out")
-    parser.add_argument("file", metavar="FILE", help="file to write: .csv, .parquet, .mat or .mcap")
+    parser.add_argument(
+        "file", metavar="FILE", help="file to write: .csv, .parquet, .mat, .mcap or .mf4"
+    )
     parser.add_argument(
         "--columns", metavar="A,B", default="", help="channels to write (default: all)"
     )
@@ -137,6 +139,11 @@ def _import(options: argparse.Namespace) -> int:
     return BAD_INPUT if document.problems and not options.preview else DONE
 
 
+def _empty(column: ImportedColumn) -> str:
+    """Return what is to be said of rows without a number."""
+    return f"; {column.missing} empty, first at {column.missing_at}" if column.missing else ""
+
+
 def _described(document: Import) -> str:
     """Return for people how a file is read."""
     text = document.text
@@ -150,13 +157,14 @@ def _described(document: Import) -> str:
     if document.resampled is not None:
         lines.append(f"resampled from {document.resampled:.6g} Hz")
     lines += [
-        f"gap of {gap.samples} samples from {gap.start:.6g} s to {gap.end:.6g} s"
+        f"gap of {gap.samples} {'sample' if gap.samples == 1 else 'samples'} "
+        f"from {gap.start:.6g} s to {gap.end:.6g} s"
         for gap in document.gaps
     ]
     if document.gap_count > len(document.gaps):
         lines.append(f"{document.gap_count} gaps, {document.missing} samples")
     rows = [
-        (column.column, column.name or column.channel, column.unit, column.why)
+        (column.column, column.name or column.channel, column.unit, column.why + _empty(column))
         for column in document.columns
     ]
     widths = [max(len(row[i]) for row in rows) for i in range(3)]
