@@ -39,7 +39,8 @@ function choicesOf(plot: ShownPlot): Choice[] {
   const { data } = plot;
   const name = async () => {
     const picture = await pictureOf(plot);
-    return { picture, name: picture.title.replace(/[^\w.-]+/g, '-').replace(/^-|-$/g, '') };
+    const ascii = picture.title.replace(/[µμ]/g, 'u'); // without it, µm would read as m
+    return { picture, name: ascii.replace(/[^\w.-]+/g, '-').replace(/^-|-$/g, '') };
   };
   const title = () => {
     const around = plot.canvas.element.closest('figure, section');

@@ -269,7 +269,7 @@ def _what(event: Event, period: float) -> Markup:
             return joined(["brakes to rest"])
         case "gap":
             reason = f": {event.reason}" if event.reason else ""
-            return joined([f"{event.ticks or 0} samples are missing, {long}{reason}"])
+            return joined([f"missing samples: {event.ticks or 0}, {long}{reason}"])
 
 
 def _set(values: dict[str, Any], previous: dict[str, Any]) -> Markup:
