@@ -260,6 +260,8 @@ NONSENSE = {
     "no time": (CLEAN.replace("\n0.0040,", "\n,"), "line 10: has no time"),
     "a gap without end": (CLEAN + "1e9,1,1\n", "line 402: the gap before it is longer"),
     "one row": ("t,x\n0,1\n", "two numbers or more"),
+    "aeons": ("t,x\n0,1\n1e300,2\n2e300,3\n", "at most 1e\\+09 s"),
+    "no time at all": ("t,x\n0,1\n1e-300,2\n2e-300,3\n", "steps of 1e-09 s or more"),
     "a standstill": ("t,x\n5,1\n5,2\n5,3\n", "all its times are equal"),
     "two signs": (
         "t;x\n0,1;1\n0,2;2\n0,3;1.000,5\n0,4;4\n",

@@ -120,8 +120,9 @@ def by_time(baseline: Grid, candidate: Grid, *, offset: float, samples: Samples)
         union: every sample of either run within the time that both recorded, first and last
         sample included; intersection: those where both have one, closer than `COINCIDENT`.
     """
-    shift = candidate.first + offset - baseline.first
     period = baseline.period
+    far = 2.0 * (period * baseline.ticks + candidate.period * candidate.ticks)  # no overlap there
+    shift = min(max(candidate.first + offset - baseline.first, -far), far)
     if not (baseline.ticks and candidate.ticks):
         return _none("ranges-differ", "a run has no samples")
     drift = abs(candidate.period - period) * candidate.ticks

@@ -427,7 +427,8 @@ def _channels(aligned: Aligned, names: Sequence[str]) -> list[ChannelComparison]
     sides = (aligned.baseline, aligned.candidate)
     read: list[str] = []
     if aligned.alignment.instants:
-        read = [n for n in names if sides[0].units.get(n, "") == sides[1].units.get(n)]
+        both = dict(sides[0].units.items() & sides[1].units.items())
+        read = [name for name in names if name in both]
     own, other = (side.read(read) if read else np.empty((0, 0)) for side in sides)
     rows = {name: row for row, name in enumerate(read)}
     return [

@@ -16,6 +16,8 @@ _GAP = 1.5  # periods between two samples from which some are missing
 _UNEVEN = 0.5  # periods off equal steps from which the order of samples alone says too little
 _UNEVEN_GAP = 5.0  # as _GAP, of samples that are that far off
 _SPARSE = 20  # samples of equal steps for one in the file, at most
+_PERIOD_LEAST = 1e-9  # s
+_DURATION_MAX = 1e9  # s
 _ROUND = 1e-4  # relative distance at which a rate is taken for a whole number of Hz
 
 
@@ -92,7 +94,7 @@ def sample_times(
     if missing.size:
         raise refused(f"{place(int(missing[0]))}: has no time")
     if rate is not None:
-        return Grid(1.0 / rate, np.arange(len(times)), times, 0.0, [], _GAP / rate)
+        return _bounded(Grid(1.0 / rate, np.arange(len(times)), times, 0.0, [], _GAP / rate))
     steps = np.diff(times)
     backwards = np.flatnonzero(steps < 0)
     if backwards.size:
@@ -101,7 +103,17 @@ def sample_times(
     if not (steps > 0).any():
         raise refused("all its times are equal")
     grid = _fitted(times, steps, place, _GAP)
-    return _fitted(times, steps, place, _UNEVEN_GAP) if grid.uneven else grid
+    return _bounded(_fitted(times, steps, place, _UNEVEN_GAP) if grid.uneven else grid)
+
+
+def _bounded(grid: Grid) -> Grid:
+    """Return equal steps if clocks of nanoseconds can say them."""
+    if not (grid.period >= _PERIOD_LEAST and grid.period * grid.ticks <= _DURATION_MAX):
+        raise refused(
+            f"lasts {grid.period * grid.ticks:.3g} s in steps of {grid.period:.3g} s; allowed are "
+            f"at most {_DURATION_MAX:g} s in steps of {_PERIOD_LEAST:g} s or more"
+        )
+    return grid
 
 
 def _fitted(
