@@ -145,6 +145,21 @@ def test_metrics_after_a_gap_are_of_what_came_after_it(library: Library, simulat
     assert np.isnan(back.variants["A"].channel("position", "x")[1000:3000]).all()
 
 
+def test_metrics_end_at_a_stop(library: Library, simulated) -> None:
+    prepared, samples, _ = simulated
+    run = live_run(prepared.scenario, new_id(), time.time())
+    channels = stream_columns(list(prepared.scenario.variants))
+    recorded = Spool(library.spools, run, channels, metadata(prepared.scenario))
+    columns = np.stack([values for _, _, values in recorder.columns(samples)])
+    recorded.append(0, columns[:, :4000])
+    recorded.note(Event(tick=3000, kind="stop"))
+    recorded.end(complete=True)
+    kept = library.finish(run.id)
+    assert kept is not None
+    assert kept.ticks == 4000
+    assert kept.result["window"] == {"start": 0.0, "end": 1.5}
+
+
 def test_deletion_and_its_end(library: Library, simulated, monkeypatch: pytest.MonkeyPatch) -> None:
     kept, restored = keep(library, simulated), keep(library, simulated)
     for run in (kept, restored):

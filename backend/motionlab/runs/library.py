@@ -220,7 +220,8 @@ class Library:
                 update |= {name: getattr(known, name) for name in CHANGEABLE}
             run = run.model_copy(update=update)
             begin = gaps[-1].tick + (gaps[-1].ticks or 0) if gaps else 0
-            result, picture = _latest(run, part, begin, ticks)
+            stop = next((event.tick for event in events if event.kind == "stop"), None)
+            result, picture = _latest(run, part, begin, stop)
             self.make_room(part.stat().st_size)
             kept = self._add(run, part, ticks=ticks, result=result, picture=picture)
         spool.remove(self.spools, run_id)
@@ -430,9 +431,12 @@ def _check_disk(folder: Path) -> None:
 
 
 def _latest(
-    run: RunDetail, part: Path, begin: int, ticks: int
+    run: RunDetail, part: Path, begin: int, stop: int | None
 ) -> tuple[dict[str, Any], dict[str, list[int]]]:
-    """Return metrics and picture of the latest two periods, or ten seconds, from a tick on."""
+    """Return metrics and picture of the latest two periods, or ten seconds.
+
+    From a tick on, and up to that of a stop, after which nothing follows the reference any more.
+    """
     from pyarrow import parquet
 
     prepared = prepare(load_scenario(run.scenario_document or {}), checked=True)
@@ -440,12 +444,14 @@ def _latest(
     length = 2 * period if period else to_ticks(METRICS_SECONDS)
     with parquet.ParquetFile(part) as file:
         first = int(file.read_row_group(0, columns=["tick"])["tick"][0].as_py())
-        length = min(length, first + ticks - max(first, begin))
-        recording = read_recording(file, run.variants, ticks - length, ticks)
+        begin, end = max(first, begin), first + file.metadata.num_rows
+        if stop is not None and begin < stop:
+            end = min(end, stop)
+        start = max(begin, end - length)
+        recording = read_recording(file, run.variants, start - first, end - first)
     band = prepared.scenario.settling_band
     measured = latest_metrics(recording, prepared.reference, settling_band=band)
-    window = (recording.first_tick, recording.first_tick + recording.ticks)
-    return measured, thumbnail(recording, window)
+    return measured, thumbnail(recording, (start, end))
 
 
 def _missing(gaps: list[Event]) -> str:

@@ -108,7 +108,7 @@ class RunDetail(Run):
     events: list[Event] = Field(description="Changes, pushes, the stop, gaps, by tick")
     result: dict[str, Any] = Field(
         description="Metrics: of a simulation its result document, of a live session those of its "
-        "latest two periods or ten seconds"
+        "latest two periods or ten seconds, up to a stop"
     )
     columns: list[dict[str, str]] = Field(description="Name, unit and meaning of each channel")
 

@@ -268,8 +268,8 @@ def _curve(curve: Curve, places: Values, y: Axis, shift: float) -> Markup:
 def _band(chart: Chart, places: Values, y: Axis) -> Markup | None:
     if chart.band is None or not np.isfinite(chart.band).any() or not np.any(chart.band > 0.0):
         return None
-    upper = [f"{_short(a)} {_short(b)}" for a, b in _finite(places, y.at(chart.band))]
-    lower = [f"{_short(a)} {_short(b)}" for a, b in _finite(places, y.at(-chart.band))]
+    ends = (y.at(np.clip(band, y.low, y.high)) for band in (chart.band, -chart.band))
+    upper, lower = ([f"{_short(a)} {_short(b)}" for a, b in _finite(places, end)] for end in ends)
     return element(
         "path", d=f"M{'L'.join(upper)}L{'L'.join(reversed(lower))}Z", class_="band", fill="#0001"
     )

@@ -7787,7 +7787,7 @@ export interface components {
             events: components["schemas"]["Event"][];
             /**
              * Result
-             * @description Metrics: of a simulation its result document, of a live session those of its latest two periods or ten seconds
+             * @description Metrics: of a simulation its result document, of a live session those of its latest two periods or ten seconds, up to a stop
              */
             result: {
                 [key: string]: unknown;

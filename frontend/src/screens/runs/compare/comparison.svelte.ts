@@ -33,6 +33,8 @@ class ComparisonOfTwo {
   fieldProblems = $state.raw<Readonly<Record<string, string>>>({});
   details = $state.raw<readonly RunDetail[]>([]);
   private opened = $state(false);
+  /** The two that `how` was chosen for. */
+  private chosenFor = '';
   private readonly questions = new LatestWins<Question>((question) => this.read(question));
 
   /** 1 and 2, while they are compared. */
@@ -47,6 +49,7 @@ class ComparisonOfTwo {
     this.opened = said !== null;
     if (said === null) return;
     this.how = howOf(said);
+    this.chosenFor = pairText();
     this.channel = fromAddress('channel') ?? this.channel;
   }
 
@@ -58,6 +61,9 @@ class ComparisonOfTwo {
     if (ids.length === 1 && base !== '' && base !== first) runs.select([base, first]);
     else if (ids.length !== 2) return;
     else if (second === base && base !== '') runs.select([base, first]);
+    // A tolerance for one pair says nothing of another.
+    if (this.chosenFor !== pairText()) this.how = EXACT;
+    this.chosenFor = pairText();
     this.opened = true;
     this.tell();
   }
@@ -136,6 +142,10 @@ class ComparisonOfTwo {
     const worst = drawn.find(({ verdict }) => VERDICTS[verdict].look === 'bad') ?? drawn[0];
     this.channel = first ?? worst?.name ?? '';
   }
+}
+
+function pairText(): string {
+  return [...runs.selection.ids].sort().join();
 }
 
 /** What is wrong with fields that the panel has, by `offset`, `tolerance`, or the pattern of a rule. */
