@@ -296,6 +296,8 @@ def test_a_rate_that_is_none(given: Given, rate: float) -> None:
 GUESSES = {
     "Position X (mm)": ("M.x.position_measured", "m"),
     "y_soll_um": ("y.position_reference", "m"),
+    "Kraftbefehl X [N]": ("M.x.force_command", "N"),
+    "Lagesollwert y (mm)": ("y.position_reference", "m"),
     "v_x [mm/s]": ("M.x.velocity_measured", "m/s"),
     "vel_ref_y_mm_s": ("y.velocity_reference", "m/s"),
     "acc x / m/s^2": ("M.x.acceleration", "m/s^2"),

@@ -36,8 +36,8 @@ _SLASH = re.compile(r"(.+?)(?:\s+/\s*|\s+in\s+)(\S+)")
 _OWN = re.compile(r"(?:[A-Z]\.)?([xy])\.(\w+)")
 _WORD = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+")
 _WORDS = {
-    "reference": "reference ref setpoint soll sollwert cmd command commanded demand demanded "
-    "target desired des sp set",
+    "reference": "reference ref setpoint soll sollwert befehl cmd command commanded demand "
+    "demanded target desired des sp set",
     "measured": "measured meas ist istwert actual act encoder enc feedback fb",
     "position": "position pos lage weg displacement",
     "velocity": "velocity vel speed geschwindigkeit v",
@@ -49,7 +49,7 @@ _WORDS = {
     "time": "time t zeit timestamp log_time clock",
 }
 _KINDS = {word: kind for kind, words in _WORDS.items() for word in words.split()}
-_PREFIXES = ("soll", "ist")
+_PART = 3  # letters that each part of a compound has at least, such as Sollkraft, Kraftbefehl
 _PHASES = {"a": "a", "b": "b", "c": "c", "u": "a", "v": "b", "w": "c", "1": "a", "2": "b", "3": "c"}
 _QUANTITIES = {
     "m": ("error", "position"),
@@ -166,7 +166,6 @@ def _words(name: str) -> list[str]:
         return [plain.lower()]
     words: list[str] = []
     for word in (found.lower() for found in _WORD.findall(plain)):
-        prefix = next((p for p in _PREFIXES if word.startswith(p) and word[len(p) :] in _KINDS), "")
         current = re.fullmatch(r"i([abcuvw123])", word)
         joined = re.fullmatch(r"([xy])(soll|ist|ref|act|pos|err|cmd)", word)
         if joined:
@@ -174,8 +173,17 @@ def _words(name: str) -> list[str]:
         elif current:
             words += ["i", current[1]]
         else:
-            words += [prefix, word[len(prefix) :]] if prefix else [word]
+            words += _parts(word)
     return words
+
+
+def _parts(word: str) -> list[str]:
+    """Return the two known words that a compound is made of, or the word."""
+    if word not in _KINDS:
+        for at in range(_PART, len(word) - _PART + 1):
+            if word[:at] in _KINDS and word[at:] in _KINDS:
+                return [word[:at], word[at:]]
+    return [word]
 
 
 def unit_by_range(si: str, largest: float) -> str:
