@@ -293,6 +293,13 @@ def test_a_rate_that_is_none(given: Given, rate: float) -> None:
             given(CLEAN, **options)
 
 
+def test_more_columns_than_a_run_may_have(given: Given) -> None:
+    head = ",".join(["t", *(f"c{i}" for i in range(1000))])
+    rows = (",".join([f"{0.001 * k}", *["1"] * 1000]) for k in range(3))
+    with pytest.raises(ConfigError, match="too many columns; got 1001"):
+        given("\n".join([head, *rows]))
+
+
 GUESSES = {
     "Position X (mm)": ("M.x.position_measured", "m"),
     "y_soll_um": ("y.position_reference", "m"),

@@ -9,6 +9,9 @@ from pydantic import BaseModel, Field
 VALUES_MAX = 40_000_000
 """Most numbers of a file that is imported."""
 
+COLUMNS_MAX = 1000
+"""Columns with numbers in a file that is imported."""
+
 GAPS_SHOWN = 100
 """Gaps that are listed one by one."""
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pyarrow import parquet
 
 from motionlab.errors import ConfigError, FieldError
-from motionlab.runs.import_document import GUESSED, VALUES_MAX, ImportOptions
+from motionlab.runs.import_document import COLUMNS_MAX, GUESSED, VALUES_MAX, ImportOptions
 from motionlab.runs.measured_csv import read_csv
 from motionlab.runs.measured_mcap import read_mcap
 
@@ -91,6 +91,9 @@ def read_file(path: Path, said: ImportOptions = GUESSED) -> MeasuredFile:
     file.ignored |= dict.fromkeys(empty, "has no number")
     if not file.columns or len(file.columns[0].values) < 2:
         raise refused("has no column of two numbers or more")
+    if (count := len(file.columns)) > COLUMNS_MAX:
+        bounds: dict[str, float] = {"maximum": COLUMNS_MAX}
+        raise ConfigError(FieldError("file", "has too many columns", count, bounds=bounds))
     return file
 
 

@@ -169,10 +169,14 @@ export class ScopeChart implements TimeAxis {
     if (!this.first) return;
     let free = Number.NEGATIVE_INFINITY;
     for (const { time, label } of shown) {
-      const px = x.px(time) + 3;
-      if (px < free) continue;
-      canvas.write(label, px, top, { baseline: 'top', ink: 'axis' });
-      free = px + this.c.measureText(label).width + 6;
+      const px = x.px(time);
+      const { width } = this.c.measureText(label);
+      // At the right edge it stands before its line.
+      const before = px + 3 + width > this.ends[1];
+      const left = before ? px - 3 - width : px + 3;
+      if (left < free) continue;
+      canvas.write(label, left, top, { baseline: 'top', ink: 'axis' });
+      free = left + width + 6;
     }
   }
 
