@@ -9,11 +9,15 @@ import numpy as np
 import pytest
 
 from motionlab.cli import main
+from motionlab.config.plant import FrictionConfig
 from motionlab.errors import ConfigError, ExperimentFailed
 from motionlab.studies.identify.dispatch import identified, plan_of, planned
 from motionlab.studies.identify.document import AxisIdentification, Parameter
+from motionlab.studies.identify.record_identify import to_apply
+from motionlab.studies.identify.report import report
 from motionlab.studies.identify.request import read_request
-from tests.studies.identify.measured_runs import FRICTION, MASS, channels, imported, logged
+from motionlab.studies.identify.stribeck import Fitted
+from tests.studies.identify.measured_runs import FRICTION, MASS, PERIOD, channels, imported, logged
 
 TRUE = FRICTION | {"f_0": 0.0, "M": MASS}
 SLIDING = {"F_c", "F_s", "v_s", "sigma_2", "f_0"}
@@ -102,6 +106,51 @@ def test_a_hundred_hertz_tell_sliding_and_no_bristle(tmp_path: Path) -> None:
     assert any("rate" in w for w in axis.warnings), axis.warnings
     assert set(parameters(axis)) == SLIDING | {"M"}
     assert lost(axis) == {}
+
+
+def test_what_a_record_does_not_determine_is_not_applied(tmp_path: Path) -> None:
+    """A force that has nothing to do with 2 s of motion."""
+    time, rng = np.arange(4000) * PERIOD, np.random.default_rng(3)
+    position = 10.0 * np.sin(2.0 * np.pi * 1.5 * time) + 5e-5 * rng.standard_normal(4000)
+    columns = {"time [s]": time, "x_act [mm]": position}
+    for force, of_axis in (
+        (rng.standard_normal(4000), "F_c, F_s, v_s, sigma_2"),
+        (1.0 + 1e-3 * rng.standard_normal(4000), "F_c, F_s, sigma_2"),
+    ):
+        run = imported(tmp_path, columns | {"force_command_x [N]": force})
+        document = identified(planned(read_request({"run": run, "axis": "x"})))
+        axis, left_out = document.axes["x"], of_axis.split(", ")
+        assert {path.rsplit(".", maxsplit=1)[-1] for path in document.set} == SLIDING - {
+            "f_0",
+            *left_out,
+        }
+        assert [w for w in axis.warnings if w.startswith("not applied")] == [
+            f"not applied, because the record does not determine them: {of_axis}"
+        ]
+        assert axis.record is not None
+        assert abs(axis.record.lag) == pytest.approx(4.0 * PERIOD)
+        assert axis.record.lag_half_width is None
+        assert "motion behind force: not determined; condition" in report(document)
+
+
+def test_friction_that_is_no_model_without_what_is_left_out_is_not_applied() -> None:
+    model = FrictionConfig.model_validate(FRICTION)
+    names, values = ("F_c", "F_s", "v_s"), np.array([0.1, 0.2, 0.04])
+
+    def told(half_width: list[float], edge: tuple[str, ...] = ()) -> tuple[set[str], list[str]]:
+        half, alike = np.array(half_width), np.eye(3)
+        fitted = Fitted(names, values, half / 2.0, half, 0.0, alike, [], edge)
+        applied, warnings = to_apply([fitted], model)
+        return set(applied), warnings
+
+    assert told([0.01, 0.02, 0.004]) == (set(names), [])
+    applied, warnings = told([0.01, 0.02, 0.041])
+    assert applied == {"F_c", "F_s"}
+    assert len(warnings) == 1
+    for applied, warnings in (told([0.11, 0.02, 0.004]), told([0.01, 0.02, 0.004], ("F_c",))):
+        assert applied == set()
+        assert warnings[0].endswith(": F_c")
+        assert "F_s would be below F_c" in warnings[1]
 
 
 STILL = "too little sliding"

@@ -328,7 +328,7 @@ def _one_way(velocity: Array) -> str:
     way = "v > 0" if float(np.median(velocity)) > 0.0 else "v < 0"
     return (
         f"it moves one way only, {way}: a constant force cannot be told from Coulomb friction, and "
-        "f_0 is taken for zero; F_c and F_s are not applied"
+        "f_0 is taken for zero"
     )
 
 
@@ -360,6 +360,7 @@ def _fitted(solved: _Solved, names: tuple[str, ...]) -> Fitted:
         residual_rms=float(np.sqrt(np.mean(solved.residuals**2))),
         correlation=found.correlation[both],
         warnings=doubts(names, values, half_width, white, edge, found.degrees[chosen]),
+        edge=tuple(edge),
     )
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab import __version__
+from motionlab.config.plant import FrictionConfig
 from motionlab.errors import ExperimentFailed
 from motionlab.kernel.force_maps import map_lanes, pole_pitch
 from motionlab.lanes import model_hash
@@ -32,7 +33,7 @@ from motionlab.studies.identify.evaluate import (
 from motionlab.studies.identify.record_fit import RecordFit, doubted_by, fit_record
 from motionlab.studies.identify.record_motion import Motion, Record, motion_of
 from motionlab.studies.identify.record_plan import CURRENTS, AxisColumns, RecordExperiment
-from motionlab.studies.identify.stribeck import stribeck_curve
+from motionlab.studies.identify.stribeck import Fitted, stribeck_curve
 from motionlab.studies.identify.thrust import thrust_of
 
 Array = NDArray[np.float64]
@@ -139,19 +140,11 @@ def _axis(
             f"parameters can hardly be told apart: the condition number is {fit.condition:.3g}; "
             "record other speeds and accelerations"
         )
-    values = {
-        name: fitted[name]
-        for fitted in (fit.sliding, fit.presliding)
-        if fitted is not None
-        for name, half in zip(fitted.names, fitted.half_width, strict=True)
-        if name != "f_0" and np.isfinite(half)
-    }
-    changes: dict[str, float] = {}
-    if is_a_model(values, believed):
-        path = f"variants.{rig.apply_to}.controller.model.{axis}.friction."
-        changes = {path + name: value for name, value in values.items()}
-    else:
-        warnings.append("the controller's model cannot take these numbers: none is in `set`")
+    fits = [fitted for fitted in (fit.sliding, fit.presliding) if fitted is not None]
+    applied, left_out = to_apply(fits, believed)
+    warnings += left_out
+    path = f"variants.{rig.apply_to}.controller.model.{axis}.friction."
+    changes = {path + name: value for name, value in applied.items()}
     true = experiment.true
     sliding = fit_document(rig, axis, fit.sliding, "N", true)
     if not given:
@@ -171,6 +164,44 @@ def _axis(
         record=_evidence(experiment, chosen, motion, fit, velocity),
     )
     return document, changes
+
+
+def to_apply(fits: list[Fitted], believed: FrictionConfig) -> tuple[dict[str, float], list[str]]:
+    """Return the friction that the old model can take over, and warnings of what it cannot.
+
+    Left out is what the record does not determine: at the edge of its range, without an interval,
+    or with half of it beyond the value. If the rest is no model with the old values, all is.
+
+    Parameters
+    ----------
+    fits : list of Fitted
+        Of `RecordFit`.
+    believed : FrictionConfig
+        The old model.
+    """
+    values = {name: fit[name] for fit in fits for name in fit.names if name != "f_0"}
+    determined = {
+        name
+        for fit in fits
+        for name, value, half in zip(fit.names, fit.values, fit.half_width, strict=True)
+        if np.isfinite(half) and half <= abs(value) and name not in fit.edge
+    }
+    applied = {name: value for name, value in values.items() if name in determined}
+    left_out = ", ".join(name for name in values if name not in determined)
+    warnings = []
+    if left_out:
+        warnings.append(f"not applied, because the record does not determine them: {left_out}")
+    if is_a_model(applied, believed):
+        return applied, warnings
+    together = believed.model_copy(update=applied)
+    if left_out and together.F_s < together.F_c:
+        warnings.append(
+            f"F_s would be below F_c with the old model's values for these, {together.F_s:.4g} and "
+            f"{together.F_c:.4g} N: no friction of this axis is in `set`"
+        )
+    else:
+        warnings.append("the controller's model cannot take these numbers: none is in `set`")
+    return {}, warnings
 
 
 def _doubt(experiment: RecordExperiment, axis: str, position: Array, force: Array) -> Array:
@@ -197,6 +228,7 @@ def _evidence(
 ) -> RecordEvidence:
     first, last = experiment.part
     half = float(fit.further.half_width[fit.further.names.index("lag")])
+    lag_known = half <= motion.lag_max and "lag" not in fit.further.edge
     return RecordEvidence(
         position=chosen.position,
         force=chosen.force,
@@ -210,7 +242,7 @@ def _evidence(
         shares=motion.shares,
         condition=fit.condition,
         lag=fit.further["lag"],
-        lag_half_width=half if np.isfinite(half) else None,
+        lag_half_width=half if lag_known else None,
         mass_given=experiment.request.record.mass is not None,
     )
 

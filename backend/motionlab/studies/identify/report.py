@@ -82,14 +82,16 @@ def write(found: IdentificationDocument, path: str) -> None:
 def _told(record: RecordEvidence) -> list[str]:
     """Return what a run could tell."""
     shares = ", ".join(f"{100 * share:.0f} % {name}" for name, share in record.shares.items())
-    half = "" if record.lag_half_width is None else f" +- {record.lag_half_width * 1e6:.2g}"
+    half = record.lag_half_width
+    lag = (
+        ": not determined" if half is None else f" by {record.lag * 1e6:.0f} +- {half * 1e6:.2g} us"
+    )
     return [
         f"  read: {record.position} and {record.force}, {record.rate:.6g} Hz, filter "
         f"{record.bandwidth:.3g} Hz, noise {record.noise * 1e9:.3g} nm",
         f"  sliding at {record.slowest * 1e3:.3g} to {record.fastest * 1e3:.3g} mm/s, "
         f"{record.reversals} reversals; {shares}",
-        f"  motion behind force by {record.lag * 1e6:.0f}{half} us; condition number "
-        f"{record.condition:.3g}",
+        f"  motion behind force{lag}; condition number {record.condition:.3g}",
     ]
 
 

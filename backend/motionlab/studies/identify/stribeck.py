@@ -31,6 +31,8 @@ class Fitted:
         Of the estimates.
     warnings : list of str
         What is not determined.
+    edge : tuple of str
+        Parameters of a record at the edge of their range.
     """
 
     names: tuple[str, ...]
@@ -40,6 +42,7 @@ class Fitted:
     residual_rms: float
     correlation: Array
     warnings: list[str]
+    edge: tuple[str, ...] = ()
 
     def __getitem__(self, name: str) -> float:
         """Return an estimate by name."""

@@ -55,11 +55,14 @@ export function evidenceOf(record: Evidence): string[] {
     .map(([name, share]) => `${percent(share)} ${name}`);
   const rest = unused.length > 0 ? `; ${unused.join(', ')}` : '';
   const speeds = `${digits(slowest * 1e3, 2)} to ${digits(fastest * 1e3, 3)} mm/s`;
-  const unsure = half === null ? '' : ` ± ${digits(half * 1e6, 2)}`;
+  const behind =
+    half === null
+      ? ': not determined'
+      : ` by ${digits(lag * 1e6, 3)} ± ${digits(half * 1e6, 2)} µs`;
   return [
     `Slides at ${speeds}, ${reversals} reversals. ${percent(shares.used ?? 0)} of the samples used${rest}.`,
     `Position noise ${digits(record.noise * 1e9, 2)} nm, filter ${digits(record.bandwidth, 3)} Hz. ` +
-      `Motion behind the force by ${digits(lag * 1e6, 3)}${unsure} µs. ` +
+      `Motion behind the force${behind}. ` +
       `Condition number ${digits(record.condition, 2)}.`,
   ];
 }
