@@ -263,6 +263,7 @@ def test_a_recorded_session_is_overlaid_on_a_what_if_with_another_gain(
     expect(overlaid).not_to_contain_text("ended at")
     region(page, "Scopes").get_by_role("button", name="Table").click()
     table = region(page, "Scopes as numbers")
+    expect(table.locator("thead")).to_contain_text(re.compile(r"e\s*x\s*B circle"))
     heads = table.locator("thead th").all_inner_texts()
     column = next(i for i, text in enumerate(heads) if text.startswith("ex B circle"))
     at_six = table.locator("tbody tr", has=page.get_by_role("rowheader", name="6", exact=True))
