@@ -171,6 +171,29 @@ def test_channels_are_chosen_and_ruled_by_pattern(pair: Pair) -> None:
         pair.compare(columns, moved, align="index", offset=0.1)
 
 
+def test_variants_are_compared_under_other_letters(pair: Pair) -> None:
+    x, e = "x.position_reference", "x.following_error"
+    first = {x: [0.0, 1.0], f"A.{e}": [1.0, 2.0], f"B.{e}": [3.0, 4.0], f"C.{e}": [7.0, 7.0]}
+    values = {x: [0.0, 1.0], e: [3.0, 4.5], "Temp": [20.0, 20.0]}
+    own = {f"B.{e}" if name == e else name: each for name, each in values.items()}
+    measured = {f"M.{e}" if name == e else name: each for name, each in values.items()}
+    how: dict[str, Any] = {"channels": {f"B.{e}": Rule(absolute=0.1)}, "b": {"units": {e: "N"}}}
+    expected = pair.compare(first, own, **how)
+    assert [c.largest for c in expected.channels] == [0.0, None, 0.5, None, None]
+    assert pair.compare(first, measured, **how, variants={"M": "B"}) == expected
+    both = {f"A.{e}": first[f"B.{e}"], f"B.{e}": first[f"A.{e}"]}
+    assert pair.compare(first, both, variants={"A": "B", "B": "A"}).within == 2
+    for second, variants, message in (
+        (measured, {"A": "B"}, r"variants\.A: is no variant of the candidate.*'A'.*M"),
+        (measured, {"M": "Z"}, r"variants\.M: is no variant of the baseline.*'Z'.*A, B, C"),
+        (both | measured, {"M": "B"}, r"variants\.M: another .* is B already.*'B'.* C"),
+        (both, {"A": "C", "B": "C"}, r"variants\.B: another .* is C already.*'C'.*A, B"),
+        ({"Temp": [1.0, 1.0]}, {"M": "B"}, "it has no variants"),
+    ):
+        with pytest.raises(ConfigError, match=message):
+            pair.compare(first, second, variants=variants)
+
+
 def test_flags_and_commands_are_held(pair: Pair) -> None:
     names = ("A.x.force_command", "A.x.force_saturated", "A.x.force_realised")
     columns: dict[str, ArrayLike] = {name: [0.0, 1.0] for name in names}

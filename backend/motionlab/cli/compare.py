@@ -18,6 +18,7 @@ examples:
   motionlab compare baseline.parquet candidate.csv --tolerance 1e-9,1e-6
   motionlab compare a.parquet b.parquet --tolerance '*.following_error=2e-6,0' --only '*_error'
   motionlab compare a.parquet b.parquet --align reference --time-tolerance 0.002
+  motionlab compare r-gpd6hecc7x3n measured.parquet --variant M=B
 
 The exit code is 1 if a channel is beyond its tolerance or could not be compared;
 docs/runs-compare.md.
@@ -87,6 +88,14 @@ def add_comparing(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--only", metavar="CHANNEL", action="append", default=[], help="compare these alone"
     )
+    parser.add_argument(
+        "--variant",
+        metavar="B=A",
+        action="append",
+        default=[],
+        help="compare a variant of B with that of A, such as M=B: a measurement with variant B of "
+        "a simulation (repeatable; letters as they are)",
+    )
 
 
 def _compare(options: argparse.Namespace) -> int:
@@ -131,6 +140,13 @@ def comparing_of(options: argparse.Namespace) -> Comparing:
             allowed = "CHANNEL=linear or CHANNEL=hold"
             raise ConfigError(FieldError("--interpolation", "is no interpolation", text, allowed))
         channels.setdefault(name, {})["interpolation"] = how
+    variants: dict[str, str] = {}
+    for text in options.variant:
+        letter, equals, target = text.partition("=")
+        if not equals or letter in variants:
+            message = "says the same variant twice" if equals else "is no pair of letters"
+            raise ConfigError(FieldError("--variant", message, text, "letters such as M=B"))
+        variants[letter] = target
     try:
         return Comparing.model_validate(
             {
@@ -140,6 +156,7 @@ def comparing_of(options: argparse.Namespace) -> Comparing:
                 "tolerance": every,
                 "channels": channels,
                 "only": options.only,
+                "variants": variants,
             }
         )
     except ValidationError as error:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from pyarrow import parquet
 
 _FLOAT = np.dtype(np.float32).itemsize
+_VARIANT = re.compile(r"([A-Z])(?=\.[xy]\.)")
 
 
 class Columns:
@@ -74,6 +76,11 @@ class Columns:
         columns[:, self._places] = samples
         return columns
 
+    @property
+    def variants(self) -> list[str]:
+        """Letters of the variants that have channels."""
+        return sorted({found[1] for name in self.units if (found := _VARIANT.match(name))})
+
     def size(self, columns: int) -> int:
         """Return the memory that reading so many columns takes, bytes."""
         read_twice = 2  # as Arrow has it, and as an array
@@ -124,6 +131,62 @@ class _Table(Columns):
     def read(self, names: Sequence[str]) -> NDArray[np.float32]:
         columns: list[Column] = [self._table[name] for name in names]
         return np.stack([column.values for column in columns])
+
+
+class _Renamed(Columns):
+    """Columns of a run with other letters of its variants."""
+
+    def __init__(self, run: Columns, letters: Mapping[str, str]) -> None:
+        self.name, self.grid = run.name, run.grid
+        self._run = run
+        self._own = {_VARIANT.sub(lambda m: letters.get(m[1], m[1]), n, 1): n for n in run.units}
+        self.units = {name: run.units[own] for name, own in self._own.items()}
+
+    def read(self, names: Sequence[str]) -> NDArray[np.float32]:
+        return self._run.read([self._own[name] for name in names])
+
+    def size(self, columns: int) -> int:
+        return self._run.size(columns)
+
+
+def renamed(candidate: Columns, baseline: Columns, letters: Mapping[str, str]) -> Columns:
+    """Return the candidate with variants named as those of the baseline that they stand for.
+
+    Parameters
+    ----------
+    candidate, baseline : Columns
+        Two runs that are compared.
+    letters : mapping of str to str
+        Of variants of the candidate, the letter of one of the baseline. What is not named keeps its
+        letter.
+
+    Raises
+    ------
+    ConfigError
+        If a run has no such variant, or two variants would have one letter.
+    """
+    if not letters:
+        return candidate
+    wrong: list[FieldError] = []
+    kept = set(candidate.variants) - set(letters)
+    taken: set[str] = set()
+    for letter, target in letters.items():
+        loc = f"variants.{letter}"
+        if letter not in candidate.variants:
+            allowed = ", ".join(candidate.variants) or "none: it has no variants"
+            wrong.append(FieldError(loc, "is no variant of the candidate", letter, allowed))
+        if target not in baseline.variants:
+            allowed = ", ".join(baseline.variants) or "none: it has no variants"
+            wrong.append(FieldError(loc, "is no variant of the baseline", target, allowed))
+        elif target in kept | taken:
+            free = sorted(set(baseline.variants) - kept - taken)
+            allowed = ", ".join(free) or "none: all are taken"
+            message = f"another variant of the candidate is {target} already"
+            wrong.append(FieldError(loc, message, target, allowed))
+        taken.add(target)
+    if wrong:
+        raise ConfigError(*wrong)
+    return _Renamed(candidate, letters)
 
 
 def of_run(run_id: str) -> Columns:

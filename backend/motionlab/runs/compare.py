@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
+from motionlab.config.scenario import VariantName
 from motionlab.errors import ConfigError, FieldError
 from motionlab.runs.align import (
     REFERENCE,
@@ -24,7 +25,7 @@ from motionlab.runs.align import (
     by_reference,
     by_time,
 )
-from motionlab.runs.columns import Columns
+from motionlab.runs.columns import Columns, renamed
 from motionlab.runs.difference import (
     Bounds,
     Curve,
@@ -99,6 +100,11 @@ class Comparing(BaseModel):
         default_factory=list,
         max_length=RULES_MAX,
         description="Names or patterns of the channels to compare; all when left out",
+    )
+    variants: dict[VariantName, VariantName] = Field(
+        default_factory=dict,
+        max_length=26,
+        description="Letters of variants of b to those of a that they are compared with",
     )
 
 
@@ -267,8 +273,10 @@ def align(baseline: Columns, candidate: Columns, how: Comparing) -> Aligned:
     Raises
     ------
     ConfigError
-        If a rule or a selection fits no channel, or an offset is given without align time.
+        If a rule or a selection fits no channel, an offset is given without align time, or a
+        variant cannot be renamed.
     """
+    candidate = renamed(candidate, baseline, how.variants)
     known = [*baseline.units, *candidate.units]
     wrong = [
         FieldError(f"{field}.{pattern}", "fits no channel of either run")

@@ -154,6 +154,10 @@ def _alignment(found: Comparison, how: Comparing) -> Markup:
         (f"of {pattern}", _tolerance(how.tolerance.model_copy(update=_given(rule))))
         for pattern, rule in how.channels.items()
     ]
+    rows += [
+        (f"variant {letter} of run 2", f"compared with {target} of run 1")
+        for letter, target in how.variants.items()
+    ]
     if how.only:
         rows.append(("compared", ", ".join(how.only)))
     meaning = (

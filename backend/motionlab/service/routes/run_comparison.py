@@ -129,7 +129,7 @@ def _sides(call: Call, body: CompareRequest) -> tuple[Columns, Columns]:
 def _window(call: Call, body: CompareWindowRequest) -> bytes:
     baseline, candidate = _sides(call, body)
     aligned = align(baseline, candidate, body)
-    units = [side.units.get(body.channel) for side in (baseline, candidate)]
+    units = [side.units.get(body.channel) for side in (aligned.baseline, aligned.candidate)]
     if None in units or units[0] != units[1]:
         message = "is not in both runs in one unit"
         raise ConfigError(FieldError("channel", message, body.channel))

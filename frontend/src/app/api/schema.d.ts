@@ -2426,6 +2426,13 @@ export interface components {
              */
             only?: string[];
             /**
+             * Variants
+             * @description Letters of variants of b to those of a that they are compared with
+             */
+            variants?: {
+                [key: string]: string;
+            };
+            /**
              * A
              * @description Identifier of the baseline
              */
@@ -2498,6 +2505,13 @@ export interface components {
              * @description Names or patterns of the channels to compare; all when left out
              */
             only?: string[];
+            /**
+             * Variants
+             * @description Letters of variants of b to those of a that they are compared with
+             */
+            variants?: {
+                [key: string]: string;
+            };
             /**
              * A
              * @description Identifier of the baseline
