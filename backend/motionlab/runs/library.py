@@ -435,7 +435,8 @@ def _latest(
 ) -> tuple[dict[str, Any], dict[str, list[int]]]:
     """Return metrics and picture of the latest two periods, or ten seconds.
 
-    From a tick on, and up to that of a stop, after which nothing follows the reference any more.
+    They begin at tick `begin` at the earliest, and end at a stop, after which no variant follows
+    the reference.
     """
     from pyarrow import parquet
 

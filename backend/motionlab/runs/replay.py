@@ -212,7 +212,7 @@ class _Player:
             self._made = ready(tuple(epochs(after, tick)))
         except ConfigError as error:
             raise NotReplayable(
-                f"the change at tick {event.tick} is none any more: {error}"
+                f"the change at tick {event.tick} is no longer valid: {error}"
             ) from error
 
     def adopt(self, _: Event) -> None:

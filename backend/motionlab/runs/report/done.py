@@ -40,7 +40,7 @@ class Happened(NamedTuple):
 
 
 def scenario_of(run: RunDetail) -> Scenario | None:
-    """Return the scenario of a run; None of a measurement, or where it is not valid any more."""
+    """Return the scenario of a run; None for a measurement, or if it is no longer valid."""
     if run.scenario_document is None:
         return None
     try:
