@@ -12,11 +12,12 @@ from pathlib import Path
 
 import pytest
 import sqlalchemy as sa
+from sqlalchemy import event
 
 from motionlab.errors import ConfigError, StoreError
 from motionlab.runs.index import VERSION, Index, index_url
 from motionlab.runs.run import RunDetail
-from motionlab.runs.search import LIMIT_MAX, SORTS, parse
+from motionlab.runs.search import LIMIT_MAX, SORTS, parse, quoted
 from tests.runs.sample_runs import sample
 
 MAX = "max_abs_following_error"
@@ -54,7 +55,7 @@ def test_searches_find_what_they_ask_for(index: Index) -> None:
         sample(name="first", created=1000.0, tags=["rig", "cold"], metrics={f"B.x.{MAX}": 2e-6}),
         sample(name="second", created=2000.0, tags=["rig"], metrics={f"B.x.{MAX}": 4e-6}),
         sample(name="third 100%", created=3000.0, kind="live", state="partial", pinned=True),
-        sample(name="fourth_x", created=4000.0, scenario="rhombus", note="Motor No. 7 \\ old"),
+        sample(name="fourth_x", created=4000.0, scenario="rhombus", note="Lu's Motor No. 7 \\ old"),
     ]
     for run in runs:
         index.put(run)
@@ -80,6 +81,8 @@ def test_searches_find_what_they_ask_for(index: Index) -> None:
         'say "no"': [],
         "h_x": ["fourth_x"],
         "'\\ old'": ["fourth_x"],
+        "Lu's": ["fourth_x"],
+        "'s": ["fourth_x"],
         "plant.x.mass rhombus": ["fourth_x"],
         "after:1970-01-01T00:50:00 ": ["fourth_x", "third 100%"],
         "before:1970-01-01T00:50:00+00:00": ["second", "first"],
@@ -101,7 +104,6 @@ def test_searches_find_what_they_ask_for(index: Index) -> None:
         ("B.x.nothing<3", "B.x.nothing"),
         ("max<3", "max<3"),
         ("B.x.max<1e999", "B.x.max<1e999"),
-        ('"open', "open"),
         ("a\0b", "a"),
         ("x" * 1001, "1001"),
         ("a " * 31, "31"),
@@ -114,6 +116,32 @@ def test_a_search_that_is_none_is_refused(text: str, named: str) -> None:
     with pytest.raises(ConfigError) as refused:
         parse(text)
     assert named in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("Lu's", ("lu's",)),
+        ("'tis Lu's", ("'tis", "lu's")),
+        ('5" stage', ('5"', "stage")),
+        ('"open', ('"open',)),
+        ("C:\\", ("c:\\",)),
+        ("""'a b' "Lu's own" """, ("a b", "lu's own")),
+        ('"a<b" tab\there', ("a<b", "tab", "here")),
+    ],
+)
+def test_any_text_can_be_searched_for(text: str, words: tuple[str, ...]) -> None:
+    assert parse(text).words == words
+
+
+def test_quotes_keep_the_blanks_of_a_value_and_of_a_whole_term() -> None:
+    for text in ("""scenario:"my own" tag:a""", """'scenario:my own' tag:a"""):
+        search = parse(text)
+        assert (search.scenarios, search.tags, search.words) == (("my own",), ("a",), ())
+    assert parse(quoted("scenario:my own")).scenarios == ("my own",)
+    assert len(parse(quoted("B.x.max<3um")).bounds) == 1
+    for text in ('say "no"', "lu's own"):
+        assert parse(quoted(text)).words == (text,)
 
 
 @pytest.mark.parametrize("sort", [*SORTS, "B.x.max"])
@@ -259,6 +287,100 @@ def test_no_page_is_longer_than_allowed_when_everything_matches(index: Index) ->
     for i in range(5):
         index.put(sample(name=str(i)))
     assert len(index.page(parse(""), limit=LIMIT_MAX).runs) == 5
+
+
+# -- what searches have found is kept -------------------------------------------------------------
+
+OTHER = """
+import json, sys
+from motionlab.runs.index import Index
+from motionlab.runs.run import RunDetail
+index = Index(sys.argv[1])
+for line in sys.stdin:
+    name, *given = json.loads(line)
+    if name == "put":
+        given = [RunDetail(**given[0])]
+    getattr(index, name)(*given)
+    print("done", flush=True)
+"""
+
+
+def test_changes_of_this_and_of_another_process_are_seen_by_the_next_search(url: str) -> None:
+    here, beside = Index(url), Index(url)
+    first, second = sample(name="first", tags=["rig"]), sample(name="second", pinned=True)
+    with subprocess.Popen(
+        [sys.executable, "-c", OTHER, url], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdin and process.stdout
+
+        def elsewhere(*command: object) -> None:
+            print(json.dumps(command), file=process.stdin, flush=True)
+            assert process.stdout
+            assert process.stdout.readline() == "done\n"
+
+        def seen(*names: str) -> None:
+            for _ in range(2):  # asked of the database, and of what is kept
+                assert sorted(found(here, "tag:rig")) == sorted(names)
+                assert sorted(found(beside, "tag:rig")) == sorted(names)
+            assert here.page(parse("")).total == len(found(here))
+
+        seen()
+        here.put(first)
+        seen("first")
+        elsewhere("put", second.model_dump(mode="json"))
+        seen("first")
+        elsewhere("change", second.id, {"tags": ["rig"]})
+        seen("first", "second")
+        elsewhere("change", first.id, {"deleted": 500.0})
+        seen("second")
+        beside.change(first.id, {"deleted": None})
+        seen("first", "second")
+        elsewhere("drop", first.id)
+        seen("second")
+        here.drop(second.id)
+        seen()
+        process.stdin.close()
+    here.close()
+    beside.close()
+
+
+def test_further_pages_ask_for_no_lists_until_the_index_changes(index: Index) -> None:
+    for i in range(8):
+        index.put(sample(name=f"run {i}", tags=["rig"]))
+    asked: list[str] = []
+
+    def ask(cursor: str | None = None) -> str | None:
+        asked.clear()
+        return index.page(parse("tag:rig"), limit=3, cursor=cursor).cursor
+
+    def note(_connection: object, _cursor: object, statement: str, *_others: object) -> None:
+        asked.append(statement)
+
+    event.listen(index._engine, "before_cursor_execute", note)
+    cursor = ask()
+    lists = [each for each in asked if "run_tags" in each]
+    assert lists
+    ask(cursor)
+    assert not [each for each in asked if "run_tags" in each]
+    index.put(sample(tags=["rig"]))
+    ask()
+    assert [each for each in asked if "run_tags" in each] == lists
+
+
+def test_what_is_kept_is_bounded(index: Index, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("motionlab.runs.query._KEPT", 4)
+    index.put(*(sample(name=f"run {i}", tags=["all", f"t{i % 3}"]) for i in range(9)))
+    for _ in range(2):
+        for text, count in {"tag:t0": 3, "tag:t1": 3, "tag:all": 9, "": 9}.items():
+            assert len(found(index, text)) == count
+            with index.begin() as connection:
+                kept = connection.info["kept searches"]
+                assert sum(len(each.known) for each in kept._found.values()) <= 4
+    monkeypatch.setattr("motionlab.runs.query._KEPT_SEARCHES", 5)
+    for i in range(9):
+        assert not found(index, f"tag:none{i}")
+        with index.begin() as connection:
+            assert len(connection.info["kept searches"]._found) <= 5
 
 
 # -- migrations -----------------------------------------------------------------------------------

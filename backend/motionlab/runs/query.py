@@ -4,12 +4,14 @@ Every condition can be asked in two ways: as the list of runs that meet it, from
 own, and as a test of one run. If few runs meet one of them, only those runs are tested; else the
 lists are intersected here, which is quicker than a test of each run by the database. The page is
 then walked to in the order of the list, by an index, and ends as soon as it is full.
+
+What a search has found is kept with the connection, for further pages and other orders, until any
+process has changed the index.
 """
 
 from __future__ import annotations
 
 import base64
-import functools
 import json
 import math
 import operator
@@ -25,6 +27,8 @@ from motionlab.runs.search import SORTS, Search, metric_name
 from motionlab.runs.tables import METRICS, RUNS, TAGS, WORDS
 
 _FEW = 2000  # runs that are looked at one by one
+_KEPT = 300_000  # identifiers that a connection keeps at most, about 100 bytes each
+_KEPT_SEARCHES = 100  # also of searches that find nothing
 _SPARE = 1.3  # runs that are walked past over those expected
 _TRIGRAM = 3  # characters; shorter words are in no index
 _LAST = 1e300  # key of runs without the metric that is sorted by
@@ -54,7 +58,7 @@ class _Members:
 
     Attributes
     ----------
-    known : frozenset of str
+    known : set of str
         Those that do, or if `inverse` those that do not.
     inverse : bool
         Which of the two.
@@ -64,7 +68,7 @@ class _Members:
         Of all runs.
     """
 
-    known: frozenset[str]
+    known: set[str]
     inverse: bool
     count: int
     share: float
@@ -88,7 +92,7 @@ def find(
     """Return a page of the runs that meet a search; `Index.page` says more."""
     order = _Order.of(sort)
     after = None if cursor is None else order.place(cursor)
-    members = _members(connection, search)
+    members = _Kept.of(connection).members(connection, search)
     found: list[Any] = []
     for query in order.queries(after):
         if (wanted := limit + 1 - len(found)) > 0 and members.count:
@@ -114,22 +118,68 @@ def _walk(connection: sa.Connection, query: _Query, members: _Members, wanted: i
     return found[:wanted]
 
 
-def _members(connection: sa.Connection, search: Search) -> _Members:
-    every = connection.execute(sa.select(sa.func.count()).select_from(RUNS)).scalar_one()
-    deleted = _set(connection, sa.select(RUNS.c.id).where(RUNS.c.deleted.is_not(None)))
-    conditions = [*_conditions(search, sqlite=connection.dialect.name == "sqlite")]
-    if not conditions and not search.deleted:
-        count = every - len(deleted)
-        return _Members(deleted, inverse=True, count=count, share=count / max(every, 1))
-    if conditions:
-        meet = _meeting(connection, conditions)
-        meet = meet & deleted if search.deleted else meet - deleted
-    else:
-        meet = deleted
-    return _Members(meet, inverse=False, count=len(meet), share=len(meet) / max(every, 1))
+class _Kept:
+    """What the searches of one connection have found since the index was changed last."""
+
+    def __init__(self) -> None:
+        self._state: Any = None
+        self._found: dict[Search, _Members] = {}
+        self._every = 0  # runs there were when they were counted last
+
+    @classmethod
+    def of(cls, connection: sa.Connection) -> _Kept:
+        return connection.info.setdefault("kept searches", cls())
+
+    def members(self, connection: sa.Connection, search: Search) -> _Members:
+        """Return the runs that meet a search."""
+        # Read before the runs: what is changed in between is then taken for a later change.
+        state = _state(connection)
+        if state != self._state:
+            self._state = state
+            self._found.clear()
+        found = self._found.pop(search, None) or self._find(connection, search)
+        if len(found.known) <= _KEPT:
+            self._found[search] = found  # the most recent last
+        while len(self._found) > _KEPT_SEARCHES or self._size() > _KEPT:
+            del self._found[next(iter(self._found))]
+        return found
+
+    def _size(self) -> int:
+        return sum(len(each.known) for each in self._found.values())
+
+    def _find(self, connection: sa.Connection, search: Search) -> _Members:
+        conditions = [*_conditions(search, sqlite=connection.dialect.name == "sqlite")]
+        if not self._every or not (conditions or search.deleted):
+            count_all = sa.select(sa.func.count()).select_from(RUNS)
+            self._every = connection.execute(count_all).scalar_one()
+        deleted = _set(connection, sa.select(RUNS.c.id).where(RUNS.c.deleted.is_not(None)))
+        if not conditions and not search.deleted:
+            count = self._every - len(deleted)
+            return _Members(deleted, inverse=True, count=count, share=count / max(self._every, 1))
+        meet = _meeting(connection, conditions) if conditions else set(deleted)
+        if search.deleted:
+            meet &= deleted
+        else:
+            meet -= deleted
+        # An old count is good enough for the share, which only says how far a page is.
+        share = len(meet) / max(self._every, len(meet), 1)
+        return _Members(meet, inverse=False, count=len(meet), share=share)
 
 
-def _meeting(connection: sa.Connection, conditions: list[_Condition]) -> frozenset[str]:
+def _state(connection: sa.Connection) -> Any:
+    """Return what is equal only as long as no process has changed the database.
+
+    PostgreSQL: which transactions are seen. SQLite: changes by other connections and by this one;
+    asking for them begins the transaction that the search reads in.
+    """
+    if connection.dialect.name == "sqlite":
+        others = connection.exec_driver_sql("PRAGMA data_version").scalar_one()
+        own = connection.connection.dbapi_connection
+        return others, getattr(own, "total_changes", None)
+    return connection.exec_driver_sql("SELECT pg_current_snapshot()::text").scalar_one()
+
+
+def _meeting(connection: sa.Connection, conditions: list[_Condition]) -> set[str]:
     """Return the runs that meet all conditions; those of the rarest are looked at if few."""
     at_most = [each.runs.limit(_FEW + 1).subquery() for each in conditions]
     counts = (sa.select(sa.func.count()).select_from(each).scalar_subquery() for each in at_most)
@@ -141,14 +191,28 @@ def _meeting(connection: sa.Connection, conditions: list[_Condition]) -> frozens
         if not tests:
             return few
         return _set(connection, sa.select(RUNS.c.id).where(RUNS.c.id.in_(few), *tests))
-    return functools.reduce(operator.and_, (_set(connection, each.runs) for each in conditions))
+    # Only the shortest becomes a set: the others are looked up in it.
+    shortest, *others = sorted((_text(connection, each.runs) for each in conditions), key=len)
+    meet = _identifiers(shortest)
+    for text in others:
+        meet.intersection_update(text.split(","))
+    return meet
 
 
-def _set(connection: sa.Connection, runs: sa.Select[Any]) -> frozenset[str]:
-    """Return the identifiers that a query finds: as one text, quicker than as rows."""
+def _set(connection: sa.Connection, runs: sa.Select[Any]) -> set[str]:
+    """Return the identifiers that a query finds."""
+    return _identifiers(_text(connection, runs))
+
+
+def _text(connection: sa.Connection, runs: sa.Select[Any]) -> str:
+    """Return the identifiers that a query finds with commas between, quicker than as rows."""
     (column,) = runs.subquery().columns
     text = connection.execute(sa.select(sa.func.aggregate_strings(column, ","))).scalar_one()
-    return frozenset(text.split(",")) if text else frozenset()
+    return text or ""
+
+
+def _identifiers(text: str) -> set[str]:
+    return set(text.split(",")) if text else set()
 
 
 def _conditions(search: Search, *, sqlite: bool) -> Iterator[_Condition]:

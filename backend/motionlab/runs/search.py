@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-import shlex
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from typing import Literal
@@ -41,7 +40,8 @@ _UNITS = {"": 1.0, "m": 1.0, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "
 _METRIC = re.compile(
     r"(?P<metric>[A-Z]\.[xy]\.[a-z_]+)(?P<sign><=|>=|<|>)(?P<number>[-+0-9.eE]+)(?P<unit>[µμa-zA-Z]*)"
 )
-_FORM = "metric, sign, number and unit, as in B.x.max<3um"
+_FORM = "metric, sign, number and unit, as in B.x.max<3um; a text with such a sign, in quotes"
+_TERM = re.compile(r"""([a-z]+:)?(?P<quote>["'])(?P<text>.*?)(?P=quote)(?=\s|$)|\S+""")
 _KINDS = ("simulation", "live", "measurement")
 _STATES = ("recording", "complete", "partial")
 
@@ -96,7 +96,10 @@ class _Terms:
     times: dict[str, float] = field(default_factory=dict)
     flags: set[str] = field(default_factory=set)
 
-    def add(self, term: str) -> None:
+    def add(self, match: re.Match[str]) -> None:
+        """Take a term as it stands in a search."""
+        quoted = match["text"]
+        term = match[0] if quoted is None else f"{match[1] or ''}{quoted}"
         name, colon, value = term.partition(":")
         if colon and name in {"tag", "scenario"}:
             self._listed(name, value)
@@ -108,7 +111,7 @@ class _Terms:
             self.flags.add(_one_of(term, value, ("pinned", "deleted")))
         elif colon and name in {"after", "before"}:
             self.times[name] = _instant(term, value)
-        elif any(sign in term for sign in "<>"):
+        elif quoted is None and any(sign in term for sign in "<>"):
             self.bounds.append(_bound(term))
         else:
             self._listed("word", term.lower())
@@ -123,9 +126,11 @@ def parse(text: str) -> Search:
     Parameters
     ----------
     text : str
-        Terms with blanks between them; quotes keep blanks together. ``tag:``, ``scenario:``,
-        ``kind:``, ``state:``, ``is:pinned``, ``is:deleted``, ``after:`` and ``before:`` with a
-        date or an instant of ISO 8601, metrics with a bound, and plain words.
+        Terms with blanks between them: ``tag:``, ``scenario:``, ``kind:``, ``state:``,
+        ``is:pinned``, ``is:deleted``, ``after:`` and ``before:`` with a date or an instant of
+        ISO 8601, metrics with a bound, and plain words. Quotes around a term, or around what
+        follows its colon, keep blanks together and make < and > plain characters. Any other quote
+        is a character like others.
 
     Raises
     ------
@@ -134,12 +139,10 @@ def parse(text: str) -> Search:
     """
     if len(text) > SEARCH_MAX:
         raise ConfigError(FieldError("q", "is too long", len(text), bounds={"maximum": SEARCH_MAX}))
+    text = re.sub(r"[\t\r\n]", " ", text)
     if any(ord(letter) < 32 or 0xD800 <= ord(letter) < 0xE000 for letter in text):
         raise ConfigError(FieldError("q", "has a character that no text has", text))
-    try:
-        terms = shlex.split(text)
-    except ValueError:
-        raise ConfigError(FieldError("q", "a quote is not closed", text)) from None
+    terms = list(_TERM.finditer(text))
     if len(terms) > TERMS_MAX:
         bounds: dict[str, float] = {"maximum": TERMS_MAX}
         raise ConfigError(FieldError("q", "has too many terms", len(terms), bounds=bounds))
@@ -159,6 +162,13 @@ def parse(text: str) -> Search:
         pinned="pinned" in found.flags,
         deleted="deleted" in found.flags,
     )
+
+
+def quoted(term: str) -> str:
+    """Return a term as it is written in a search: in quotes if it has blanks."""
+    if not re.search(r"\s", term):
+        return term
+    return f"'{term}'" if '"' in term else f'"{term}"'
 
 
 def metric_name(name: str, loc: str) -> str:

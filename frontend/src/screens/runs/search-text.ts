@@ -1,7 +1,8 @@
 /** The search over runs as text: views, filters and the field share its terms; docs/runs.md. */
 
-/** One term as it is typed: quotes keep blanks together. */
-const TERM = /(?:[^\s"']|"[^"]*"?|'[^']*'?)+/g;
+/** One term as it is typed: quotes around it, or after its colon, keep blanks together. */
+const TERM = /(?:[a-z]+:)?(["']).*?\1(?=\s|$)|\S+/g;
+const QUOTED = /^([a-z]+:)?(["'])(.*)\2$/;
 const WEEK = 7 * 24 * 3600 * 1000;
 
 export type ViewId = 'all' | 'pinned' | 'week' | 'measurements' | 'partial' | 'deleted';
@@ -64,9 +65,10 @@ function joined(parts: readonly string[]): string {
 }
 
 function plain(term: string): string {
-  return term.replace(/["']/g, '');
+  return term.replace(QUOTED, '$1$3');
 }
 
 function quoted(term: string): string {
-  return /[\s"'\\]/.test(term) ? `"${term.replace(/["\\]/g, '')}"` : term;
+  if (!/\s/.test(term)) return term;
+  return term.includes('"') ? `'${term}'` : `"${term}"`;
 }
