@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
-from collections.abc import Callable
+import struct
+import zlib
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -514,3 +517,129 @@ def test_a_preview_and_a_problem_keep_nothing(library: Library, tmp_path: Path) 
     assert run is None
     assert document.problems
     assert library.index.page(Search()).total == 0
+
+
+# -- files that would take far more memory than they have bytes -----------------------------------
+
+
+def element(kind: int, content: bytes) -> bytes:
+    """Return an element of a MAT file of level 5."""
+    return struct.pack("<II", kind, len(content)) + content + b"\0" * (-len(content) % 8)
+
+
+def matrix(what: int, shape: tuple[int, ...], *parts: bytes) -> bytes:
+    flags = element(6, struct.pack("<II", what, 0))
+    size = element(5, struct.pack(f"<{len(shape)}i", *shape))
+    return element(14, b"".join([flags, size, element(1, b"v"), *parts]))
+
+
+def nested(depth: int) -> bytes:
+    content = matrix(6, (1, 1), element(9, struct.pack("<d", 1.0)))
+    for _ in range(depth):
+        content = matrix(1, (1, 1), content)
+    return content
+
+
+def mat_file(path: Path, *variables: bytes) -> Path:
+    head = b"MATLAB 5.0 MAT-file".ljust(124) + struct.pack("<H2s", 0x0100, b"IM")
+    path.write_bytes(head + b"".join(variables))
+    return path
+
+
+def compressed(variable: bytes) -> bytes:
+    content = zlib.compress(variable)
+    return struct.pack("<II", 15, len(content)) + content
+
+
+MAT_BOMBS = {
+    "large when uncompressed": (
+        compressed(matrix(6, (1, 1 << 17), element(9, b"\0" * (1 << 20)))),
+        "too large uncompressed",
+    ),
+    "many cells claimed": (matrix(1, (1 << 30, 1)), "1073741824 x 1 entries"),
+    "many structs claimed": (
+        matrix(2, (40000, 40000), struct.pack("<HHi", 5, 4, 32), element(1, b"")),
+        "40000 x 40000 entries",
+    ),
+    "long text claimed": (compressed(matrix(4, (1, 1 << 30), element(16, b""))), "1 x 1073741824"),
+    "many empty cells": (
+        compressed(matrix(1, (1 << 19, 1), (1 << 19) * struct.pack("<II", 14, 0))),
+        "texts of more than 300000 entries",
+    ),
+    "many structs without fields": (
+        compressed(matrix(2, (1 << 19, 1), element(9, b"\0" * (1 << 23)))),
+        "texts of more than 300000 entries",
+    ),
+    "a claimed size": (struct.pack("<II", 15, 0xFFFFFFF0) + b"short", "too large uncompressed"),
+    "negative": (matrix(6, (-1, -5), element(9, b"\0" * 16)), "-1 x -5 entries"),
+    "deep": (nested(3000), "deep"),
+    "no zlib": (struct.pack("<II", 15, 8) + b"nonsense", "no MAT file that can be read"),
+}
+
+
+@pytest.mark.parametrize(("content", "why"), MAT_BOMBS.values(), ids=MAT_BOMBS)
+def test_a_mat_file_that_is_larger_than_it_looks(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, content: bytes, why: str
+) -> None:
+    small = 100_000 if "uncompressed" in why else 1_000_000
+    monkeypatch.setattr(measured_file, "VALUES_MAX", small)
+    with pytest.raises(ConfigError, match=why):
+        read_file(mat_file(tmp_path / "bomb.mat", content))
+
+
+def mcap_file(path: Path, messages: Iterable[object], *, size: int = 1 << 20) -> Path:
+    """Write messages as JSON, each 1 ms after the one before; a text is written as it is."""
+    with path.open("wb") as stream:
+        writer = Writer(stream, chunk_size=size)
+        writer.start()
+        schema = writer.register_schema("rig", "jsonschema", b"{}")
+        channel = writer.register_channel("/rig", "json", schema)
+        for number, message in enumerate(messages):
+            text = message if isinstance(message, str) else json.dumps(message)
+            instant = number * 1_000_000
+            writer.add_message(channel, instant, text.encode(), instant)
+        writer.finish()
+    return path
+
+
+MCAP_BOMBS = {
+    "a large chunk": ([{"a": 1}, " " * (65 << 20)], "67108864 bytes uncompressed"),
+    "a large message": ([{"a": 1}, " " * (9 << 20)], "message of more than 8388608 bytes"),
+    "deep": ([{"a": 1}, "[" * 100_000], "no MCAP file that can be read"),
+    "a number too large": ([{"a": 1}, {"a": 10**400}], "no MCAP file that can be read"),
+    "another name each": ([{f"name {i}": 1} for i in range(1001)], "more than 1000 columns"),
+    "few numbers, many rows": ([{"a": 1, "b": 2, "c": 3}] + [{}] * 3999, "more than 9000 numbers"),
+}
+
+
+@pytest.mark.parametrize(("messages", "why"), MCAP_BOMBS.values(), ids=MCAP_BOMBS)
+def test_an_mcap_file_that_is_larger_than_it_looks(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, messages: list[object], why: str
+) -> None:
+    if "9000" in why:
+        monkeypatch.setattr(measured_file, "VALUES_MAX", 9000)
+    with pytest.raises(ConfigError, match=why):
+        read_file(mcap_file(tmp_path / "bomb.mcap", messages, size=128 << 20))
+
+
+def test_a_damaged_mcap_file_is_refused_in_words(tmp_path: Path) -> None:
+    path = mcap_file(tmp_path / "damaged.mcap", [{"a": i} for i in range(30)])
+    content = bytearray(path.read_bytes())
+    for place in range(40, len(content) - 40, 53):
+        damaged = content.copy()
+        damaged[place] ^= 0xFF
+        path.write_bytes(damaged)
+        with contextlib.suppress(ConfigError):
+            read_file(path)
+        path.write_bytes(content[:place])
+        with pytest.raises(ConfigError):
+            read_file(path)
+
+
+def test_columns_that_begin_late_or_end_early(tmp_path: Path) -> None:
+    messages = [{"a": 0}, {"a": 1, "b": 1}, {"b": 2}, {"a": 3, "b": 3}, {"a": 4}]
+    file = read_file(mcap_file(tmp_path / "sparse.mcap", messages))
+    found = {column.header: column.values for column in file.columns}
+    nan = np.nan
+    np.testing.assert_array_equal(found["rig.a"], [0, 1, nan, 3, 4])
+    np.testing.assert_array_equal(found["rig.b"], [nan, 1, 2, 3, nan])

@@ -15,6 +15,7 @@ from pyarrow import parquet
 
 from motionlab.errors import ConfigError, FieldError
 from motionlab.runs.import_document import COLUMNS_MAX, GUESSED, VALUES_MAX, ImportOptions
+from motionlab.runs.mat_check import check_mat
 from motionlab.runs.measured_csv import read_csv
 from motionlab.runs.measured_mcap import read_mcap
 
@@ -121,7 +122,9 @@ def _read_parquet(path: Path) -> MeasuredFile:
             schema = file.schema_arrow
             wanted = [f for f in schema if _numeric(f.type)]
             ignored = {f.name: f"is {f.type}" for f in schema if not _numeric(f.type)}
-            _bounded(file.metadata.num_rows * len(wanted))
+            groups = [file.metadata.row_group(i) for i in range(file.metadata.num_row_groups)]
+            rows = max(file.metadata.num_rows, sum(group.num_rows for group in groups))
+            _bounded(rows * len(wanted))
             for each in wanted:
                 column = file.read([each.name], use_threads=False).column(0)
                 if pa.types.is_timestamp(each.type):
@@ -151,6 +154,7 @@ def _numeric(kind: pa.DataType) -> bool:
 def _read_mat(path: Path) -> MeasuredFile:
     from scipy.io import loadmat  # noqa: PLC0415 - a server starts without it
 
+    check_mat(path, 10 * VALUES_MAX)
     try:
         content = loadmat(path, squeeze_me=True, struct_as_record=False)
     except NotImplementedError:

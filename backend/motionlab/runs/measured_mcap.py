@@ -2,21 +2,30 @@
 
 from __future__ import annotations
 
+import io
 import json
 import math
+import struct
+from array import array
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import lz4.frame
 import numpy as np
+import zstandard
 from mcap.exceptions import McapError
-from mcap.reader import make_reader
+from mcap.records import Channel, Chunk, McapRecord, Message, Schema
+from mcap.stream_reader import StreamReader
 from numpy.typing import NDArray
 
 from motionlab.errors import ConfigError, FieldError
+from motionlab.runs.import_document import COLUMNS_MAX
 
 _DEPTH_MAX = 4
+_RECORD_MAX = 64 << 20  # bytes of a record, also of a chunk when it is uncompressed
+_MESSAGE_MAX = 8 << 20  # bytes of a message that is read as JSON
 
 
 @dataclass
@@ -30,12 +39,23 @@ class McapTable:
 
 @dataclass
 class _Topic:
-    """Messages of one topic."""
+    """Numbers of the messages of one topic; columns may end before the last message."""
 
     name: str
     units: dict[str, str]
-    times: list[int] = field(default_factory=list)
-    rows: list[dict[str, float]] = field(default_factory=list)
+    times: array[int] = field(default_factory=lambda: array("q"))
+    columns: dict[str, array[float]] = field(default_factory=dict)
+
+    @property
+    def size(self) -> int:
+        return len(self.times) * max(1, len(self.columns))
+
+    def add(self, time: int, row: dict[str, float]) -> None:
+        for name, value in row.items():
+            column = self.columns.setdefault(name, array("d"))
+            column.extend([math.nan] * (len(self.times) - len(column)))
+            column.append(value)
+        self.times.append(time)
 
 
 def read_mcap(path: Path, values_max: int) -> McapTable:
@@ -54,7 +74,7 @@ def read_mcap(path: Path, values_max: int) -> McapTable:
     count = 0
     try:
         with path.open("rb") as stream:
-            for schema, channel, message in make_reader(stream).iter_messages():
+            for schema, channel, message in _messages(stream):
                 decode = _decoder(channel, schema)
                 if decode is None:
                     ignored[channel.topic] = f"its messages are {channel.message_encoding}"
@@ -63,20 +83,95 @@ def read_mcap(path: Path, values_max: int) -> McapTable:
                 if topic is None:
                     units = _prefixed(channel.metadata, "unit.")
                     topic = topics[channel.topic] = _Topic(channel.topic, units)
-                row = decode(message.data)
-                count += len(row)
+                count -= topic.size
+                topic.add(message.log_time, decode(message.data))
+                count += topic.size
                 if count > values_max:
                     raise _refused(f"has more than {values_max} numbers")
-                topic.times.append(message.log_time)
-                topic.rows.append(row)
-    except (McapError, OSError, ValueError, EOFError, UnicodeError) as error:
+                if len(topic.columns) > COLUMNS_MAX or len(topics) > COLUMNS_MAX:
+                    raise _refused(f"has more than {COLUMNS_MAX} columns")
+    except _UNREADABLE as error:
         raise _refused(
             f"is no MCAP file that can be read: {error or type(error).__name__}"
         ) from None
-    found = [topic for topic in topics.values() if any(topic.rows)]
+    found = [topic for topic in topics.values() if topic.columns]
     if not found:
         raise _refused("has no message with numbers, in JSON or as exports write them")
+    columns = sum(len(topic.columns) for topic in found)
+    if columns > COLUMNS_MAX:
+        raise _refused(f"has more than {COLUMNS_MAX} columns")
+    if columns * max(len(topic.times) for topic in found) > values_max:
+        raise _refused(f"has more than {values_max} numbers")
     return _table(found, ignored)
+
+
+_UNREADABLE = (
+    McapError,
+    OSError,
+    ValueError,
+    EOFError,
+    ArithmeticError,  # numbers that float64 or int64 cannot hold
+    RuntimeError,  # of lz4; RecursionError of JSON
+    struct.error,
+    zstandard.ZstdError,
+)
+
+
+def _messages(stream: Any) -> Iterator[tuple[Schema | None, Channel, Message]]:
+    """Yield messages in the order of the file, one chunk in memory at a time."""
+    schemas: dict[int, Schema] = {}
+    channels: dict[int, Channel] = {}
+    for record in _records(stream):
+        if isinstance(record, Schema):
+            schemas[record.id] = record
+        elif isinstance(record, Channel):
+            channels[record.id] = record
+        elif isinstance(record, Message):
+            channel = channels.get(record.channel_id)
+            if channel is None:
+                raise ValueError(f"a message is of channel {record.channel_id}, which there is not")
+            yield schemas.get(channel.schema_id), channel, record
+
+
+def _records(stream: Any) -> Iterator[McapRecord]:
+    bounded: Any = _Bounded(stream)
+    reader = StreamReader(bounded, emit_chunks=True, record_size_limit=_RECORD_MAX)
+    for record in reader.records:
+        if isinstance(record, Chunk):
+            data = io.BytesIO(content := _uncompressed(record))
+            inside = StreamReader(data, skip_magic=True, emit_chunks=True).records
+            while data.tell() < len(content):
+                yield next(inside)
+        else:
+            yield record
+
+
+class _Bounded:
+    """A stream that is not asked for more than a record may have, whatever a length in it says."""
+
+    def __init__(self, stream: Any) -> None:
+        self._stream = stream
+
+    def read(self, size: int) -> bytes:
+        if size > _RECORD_MAX:
+            raise ValueError(f"a length of {size} bytes is more than a record may have")
+        return self._stream.read(size)
+
+
+def _uncompressed(chunk: Chunk) -> bytes:
+    """Return the records of a chunk; refused if they are large, whatever size it claims."""
+    if chunk.compression == "zstd":
+        with zstandard.ZstdDecompressor().stream_reader(chunk.data) as reader:
+            data = reader.read(_RECORD_MAX + 1)
+    elif chunk.compression == "lz4":
+        data = lz4.frame.LZ4FrameDecompressor().decompress(chunk.data, max_length=_RECORD_MAX + 1)
+    elif not chunk.compression:
+        data = chunk.data
+    else:
+        raise ValueError(f"its compression {chunk.compression} is unknown")
+    if len(data) > _RECORD_MAX:
+        raise _refused(f"has a chunk of more than {_RECORD_MAX} bytes uncompressed")
+    return data
 
 
 def _table(topics: list[_Topic], ignored: dict[str, str]) -> McapTable:
@@ -95,8 +190,9 @@ def _table(topics: list[_Topic], ignored: dict[str, str]) -> McapTable:
         near = np.abs(times - instants[places]) <= half
         if not near.all():
             ignored[topic.name] = f"{np.count_nonzero(~near)} messages lie between two instants"
-        for name in dict.fromkeys(name for row in topic.rows for name in row):
-            given = np.array([row.get(name, math.nan) for row in topic.rows])
+        for name, column in topic.columns.items():
+            given = np.full(len(times), np.nan)
+            given[: len(column)] = column
             values = np.full(len(instants), np.nan)
             values[places[near]] = given[near]
             columns.append((_full(topic.name, name), topic.units.get(name, ""), values))
@@ -124,6 +220,8 @@ def _decoder(channel: Any, schema: Any) -> Any:
 
 
 def _json(data: bytes) -> dict[str, float]:
+    if len(data) > _MESSAGE_MAX:
+        raise _refused(f"has a message of more than {_MESSAGE_MAX} bytes")
     return dict(_scalars("", json.loads(data), 0))
 
 
