@@ -75,6 +75,12 @@ def test_a_script_holds_a_regression(
         (["--interpolation", "*=spline"], "--interpolation: is no interpolation"),
         (["--only", "z"], "only.z: fits no channel"),
         (["--offset", "inf"], "offset"),
+        (["--from", "1", "--to", "0.5"], "end: is before the start; got 0.5; allowed >= 1 s"),
+        (["--variant", "A"], "--variant: is no pair of letters; got 'A'"),
+        (["--variant", "A=B", "--variant", "A=C"], "--variant: says the same variant twice"),
+        (["--variant", "a=B"], "variants.a: is not of the allowed form; got 'a'; allowed one"),
+        (["--variant", "A=BB"], "variants.A: is not of the allowed form; got 'BB'; allowed one"),
+        (["--variant", "M=B"], "variants.M: is no variant of the candidate; got 'M'; allowed A, B"),
         (["--offset", "1", "--align", "index"], "offset: only moves runs aligned by time"),
     ],
 )
@@ -83,6 +89,18 @@ def test_bad_input(
 ) -> None:
     assert main(["compare", kept.id, kept.id, *arguments]) == 2
     assert said in capsys.readouterr().err
+
+
+def test_a_variant_of_one_stands_for_another(
+    kept: RunDetail, capsys: pytest.CaptureFixture[str]
+) -> None:
+    exchanged = ["compare", kept.id, kept.id, "--variant", "A=B", "--variant", "B=A", "--json"]
+    assert main([*exchanged, "--only", "*.x.following_error"]) == 1
+    first, second = json.loads(capsys.readouterr().out)["channels"]
+    assert first["largest"] == -second["largest"] != 0.0
+    part = ["--from", "0.25", "--to", "0.5"]
+    assert main(["compare", kept.id, kept.id, *part]) == 0
+    assert "501 instants from 0.2500 s to 0.5000 s" in capsys.readouterr().out
 
 
 def test_replay(capsys: pytest.CaptureFixture[str]) -> None:

@@ -152,6 +152,39 @@ def german(path: Path, *, broken: bool = False) -> str:
     return str(path)
 
 
+def test_a_measurement_is_compared_with_a_variant(
+    page: Page, server: Server, tmp_path: Path, two: list[str]
+) -> None:
+    page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    content = Path(german(tmp_path / "rig.csv")).read_bytes()
+    headers = {"content-type": "application/octet-stream"}
+    address = f"{server.url}{API}/runs/import?name=rig"
+    answer = page.request.post(address, data=content, headers=headers)
+    rig = answer.headers["location"].rpartition("/")[2]
+    open_runs(page, server, f"&run={two[0]},{rig}&compare=%7B%7D")
+    panel = region(page, "Compare")
+    letter = panel.get_by_label("Variant M is compared with")
+    expect(panel.get_by_role("group", name="Variants compared")).to_contain_text("No variant is in")
+    expect(verdict(page, "M.x.position_measured")).to_contain_text("missing")
+    letter.select_option("B")
+    expect(panel.get_by_role("rowheader", name="M.x.position_measured")).to_have_count(0)
+    expect(verdict(page, "B.x.position_measured")).to_contain_text("out of tolerance")
+    set_field(page, "Compared to, s", "0.05")
+    name = "*.position_measured"
+    panel.get_by_label("Compare only the channels").fill(name)
+    page.keyboard.press("Enter")
+    expect(panel.get_by_role("button", name=re.compile(r"^all 4"))).to_be_visible()
+    button(page, "Copy as CLI")
+    command = page.evaluate("navigator.clipboard.readText()")
+    wanted = f"motionlab compare {two[0]} {rig} --to=0.05 --only '{name}' --variant M=B"
+    assert command == wanted
+    page.reload()  # the address says all of it
+    expect(letter).to_have_value("B")
+    expect(panel.get_by_label("Compared to, s")).to_have_value("0.05")
+    assert serious(page, within="main") == []
+    page.request.delete(f"{server.url}{API}/runs/{rig}")
+
+
 def test_a_german_csv_is_corrected_and_imported(
     page: Page, server: Server, tmp_path: Path, refusals: list[str]
 ) -> None:

@@ -18,7 +18,9 @@ from pyarrow import parquet
 from motionlab.errors import ConfigError, StoreError
 from motionlab.runs.align import Alignment, Grid, by_reference, by_time
 from motionlab.runs.columns import Columns, of_file_or_run
-from motionlab.runs.compare import Comparing, Comparison, Rule, Tolerance, compare
+from motionlab.runs.compare import compare
+from motionlab.runs.comparing import Comparing, Rule, Tolerance
+from motionlab.runs.comparison import Comparison
 from motionlab.runs.difference import Bounds, beyond_in_time, beyond_in_value, resampled, within
 from motionlab.telemetry import recorder
 from tests.recordings import make_recording, noise
@@ -194,6 +196,32 @@ def test_variants_are_compared_under_other_letters(pair: Pair) -> None:
             pair.compare(first, second, variants=variants)
 
 
+def test_a_range_of_time_leaves_out_the_rest(pair: Pair) -> None:
+    first, stopped = np.arange(20.0), np.arange(20.0)
+    stopped[15:] = 0.0
+    of = {"a": {"first": 4}, "b": {"first": 4}}
+    whole = pair.compare({"p": first}, {"p": stopped}, **of)
+    assert (whole.holds, whole.instants) == (False, 20)
+    part = pair.compare({"p": first}, {"p": stopped}, **of, start=10 * T, end=18 * T)
+    assert (part.holds, part.instants) == (True, 9)
+    assert part.start is not None
+    assert part.end is not None
+    assert (part.start.time, part.end.time) == pytest.approx((10 * T, 18 * T))
+    fast = {"a": {"first": 4}, "b": {"first": 16, "period": T / 4}}
+    curves = {"p": first}, {"p": np.arange(0.0, 20.0, 0.25)}
+    between = pair.compare(*curves, **fast, start=10 * T, end=12 * T)
+    assert (between.holds, between.instants) == (True, 9)  # those of the faster one
+    moved = pair.compare({"p": first}, {"p": first}, offset=2 * T, end=5 * T)
+    assert moved.instants == 4  # the times are those of the baseline
+    for start in (1.0, 1e308):
+        nothing = pair.compare({"p": first}, {"p": first}, start=start)
+        assert nothing.channels[0].verdict == "ranges-differ"
+        assert nothing.note == f"the runs share no instant from {start:g} s"
+    assert pair.compare({"p": first}, {"p": first}, start=-1e308, end=1e308).instants == 20
+    with pytest.raises(ConfigError, match=r"end: is before the start; got 1\.0; allowed >= 2 s"):
+        pair.compare({"p": first}, {"p": first}, start=2.0, end=1.0)
+
+
 def test_flags_and_commands_are_held(pair: Pair) -> None:
     names = ("A.x.force_command", "A.x.force_saturated", "A.x.force_realised")
     columns: dict[str, ArrayLike] = {name: [0.0, 1.0] for name in names}
@@ -311,6 +339,11 @@ def test_two_speeds_along_one_circle(tmp_path: Path) -> None:
     assert found.end.lap == 2
     assert found.end.arc == pytest.approx(0.6 * 2 * np.pi * 0.015, rel=1e-3)
     assert found.end.time > found.end.candidate_time
+    lap = compare(first, second, by_place.model_copy(update={"start": 3.0, "end": 4.0}))
+    assert (lap.holds, lap.lap_length) == (True, found.lap_length)
+    assert 0 < lap.instants < found.instants
+    assert lap.start is not None
+    assert lap.start.time == pytest.approx(3.0, abs=2 * T)
     assert not compare(first, second, by_place.model_copy(update={"align": "time"})).holds
 
 

@@ -17,7 +17,7 @@ import pytest
 from motionlab.cli.main import main
 from motionlab.config.load import load_scenario
 from motionlab.results.metrics import DEFINITIONS
-from motionlab.runs.compare import Comparing
+from motionlab.runs.comparing import Comparing
 from motionlab.runs.import_document import ImportOptions
 from motionlab.runs.library import library
 from motionlab.runs.measurements import import_file

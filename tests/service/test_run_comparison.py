@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from motionlab.cli.main import main
 from motionlab.runs.columns import of_run
-from motionlab.runs.compare import Comparing, compare
+from motionlab.runs.compare import compare
+from motionlab.runs.comparing import Comparing
 from motionlab.runs.library import library
 from motionlab.runs.run import RunDetail
 from tests.runs.test_replay import altered, keep, rewrite
@@ -54,6 +55,7 @@ def test_the_document_is_that_of_the_library(
         ({"channels": {"C.*": {}}}, 422, "fits no channel"),
         ({"align": "index", "offset": 1.0}, 422, "offset"),
         ({"unknown": 1}, 422, "unknown"),
+        ({"start": 2.0, "end": 1.0}, 422, "is before the start"),
     ],
 )
 def test_refusals(
@@ -62,6 +64,50 @@ def test_refusals(
     answer = client.post(f"{API}/runs/compare", json=ends(runs) | body)
     assert answer.status_code == status, answer.text
     assert said in answer.text
+
+
+@pytest.mark.parametrize(
+    ("variants", "loc", "message", "allowed"),
+    [
+        ({"M": "B"}, "variants.M", "is no variant of the candidate", "A, B"),
+        ({"A": "Z"}, "variants.A", "is no variant of the baseline", "A, B"),
+        ({"m": "B"}, "variants.m", "is not of the allowed form", "one capital letter"),
+        ({"A": "BB"}, "variants.A", "is not of the allowed form", "one capital letter"),
+        (["A"], "variants", "must be a table", ""),
+        ({"A": 1}, "variants.A", "must be text", ""),
+    ],
+)
+def test_refused_variants(
+    client: httpx.Client,
+    runs: tuple[RunDetail, RunDetail],
+    variants: Any,
+    loc: str,
+    message: str,
+    allowed: str,
+) -> None:
+    answer = client.post(f"{API}/runs/compare", json=ends(runs) | {"variants": variants})
+    assert answer.status_code == 422, answer.text
+    error = answer.json()["errors"][0]
+    assert (error["loc"], error["message"], error["range"]) == (loc, message, allowed)
+
+
+def test_exchanged_variants_in_a_range(
+    client: httpx.Client, runs: tuple[RunDetail, RunDetail]
+) -> None:
+    body = ends(runs) | {"b": runs[0].id, "variants": {"A": "B", "B": "A"}, "only": [ERROR]}
+    body |= {"start": 0.25, "end": 0.5}
+    found = client.post(f"{API}/runs/compare", json=body).json()
+    assert found["instants"] == 501
+    assert found["channels"][0]["verdict"] == "out-of-tolerance"
+    curves = client.post(f"{API}/runs/compare/window", json=body | {"channel": ERROR})
+    head, values = unpacked(curves.content)
+    assert (head["instants"]["total"], head["axis"]["start"]) == (501, pytest.approx(0.25))
+    (difference,) = (c for c in head["columns"] if c["name"] == "difference")
+    largest = np.abs(values[difference["maximum"] :][:501]).max()
+    assert largest == pytest.approx(abs(found["channels"][0]["largest"])) != 0.0
+    page = client.post(f"{API}/runs/compare/report", json=body).text
+    assert "variant A of run 2" in page
+    assert "from 250.0 ms to 500.0 ms of run 1" in page
 
 
 def unpacked(content: bytes) -> tuple[dict[str, Any], NDArray[np.float32]]:
@@ -142,8 +188,10 @@ def test_reports_are_those_of_the_command(
     client: httpx.Client, runs: tuple[RunDetail, RunDetail], tmp_path: Path
 ) -> None:
     first, second = (run.id for run in runs)
-    options = ["--tolerance", "1e-9,1e-3", "--only", ERROR]
+    options = ["--tolerance", "1e-9,1e-3", "--only", ERROR, "--variant", "A=B", "--variant", "B=A"]
+    options += ["--from", "0.1"]
     body = ends(runs) | {"tolerance": {"absolute": 1e-9, "relative": 1e-3}, "only": [ERROR]}
+    body |= {"variants": {"A": "B", "B": "A"}, "start": 0.1}
     one, two = tmp_path / "one.html", tmp_path / "two.html"
     assert main(["report", first, "--out", str(one)]) == 0
     assert main(["report", first, second, "--out", str(two), *options]) == 0

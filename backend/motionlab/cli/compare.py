@@ -10,7 +10,8 @@ from motionlab.cli.exit_codes import DONE, FAILED
 from motionlab.studies.options import add_json
 
 if TYPE_CHECKING:
-    from motionlab.runs.compare import ChannelComparison, Comparing, Comparison
+    from motionlab.runs.comparing import Comparing
+    from motionlab.runs.comparison import ChannelComparison, Comparison
 
 EXAMPLES = """\
 examples:
@@ -18,6 +19,7 @@ examples:
   motionlab compare baseline.parquet candidate.csv --tolerance 1e-9,1e-6
   motionlab compare a.parquet b.parquet --tolerance '*.following_error=2e-6,0' --only '*_error'
   motionlab compare a.parquet b.parquet --align reference --time-tolerance 0.002
+  motionlab compare a.parquet b.parquet --from 0.5 --to 10
   motionlab compare r-gpd6hecc7x3n measured.parquet --variant M=B
 
 The exit code is 1 if a channel is beyond its tolerance or could not be compared;
@@ -55,6 +57,12 @@ def add_comparing(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--offset", metavar="S", type=float, default=0.0, help="with time: move B by so much, s"
+    )
+    parser.add_argument(
+        "--from", dest="start", metavar="S", type=float, help="first time of A, s (the overlap)"
+    )
+    parser.add_argument(
+        "--to", dest="end", metavar="S", type=float, help="last time of A, s (the overlap)"
     )
     parser.add_argument(
         "--samples",
@@ -124,7 +132,7 @@ def comparing_of(options: argparse.Namespace) -> Comparing:
 
     from motionlab.config.validation_errors import field_errors
     from motionlab.errors import ConfigError, FieldError
-    from motionlab.runs.compare import Comparing, Interpolation
+    from motionlab.runs.comparing import Comparing, Interpolation
 
     every: dict[str, float] = {"time": options.time_tolerance}
     channels: dict[str, dict[str, Any]] = {}
@@ -153,6 +161,8 @@ def comparing_of(options: argparse.Namespace) -> Comparing:
                 "align": options.align,
                 "offset": options.offset,
                 "samples": options.samples,
+                "start": options.start,
+                "end": options.end,
                 "tolerance": every,
                 "channels": channels,
                 "only": options.only,

@@ -20,6 +20,8 @@ FACTORS = {
     "mm": 1e3,
     "µm": 1e6,
     "nm": 1e9,
+    "µs": 1e6,
+    "ms": 1e3,
     "mm/s": 1e3,
     "N/mm": 1e-3,
     "N s/mm": 1e-3,

@@ -20,9 +20,12 @@ ModelT = TypeVar("ModelT", bound=BaseModel)
 _MESSAGES = {
     "missing": "is missing",
     "float_type": "must be a number",
+    "float_parsing": "must be a number",
     "int_type": "must be a whole number",
+    "int_parsing": "must be a whole number",
     "int_from_float": "must be a whole number",
     "bool_type": "must be true or false",
+    "bool_parsing": "must be true or false",
     "string_type": "must be text",
     "finite_number": "must be a finite number",
     "greater_than": "is out of range",
@@ -32,6 +35,11 @@ _MESSAGES = {
     "literal_error": "is not one of the choices",
     "model_type": "must be a table",
     "model_attributes_type": "must be a table",
+    "list_type": "must be a list",
+    "extra_forbidden": "unknown key",
+    "string_too_short": "is too short",
+    "string_too_long": "is too long",
+    "string_pattern_mismatch": "is not of the allowed form",
     "dict_type": "must be a table",
     "tuple_type": "must be a list",
     "too_short": "has too few items",
@@ -54,6 +62,8 @@ _WORDS = {
     bool: "true or false",
 }
 """Members of a union, in the order in which an error lists them."""
+_FORMS = {"^[A-Z]$": "one capital letter"}
+"""Patterns of text in words."""
 _CHOICE = re.compile(r"'([^']*)'")
 _LONGEST_VALUE = 80
 
@@ -112,6 +122,36 @@ def field_errors(error: ValidationError, model: type[BaseModel]) -> list[FieldEr
     ]
 
 
+def in_words(item: Mapping[str, Any]) -> tuple[str, str]:
+    """Return what is wrong and, where the error itself says it, what is allowed.
+
+    Parameters
+    ----------
+    item : mapping
+        An error as pydantic lists it.
+    """
+    kind, details = item["type"], item.get("ctx", {})
+    message = _MESSAGES.get(kind) or str(item["msg"]).removeprefix("Value error, ")
+    allowed = ""
+    match kind:
+        case "string_pattern_mismatch":
+            pattern = str(details["pattern"])
+            allowed = _FORMS.get(pattern, f"text that matches {pattern}")
+        case "string_too_short":
+            allowed = f"{details['min_length']} or more characters"
+        case "string_too_long":
+            allowed = f"{details['max_length']} or fewer characters"
+        case "too_short":
+            allowed = f"{details['min_length']} or more"
+        case "too_long":
+            allowed = f"{details['max_length']} or fewer"
+        case "literal_error":
+            allowed = "one of " + ", ".join(_CHOICE.findall(str(details["expected"])))
+        case _:
+            pass
+    return message, allowed
+
+
 def _one_of_each_union(items: list[dict[str, Any]], model: type[BaseModel]) -> list[dict[str, Any]]:
     """Return the errors with one for a value that is of no member of a union, without its tag.
 
@@ -161,7 +201,7 @@ def _field_at(path: str, model: BaseModel) -> FieldInfo | None:
 def _field_error(item: dict[str, Any], model: type[BaseModel]) -> FieldError:
     path, info, siblings, _ = _walk(item["loc"], model)
     kind = item["type"]
-    allowed, bounds = _choices(info), bounds_of(info)
+    bounds = bounds_of(info)
     if kind == "extra_forbidden":
         message = f"unknown key{did_you_mean(path[-1], siblings)}"
         return FieldError(
@@ -170,7 +210,8 @@ def _field_error(item: dict[str, Any], model: type[BaseModel]) -> FieldError:
             value=_shown(item["input"]),
             range="one of " + ", ".join(siblings),
         )
-    message = _MESSAGES.get(kind) or str(item["msg"]).removeprefix("Value error, ")
+    message, allowed = in_words(item)
+    allowed = _choices(info) or allowed
     if kind == "union":
         kinds = [words for member, words in _WORDS.items() if member in item["members"]]
         message = f"must be {', '.join(kinds[:-1])} or {kinds[-1]}"
@@ -185,20 +226,12 @@ def _field_error(item: dict[str, Any], model: type[BaseModel]) -> FieldError:
         message += did_you_mean(value, known)
         allowed, unit = "one of " + ", ".join(known), ""
     if kind in {"too_short", "too_long"}:
-        count = item["ctx"]
-        allowed = (
-            f"{count['min_length']} or more"
-            if kind == "too_short"
-            else (f"{count['max_length']} or fewer")
-        )
-        value, unit = count["actual_length"], "items"
+        value, unit = item["ctx"]["actual_length"], "items"
     if path and path[-1] == "[key]":
-        path, message, allowed = path[:-1], "is not a name", "one capital letter"
+        path, unit = path[:-1], ""
         if kind == "literal_error":
             known = _CHOICE.findall(item["ctx"]["expected"])
             message = f"unknown key{did_you_mean(path[-1], known)}"
-            allowed = "one of " + ", ".join(known)
-        unit = ""
     if kind in {"union_tag_invalid", "union_tag_not_found"}:
         path = [*path, "kind"]
     return FieldError(

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -97,6 +98,26 @@ class Alignment(NamedTuple):
     path: Path | None = None
     reason: Reason | None = None
     note: str = ""
+
+
+def between(alignment: Alignment, low: float, high: float) -> Alignment:
+    """Return the instants whose place among the baseline's samples is in [low, high]."""
+    places, path, count = alignment.baseline, alignment.path, alignment.instants
+    if isinstance(places, slice):
+        ends = places.start - 1.0, float(places.stop)
+        first = max(math.ceil(min(max(low, ends[0]), ends[1])) - places.start, 0)
+        stop = min(math.floor(min(max(high, ends[0]), ends[1])) + 1 - places.start, count)
+    else:
+        first, stop = np.searchsorted(places, low), np.searchsorted(places, high, side="right")
+    part = slice(int(first), max(int(first), int(stop)))
+    if path is not None:
+        path = replace(
+            path, coordinate=path.coordinate[part], lap=path.lap[part], arc=path.arc[part]
+        )
+    own, other = (_part(side, part) for side in (places, alignment.candidate))
+    return alignment._replace(
+        instants=part.stop - part.start, baseline=own, candidate=other, path=path
+    )
 
 
 def by_index(baseline: Grid, candidate: Grid) -> Alignment:
@@ -309,6 +330,12 @@ def _merged(own: Array, others: Array, same: float, samples: Samples) -> Array:
     before, after = np.maximum(after - 1, 0), np.minimum(after, len(others) - 1)
     nearest = np.minimum(np.abs(own - others[before]), np.abs(own - others[after]))
     return own[nearest <= same]
+
+
+def _part(places: Positions, part: slice) -> Positions:
+    if isinstance(places, slice):
+        return slice(places.start + part.start, places.start + part.stop)
+    return places[part]
 
 
 def _snapped(places: Array, same: float, ticks: int) -> Array:

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import groupby
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.config.load import load_scenario
+from motionlab.config.changes import apply_changes
+from motionlab.config.load import load_scenario, validate
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
 from motionlab.config.shipped import names
-from motionlab.errors import shown
-from motionlab.runs.run import Difference
+from motionlab.errors import ConfigError, shown
+from motionlab.runs.run import Difference, Event, RunDetail
 from motionlab.runs.search import HEADLINE
 from motionlab.telemetry.recording import Recording
 
@@ -35,6 +37,22 @@ def differences(scenario: Scenario) -> list[Difference]:
         return []
     shipped = load_scenario(scenario.name).model_dump(mode="json")
     return differing(shipped, scenario.model_dump(mode="json"))
+
+
+def differences_after(run: RunDetail, events: Iterable[Event]) -> list[Difference]:
+    """Return the differences of a live run with all changes made while it ran.
+
+    Those of its beginning where the changes no longer fit the scenario.
+    """
+    document = run.scenario_document or {}
+    changes = (event.set for event in events if event.kind == "change")
+    try:
+        for _, alike in groupby(changes, key=lambda each: each.keys()):
+            *_, last = alike  # of a slider that was dragged, only where it came to rest
+            document = apply_changes(document, last)
+        return differences(validate(document))
+    except ConfigError:
+        return run.differences
 
 
 def differing(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[Difference]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from importlib.util import find_spec
 
 FORMATS = {
     "csv": "text/csv",
@@ -12,6 +13,11 @@ FORMATS = {
     "mf4": "application/octet-stream",
 }
 """Media types by format, which is also the ending of a file's name."""
+
+
+def formats() -> list[str]:
+    """Return the formats that can be written here: MDF needs asammdf, an extra."""
+    return [name for name in FORMATS if name != "mf4" or find_spec("asammdf") is not None]
 
 
 @dataclass(frozen=True)

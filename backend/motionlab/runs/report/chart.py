@@ -99,6 +99,8 @@ class Chart:
         Vertical lines.
     band : ndarray, shape (bins,), optional
         Half width of a band about zero: a tolerance.
+    width : float
+        Width of the plot, in its own units.
     """
 
     title: str
@@ -110,6 +112,7 @@ class Chart:
     x_unit: str = "s"
     marks: Sequence[Mark] = ()
     band: Values | None = None
+    width: float = WIDTH
 
 
 class Axis(NamedTuple):
@@ -128,10 +131,10 @@ class Axis(NamedTuple):
 
 def svg(chart: Chart) -> Markup:
     """Return a chart as an SVG element: every curve passes through the extremes of its bins."""
-    legend, rows = legend_of([(curve.label, curve.look) for curve in chart.curves])
+    legend, rows = legend_of([(curve.label, curve.look) for curve in chart.curves], chart.width)
     top = _HEAD + rows * _ROW + 10
     bottom = top + _HEIGHT
-    x = Axis(*_widened(*chart.span), LEFT, RIGHT)
+    x = Axis(*_widened(*chart.span), LEFT, chart.width - WIDTH + RIGHT)
     low, high = _range(chart)
     scale = scale_for([low, high], chart.unit)
     y = Axis(low, high, bottom, top)
@@ -146,18 +149,19 @@ def svg(chart: Chart) -> Markup:
             *drawn,
             *(_mark(mark, x, top, bottom) for mark in chart.marks),
         ],
+        width=chart.width,
         height=bottom + _FOOT,
     )
 
 
-def framed(title: str, inside: Sequence[object], *, height: float) -> Markup:
+def framed(title: str, inside: Sequence[object], *, height: float, width: float = WIDTH) -> Markup:
     """Return an SVG element with a title."""
     return element(
         "svg",
         element("title", title),
         element("text", title, x=0, y=14, class_="title", font_weight=600, fill="#111"),
         *inside,
-        viewBox=f"0 0 {WIDTH} {height:g}",
+        viewBox=f"0 0 {width:g} {height:g}",
         role="img",
         font_family="system-ui, sans-serif",
         font_size=11,
@@ -165,7 +169,7 @@ def framed(title: str, inside: Sequence[object], *, height: float) -> Markup:
     )
 
 
-def legend_of(entries: Sequence[tuple[str, str]]) -> tuple[Markup, int]:
+def legend_of(entries: Sequence[tuple[str, str]], width: float = WIDTH) -> tuple[Markup, int]:
     """Return the legend of labels with looks, in rows below the title, and their number.
 
     Of a single curve without a label there is none.
@@ -175,7 +179,7 @@ def legend_of(entries: Sequence[tuple[str, str]]) -> tuple[Markup, int]:
     parts, row, at = [], 0, 0.0
     for label, look in entries:
         wide = _SWATCH + 6 + _LETTER * len(label) + 16
-        if at + wide > WIDTH and at > 0.0:
+        if at + wide > width and at > 0.0:
             row, at = row + 1, 0.0
         middle = _HEAD + 8 + row * _ROW
         parts += [
@@ -201,7 +205,8 @@ def axes(x: Axis, y: Axis, along: tuple[str, Scale], scale: Scale) -> Markup:
     """
     left, right, bottom, top = x.begin, x.end, y.begin, y.end
     parts: list[Markup] = []
-    for value, text in ticks(x.low, x.high, along[1], _TICKS["x"]):
+    most = max(2, round(_TICKS["x"] * (right - left) / (RIGHT - LEFT)))
+    for value, text in ticks(x.low, x.high, along[1], most):
         at = _round(float(x.at(np.array(value))))
         parts.append(_line(at, top, at, bottom))
         parts.append(_text(text, at, bottom + 14, "middle"))

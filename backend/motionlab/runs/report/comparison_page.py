@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from motionlab.runs.aligned import Aligned, Curves, align, curves
 from motionlab.runs.columns import Columns
-from motionlab.runs.compare import (
-    Aligned,
-    ChannelComparison,
-    Comparing,
-    Comparison,
-    Curves,
-    Tolerance,
-    align,
-    compare,
-    curves,
-)
+from motionlab.runs.compare import compare
+from motionlab.runs.comparing import Comparing, Tolerance
+from motionlab.runs.comparison import ChannelComparison, Comparison
 from motionlab.runs.report import results
 from motionlab.runs.report.chart import Chart, Curve, spanned, svg
 from motionlab.runs.report.done import (
@@ -51,6 +44,7 @@ from motionlab.runs.run import RunDetail
 
 DRAWN = 10
 """Channels whose curves are drawn."""
+_WIDTH = 352  # of a plot: two are side by side
 _AXES = {"time": ("time", "s"), "reference": ("arc length", "m"), "index": ("sample", "1")}
 _ALIGNED = {
     "time": "time",
@@ -80,7 +74,7 @@ def comparison_page(first: Side, second: Side, how: Comparing) -> bytes:
     Raises
     ------
     ConfigError
-        See `motionlab.runs.compare.align`.
+        See `motionlab.runs.aligned.align`.
     StoreError
         If a run cannot be read.
     """
@@ -91,7 +85,7 @@ def comparison_page(first: Side, second: Side, how: Comparing) -> bytes:
     return document(
         title,
         _heading(title, runs, found),
-        section("The runs", *(_about(run, i) for i, run in enumerate(runs, start=1))),
+        section("The runs", _beside(_about(run, i) for i, run in enumerate(runs, start=1))),
         section("Differences between their scenarios", between(*runs)),
         section("Alignment and tolerance", _alignment(found, how)),
         section("Verdicts", _verdicts(found.channels)),
@@ -101,12 +95,17 @@ def comparison_page(first: Side, second: Side, how: Comparing) -> bytes:
         section("How to simulate them again", *_of_each(runs, _again)),
         section(
             "Record",
-            *(
+            _beside(
                 joined([element("h3", f"Run {i}"), record(side.run, side.digest)])
                 for i, side in enumerate(sides, start=1)
             ),
         ),
     )
+
+
+def _beside(parts: Iterable[Markup]) -> Markup:
+    """Return what is said of each run, side by side where there is room."""
+    return element("div", *(element("div", part) for part in parts), class_="beside")
 
 
 def _heading(title: str, runs: Sequence[RunDetail], found: Comparison) -> Markup:
@@ -139,6 +138,13 @@ def _alignment(found: Comparison, how: Comparing) -> Markup:
     rows: list[tuple[object, object]] = [("aligned by", _ALIGNED[found.align])]
     if found.align == "time" and found.offset:
         rows.append(("run 2 moved by", quantity(found.offset, "s")))
+    if how.start is not None or how.end is not None:
+        ends = [
+            f"{word} {quantity(time, 's')}"
+            for word, time in (("from", how.start), ("to", how.end))
+            if time is not None
+        ]
+        rows.append(("range", f"{' '.join(ends)} of run 1"))
     if found.start is None or found.end is None:
         rows.append(("overlap", f"none: {found.note}"))
     else:
@@ -193,7 +199,7 @@ def _verdicts(channels: Sequence[ChannelComparison]) -> Markup:
         "",
         right("beyond"),
     ]
-    return table(head, [_verdict(channel) for channel in ranked(channels)])
+    return table(head, [_verdict(channel) for channel in ranked(channels)], class_="verdicts")
 
 
 def _verdict(channel: ChannelComparison) -> list[object]:
@@ -243,7 +249,7 @@ def _plots(aligned: Aligned, found: Comparison) -> Markup:
     drawn = [each for each in ranked(found.channels) if each.largest is not None][:DRAWN]
     if not instants or not drawn:
         return element("p", "None: no channel has values of both runs at the same instants.")
-    bins = min(BINS, VALUES_MAX // (8 * len(drawn)))
+    bins = min(BINS // 2, VALUES_MAX // (8 * len(drawn)))
     parts = []
     for channel in drawn:
         shown = curves(aligned, channel.name, 0, instants, bins)
@@ -253,13 +259,19 @@ def _plots(aligned: Aligned, found: Comparison) -> Markup:
 
 
 def _pair(channel: ChannelComparison, shown: Curves, aligned: Aligned) -> Markup:
-    """Return both runs over each other, and below their difference within the tolerance."""
+    """Return both runs over each other, and beside them their difference with the tolerance."""
     name, unit = _AXES[aligned.how.align]
     x = shown.start + shown.axis.astype(np.float64)
     end = float(aligned.axis(np.array([aligned.alignment.instants - 1]))[0])
     x = np.append((x[:-1] + x[1:]) / 2.0, (x[-1] + end) / 2.0)
     rows = {label: (shown.low[i], shown.high[i]) for i, label in enumerate(shown.names)}
-    common: dict[str, Any] = {"x": x, "span": (shown.start, end), "x_label": name, "x_unit": unit}
+    common: dict[str, Any] = {
+        "x": x,
+        "span": (shown.start, end),
+        "x_label": name,
+        "x_unit": unit,
+        "width": _WIDTH,
+    }
     both = Chart(
         title=channel.name,
         unit=channel.unit or "1",
@@ -276,7 +288,7 @@ def _pair(channel: ChannelComparison, shown: Curves, aligned: Aligned) -> Markup
         band=rows["tolerance"][1],
         **common,
     )
-    return element("figure", svg(both), svg(difference))
+    return element("figure", svg(both), svg(difference), class_="pair")
 
 
 def _metrics(runs: Sequence[RunDetail]) -> list[Markup]:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from motionlab.runs.columns import of_run
-from motionlab.runs.compare import Comparing, size
+from motionlab.runs.compare import size
+from motionlab.runs.comparing import Comparing
 from motionlab.runs.library import library
 from motionlab.runs.report.comparison_page import Side, comparison_page
 from motionlab.runs.report.page import run_page
@@ -46,7 +47,7 @@ def comparison_report(
     Unknown, Busy, StoreError
         As `run_report`.
     ConfigError
-        See `motionlab.runs.compare.align`.
+        See `motionlab.runs.aligned.align`.
     """
     first, second = _side(baseline), _side(candidate)
     hold(size(first.columns, second.columns) + _PAGE)

@@ -51,6 +51,9 @@ pre { margin: 4px 0 10px; padding: 8px 10px; border: 1px solid var(--line); bord
 code { font: 12px ui-monospace, monospace; }
 sub, sup { font-size: 75%; line-height: 0; }
 figure { margin: 10px 0 18px; }
+.pair, .beside { display: grid; gap: 4px 24px; }
+.pair { grid-template-columns: repeat(auto-fit, minmax(min(100%, 20rem), 1fr)); }
+.beside { grid-template-columns: repeat(auto-fit, minmax(min(100%, 24rem), 1fr)); }
 svg { display: block; width: 100%; height: auto; }
 svg text { fill: var(--text); }
 svg .grid { stroke: var(--faint); }
@@ -77,6 +80,10 @@ _PRINT = """
   thead { display: table-header-group; }
   tr, figure, dt, dd, .together { break-inside: avoid; }
   pre { font-size: 8pt; }
+  .pair, .beside { grid-template-columns: 1fr 1fr; margin-block: 4px; }
+  .beside dl { grid-template-columns: 22mm minmax(0, 1fr); gap: 1px 8px; font-size: 9pt; }
+  .verdicts { font-size: 7.5pt; line-height: 1.2; }
+  .verdicts :is(th, td) { padding-block: 1px; }
 }
 """
 

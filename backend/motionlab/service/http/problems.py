@@ -14,7 +14,9 @@ from pydantic import BaseModel, Field
 from starlette.exceptions import HTTPException
 from starlette.routing import compile_path
 
-from motionlab.config.validation_errors import ends_of
+from motionlab.config.validation_errors import ends_of, in_words
+from motionlab.drive.lease import NotHeld
+from motionlab.drive.link.carrier import LinkError
 from motionlab.errors import (
     SHOWN_MAX,
     SIGNS,
@@ -127,17 +129,7 @@ def install(app: FastAPI) -> None:
     @app.exception_handler(RequestValidationError)
     async def refuse_request(request: Request, error: RequestValidationError) -> JSONResponse:
         found = error.errors()
-        fields = [
-            vars(
-                FieldError(
-                    loc=".".join(str(step) for step in e["loc"][1:]) or str(e["loc"][0]),
-                    message=e["msg"],
-                    value=e.get("input"),
-                    bounds=ends_of(e.get("ctx", {})),
-                )
-            )
-            for e in found[:SHOWN_MAX]
-        ]
+        fields = [vars(_field(each)) for each in found[:SHOWN_MAX]]
         if any(e["type"] == "json_invalid" for e in found):
             return problem(HTTPStatus.BAD_REQUEST, "the body is not JSON")
         if isinstance(error.body, bytes):  # FastAPI has parsed it if it was declared as JSON
@@ -168,8 +160,10 @@ def install(app: FastAPI) -> None:
             headers = {"Allow": "GET, HEAD"}
         return problem(error.status_code, str(error.detail), headers=headers)
 
+    @app.exception_handler(NotHeld)
+    @app.exception_handler(LinkError)
     @app.exception_handler(WrongState)
-    async def refuse_state(_: Request, error: WrongState) -> JSONResponse:
+    async def refuse_state(_: Request, error: Exception) -> JSONResponse:
         return problem(HTTPStatus.CONFLICT, str(error))
 
     @app.exception_handler(StoreError)
@@ -184,6 +178,19 @@ def install(app: FastAPI) -> None:
     @app.exception_handler(MotionLabError)
     async def fail(_: Request, error: MotionLabError) -> JSONResponse:
         return problem(HTTPStatus.INTERNAL_SERVER_ERROR, str(error))
+
+
+def _field(item: dict[str, Any]) -> FieldError:
+    """Return an error of a request's form; of a key, at the key itself."""
+    steps = [str(step) for step in item["loc"] if step != "[key]"]
+    message, allowed = in_words(item)
+    return FieldError(
+        loc=".".join(steps[1:]) or steps[0],
+        message=message,
+        value=item.get("input"),
+        range=allowed,
+        bounds=ends_of(item.get("ctx", {})),
+    )
 
 
 def _methods(request: Request) -> list[str]:

@@ -6,12 +6,14 @@ from typing import Annotated, Any
 
 import numpy as np
 from fastapi import APIRouter, Body, Header, Request, Response
-from fastapi import Path as PathParameter
 from pydantic import BaseModel, Field
 
 from motionlab.errors import ConfigError, FieldError
+from motionlab.runs.aligned import align, curves
 from motionlab.runs.columns import Columns, of_run
-from motionlab.runs.compare import Comparing, Comparison, align, compare, curves, size
+from motionlab.runs.compare import compare, size
+from motionlab.runs.comparing import Comparing
+from motionlab.runs.comparison import Comparison
 from motionlab.runs.library import library
 from motionlab.runs.replay import Again, Replay, again, replay
 from motionlab.runs.run import ID
@@ -21,6 +23,7 @@ from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute
 from motionlab.service.job_reports import REPORTS
 from motionlab.service.routes.jobs import CheckedRequest, accepted, as_job
+from motionlab.service.routes.runs import RunId
 from motionlab.service.settings import Settings
 from motionlab.service.worker_answers import ComputedResponse, called, json_of
 from motionlab.service.workers.worker import Call
@@ -52,7 +55,7 @@ class CompareWindowRequest(CompareRequest):
     model_config = examples(_EXAMPLE | {"channel": "B.x.following_error", "points": 800})
 
     channel: str = Field(max_length=200, description="Name of a channel that both runs have")
-    start: int = Field(default=0, alias="from", ge=0, strict=True, description="First instant")
+    first: int = Field(default=0, alias="from", ge=0, strict=True, description="First instant")
     stop: int | None = Field(
         default=None, alias="to", ge=1, strict=True, description="Instant after the last"
     )
@@ -96,9 +99,7 @@ async def get_window(request: Request, body: Annotated[CompareWindowRequest, Bod
 )
 async def replay_run(
     request: Request,
-    run_id: Annotated[
-        str, PathParameter(json_schema_extra={"pattern": ID}, description="Identifier of a run")
-    ],
+    run_id: RunId,
     prefer: Annotated[str, Header(description="respond-async makes it a job")] = "",
 ) -> Response:
     """Simulate a run again and compare every channel, bit for bit.
@@ -136,7 +137,7 @@ def _window(call: Call, body: CompareWindowRequest) -> bytes:
     instants = aligned.alignment.instants
     if not instants:
         raise ConfigError(FieldError("align", aligned.alignment.note, body.align))
-    start, stop = body.start, min(body.stop or instants, instants)
+    start, stop = body.first, min(body.stop or instants, instants)
     if start >= stop:
         bounds: dict[str, float] = {"exclusive_maximum": stop}
         raise ConfigError(FieldError("from", "lies behind the end", start, bounds=bounds))

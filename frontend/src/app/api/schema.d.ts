@@ -2405,6 +2405,16 @@ export interface components {
              */
             samples: "union" | "intersection";
             /**
+             * Start
+             * @description Time of a at which the comparison begins, s
+             */
+            start?: number | null;
+            /**
+             * End
+             * @description Time of a at which the comparison ends, s
+             */
+            end?: number | null;
+            /**
              * @description Of all channels
              * @default {
              *       "absolute": 0,
@@ -2484,6 +2494,16 @@ export interface components {
              * @enum {string}
              */
             samples: "union" | "intersection";
+            /**
+             * Start
+             * @description Time of a at which the comparison begins, s
+             */
+            start?: number | null;
+            /**
+             * End
+             * @description Time of a at which the comparison ends, s
+             */
+            end?: number | null;
             /**
              * @description Of all channels
              * @default {
@@ -7627,7 +7647,7 @@ export interface components {
             };
             /**
              * Differences
-             * @description From the shipped scenario of its name
+             * @description From the shipped scenario of its name, with the changes made while it ran
              */
             differences: components["schemas"]["Difference"][];
             /**
@@ -7746,7 +7766,7 @@ export interface components {
             };
             /**
              * Differences
-             * @description From the shipped scenario of its name
+             * @description From the shipped scenario of its name, with the changes made while it ran
              */
             differences: components["schemas"]["Difference"][];
             /**
@@ -8985,6 +9005,11 @@ export interface components {
             states: {
                 [key: string]: number;
             };
+            /**
+             * Formats
+             * @description Of telemetry; mf4 where motionlab[mdf] is installed
+             */
+            formats: string[];
         };
         /**
          * StribeckCurve

@@ -1,6 +1,7 @@
 /** How two runs are compared: kept in the address, sent to the server, written as a command. */
 
 import type { RequestOf } from '../../../app/api/operations';
+import { clean } from '../../../ui/units';
 
 export const ALIGNS = [
   { value: 'time', name: 'time', title: 'Time of 1 with time of 2' },
@@ -39,10 +40,15 @@ export interface How {
   /** With align time: by how much 2 is moved, s. */
   offset: number;
   samples: Samples;
+  /** Times of 1 at which the comparison begins and ends, s; null for those of the overlap. */
+  start: number | null;
+  end: number | null;
   tolerance: Tolerance;
   rules: Readonly<Record<string, Rule>>;
   /** Names or patterns; all channels when empty. */
   only: readonly string[];
+  /** Variants of 2 to those of 1 that they are compared with; others have the same letter. */
+  variants: Readonly<Record<string, string>>;
 }
 
 const NONE: Tolerance = { absolute: 0, relative: 0, time: 0 };
@@ -50,11 +56,15 @@ export const EXACT: How = {
   align: 'time',
   offset: 0,
   samples: 'union',
+  start: null,
+  end: null,
   tolerance: NONE,
   rules: {},
   only: [],
+  variants: {},
 };
 
+type Letters = [string, string];
 type Body = Omit<RequestOf<'/runs/compare'>, 'a' | 'b'>;
 
 /** Returns what is asked of the server; what is as the server has it anyway is left out. */
@@ -67,11 +77,14 @@ export function bodyOf(how: How): Body {
     ...(how.align === 'time' ? {} : { align: how.align }),
     ...(how.offset === 0 || how.align !== 'time' ? {} : { offset: how.offset }),
     ...(how.samples === 'union' ? {} : { samples: how.samples }),
+    ...(how.start === null ? {} : { start: how.start }),
+    ...(how.end === null ? {} : { end: how.end }),
     ...(Object.values(how.tolerance).some((value) => value !== 0)
       ? { tolerance: how.tolerance }
       : {}),
     ...(channels.length === 0 ? {} : { channels: Object.fromEntries(channels) as object }),
     ...(how.only.length === 0 ? {} : { only: how.only }),
+    ...(Object.keys(how.variants).length === 0 ? {} : { variants: how.variants }),
   };
 }
 
@@ -92,13 +105,36 @@ export function howOf(text: string): How {
     ];
   });
   const only = Array.isArray(said.only) ? said.only : [];
+  const variants = Object.entries(tableOf(said.variants)).filter((pair): pair is Letters =>
+    pair.every((letter) => typeof letter === 'string' && /^[A-Z]$/.test(letter)),
+  );
   return {
     align: choice(ALIGNS, said.align),
     offset: numberOf(said.offset),
     samples: choice(SAMPLES, said.samples),
+    start: timeOf(said.start),
+    end: timeOf(said.end),
     tolerance: toleranceOf(said.tolerance),
     rules: Object.fromEntries(rules) as How['rules'],
     only: only.filter((each): each is string => typeof each === 'string'),
+    variants: Object.fromEntries(variants),
+  };
+}
+
+/**
+ * Returns the same comparison with 1 and 2 exchanged. Only runs aligned by time tell at which time
+ * of 2 a time of 1 is; a range of others is left out.
+ */
+export function swapped(how: How): How {
+  const moved = (time: number | null) =>
+    time === null || how.align !== 'time' ? null : clean(time - how.offset);
+  const variants = Object.entries(how.variants).map(([own, other]) => [other, own]);
+  return {
+    ...how,
+    offset: 0 - how.offset,
+    start: moved(how.start),
+    end: moved(how.end),
+    variants: Object.fromEntries(variants) as How['variants'],
   };
 }
 
@@ -109,6 +145,8 @@ export function commandOf(how: How, a: string, b: string): string {
   if (how.align !== 'time') words.push(`--align ${how.align}`);
   else if (how.offset !== 0) words.push(`--offset=${how.offset}`);
   if (how.samples !== 'union') words.push(`--samples ${how.samples}`);
+  if (how.start !== null) words.push(`--from=${how.start}`);
+  if (how.end !== null) words.push(`--to=${how.end}`);
   if (tolerance.absolute !== 0 || tolerance.relative !== 0) {
     words.push(`--tolerance ${tolerance.absolute},${tolerance.relative}`);
   }
@@ -119,6 +157,7 @@ export function commandOf(how: How, a: string, b: string): string {
       words.push(`--interpolation ${quoted(`${pattern}=${interpolation}`)}`);
   }
   words.push(...how.only.map((pattern) => `--only ${quoted(pattern)}`));
+  words.push(...Object.entries(how.variants).map((letters) => `--variant ${letters.join('=')}`));
   return words.join(' ');
 }
 
@@ -163,6 +202,10 @@ function tableOf(value: unknown): Record<string, unknown> {
 
 function numberOf(value: unknown): number {
   return typeof value === 'number' && Number.isFinite(value) ? value : 0;
+}
+
+function timeOf(value: unknown): number | null {
+  return typeof value === 'number' && Number.isFinite(value) ? value : null;
 }
 
 function toleranceOf(value: unknown): Tolerance {

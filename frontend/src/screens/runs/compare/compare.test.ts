@@ -1,6 +1,16 @@
 import { expect, it } from 'vitest';
 import type { ChannelComparison, Comparison, Run, RunDetail } from '../../../app/api/types';
-import { bodyOf, commandOf, curlOf, EXACT, howOf, patternsOf, type How } from './compare-request';
+import {
+  bodyOf,
+  commandOf,
+  curlOf,
+  EXACT,
+  howOf,
+  patternsOf,
+  swapped,
+  type How,
+} from './compare-request';
+import { shareNone, withVariant } from './compared-variants';
 import {
   beyondText,
   countsOf,
@@ -21,22 +31,30 @@ const HOW: How = {
   samples: 'intersection',
   tolerance: { absolute: 1e-9, relative: 0.01, time: 0.002 },
   rules: { "*.x.it's": { absolute: 1e-6, relative: 0, time: 0, interpolation: 'hold' } },
+  start: 0.5,
+  end: 10,
   only: ['B.*'],
+  variants: { M: 'B' },
 };
 
 it('an address brings back what was asked for, and nonsense asks for equal values', () => {
   expect(howOf(JSON.stringify(bodyOf(HOW)))).toEqual(HOW);
   expect(bodyOf(EXACT)).toEqual({});
-  for (const text of ['', '{}', '3', '{"align":"place","tolerance":{"absolute":-1,"time":"x"}}']) {
+  for (const text of [
+    '',
+    '{}',
+    '3',
+    '{"align":"place","tolerance":{"absolute":-1,"time":"x"},"start":"0","variants":{"M":1,"m":"B"}}',
+  ]) {
     expect(howOf(text)).toEqual(EXACT);
   }
 });
 
 it('command and request say exactly the same', () => {
   expect(commandOf(HOW, 'r-a', 'r-b')).toBe(
-    'motionlab compare r-a r-b --align reference --samples intersection --tolerance 1e-9,0.01 ' +
+    'motionlab compare r-a r-b --align reference --samples intersection --from=0.5 --to=10 --tolerance 1e-9,0.01 ' +
       "--time-tolerance 0.002 --tolerance '*.x.it'\\''s=0.000001,0,0' " +
-      "--interpolation '*.x.it'\\''s=hold' --only 'B.*'",
+      "--interpolation '*.x.it'\\''s=hold' --only 'B.*' --variant M=B",
   );
   expect(commandOf({ ...EXACT, offset: -1e-7 }, 'r-a', 'r-b')).toBe(
     'motionlab compare r-a r-b --offset=-1e-7',
@@ -44,6 +62,33 @@ it('command and request say exactly the same', () => {
   expect(curlOf(EXACT, 'r-a', 'r-b', 'http://h')).toBe(
     'curl -s -H \'Content-Type: application/json\' -d \'{"a":"r-a","b":"r-b"}\' http://h/api/v1/runs/compare',
   );
+});
+
+it('exchanged runs are compared alike', () => {
+  const how = { ...EXACT, offset: 0.25, start: 1, variants: { M: 'B' } };
+  const other = { ...EXACT, offset: -0.25, start: 0.75, variants: { B: 'M' } };
+  expect(swapped(how)).toEqual(other);
+  expect(swapped(other)).toEqual(how);
+  expect(swapped(EXACT)).toEqual(EXACT);
+  expect(swapped({ ...EXACT, align: 'index', start: 1, end: 2 })).toEqual({
+    ...EXACT,
+    align: 'index',
+  });
+});
+
+it('a variant of 2 is compared with one of 1, and what was there moves away', () => {
+  const [one, two] = [
+    ['A', 'B'],
+    ['A', 'B'],
+  ];
+  expect(shareNone(['A', 'B'], ['M'])).toBe(true);
+  expect(shareNone(one, two)).toBe(false);
+  expect(shareNone(one, [])).toBe(false);
+  expect(withVariant({}, 'M', 'B', one, ['M'])).toEqual({ M: 'B' });
+  expect(withVariant({}, 'A', 'B', one, two)).toEqual({ A: 'B', B: 'A' });
+  expect(withVariant({ A: 'B', B: 'A' }, 'A', 'A', one, two)).toEqual({});
+  expect(withVariant({}, 'M', 'A', one, ['A', 'M'])).toEqual({ M: 'A', A: 'B' });
+  expect(withVariant({}, 'M', 'A', ['A'], ['A', 'M'])).toBeNull();
 });
 
 it('patterns go from the channel to all', () => {

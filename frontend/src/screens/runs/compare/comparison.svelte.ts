@@ -8,7 +8,7 @@ import { fromAddress, setAddress } from '../../../app/storage';
 import { compareRuns, getRun } from '../../../app/runs/runs-api';
 import { runs } from '../runs.svelte';
 import { baseline } from '../baseline.svelte';
-import { bodyOf, EXACT, howOf, type How, type Rule } from './compare-request';
+import { bodyOf, EXACT, howOf, swapped, type How, type Rule } from './compare-request';
 import { VERDICTS, type Sorting, type Verdict } from './compare-table';
 
 /** What is drawn at first, where both have it. */
@@ -43,6 +43,14 @@ class ComparisonOfTwo {
     return this.opened && a !== undefined && b !== undefined && more.length === 0 ? [a, b] : null;
   });
 
+  /** Letters of the variants of 1 and of 2, as far as they are known. */
+  readonly variantsOfBoth = $derived.by((): readonly [readonly string[], readonly string[]] => {
+    const [one, two] = (this.pair ?? []).map(
+      (id) => this.details.find((run) => run.id === id)?.variants ?? [],
+    );
+    return [one ?? [], two ?? []];
+  });
+
   /** Takes what the address says. */
   readAddress(): void {
     const said = fromAddress('compare');
@@ -75,7 +83,9 @@ class ComparisonOfTwo {
 
   swap(): void {
     const { pair } = this;
-    if (pair) runs.select([pair[1], pair[0]]);
+    if (!pair) return;
+    runs.select([pair[1], pair[0]]);
+    this.change(swapped(this.how));
   }
 
   change(how: Partial<How>): void {
@@ -107,13 +117,11 @@ class ComparisonOfTwo {
 
   private async read({ a, b, how }: Question): Promise<void> {
     try {
-      const [answer, one, two] = await Promise.all([
-        compareRuns({ a, b, ...bodyOf(how) }),
-        this.detail(a),
-        this.detail(b),
-      ]);
+      const details = Promise.all([this.detail(a), this.detail(b)]).then((both) => {
+        this.details = both; // also of runs whose comparison is refused
+      });
+      const [answer] = await Promise.all([compareRuns({ a, b, ...bodyOf(how) }), details]);
       this.answer = answer;
-      this.details = [one, two];
       this.problem = '';
       this.fieldProblems = {};
       if (!answer.channels.some(({ verdict }) => verdict === this.verdict)) this.verdict = '';
@@ -148,7 +156,10 @@ function pairText(): string {
   return [...runs.selection.ids].sort().join();
 }
 
-/** What is wrong with fields that the panel has, by `offset`, `tolerance`, or the pattern of a rule. */
+/**
+ * What is wrong with fields that the panel has, by `offset`, `start`, `tolerance`, `variants.M`,
+ * `only.PATTERN`, or the pattern of a rule.
+ */
 function problemsOf(error: unknown): Record<string, string> {
   const fields = error instanceof ApiError && error.status === 422 ? error.problem.errors : [];
   return Object.fromEntries(

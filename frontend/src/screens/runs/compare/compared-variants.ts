@@ -1,0 +1,35 @@
+/** Which variant of 2 is compared with which of 1. */
+
+type Letters = Readonly<Record<string, string>>;
+
+/** Whether every variant of 2 would miss its channels in 1: no letter is in both. */
+export function shareNone(baseline: readonly string[], candidate: readonly string[]): boolean {
+  return candidate.length > 0 && !candidate.some((letter) => baseline.includes(letter));
+}
+
+/**
+ * Returns the letters after variant `own` of 2 was set against `target` of 1; null where that
+ * leaves no variant of 1 for the one that was compared with it.
+ */
+export function withVariant(
+  letters: Letters,
+  own: string,
+  target: string,
+  baseline: readonly string[],
+  candidate: readonly string[],
+): Letters | null {
+  const before = (letter: string) => letters[letter] ?? letter;
+  const targets = new Map(candidate.map((letter) => [letter, before(letter)]));
+  const other = candidate.find((letter) => letter !== own && before(letter) === target);
+  targets.set(own, target);
+  if (other !== undefined) {
+    const taken = new Set(targets.values());
+    const free = [before(own), ...baseline].find(
+      (letter) => baseline.includes(letter) && !taken.has(letter),
+    );
+    if (free === undefined) return null;
+    targets.set(other, free);
+  }
+  // What keeps its letter is not said.
+  return Object.fromEntries([...targets].filter(([letter, mapped]) => letter !== mapped));
+}
