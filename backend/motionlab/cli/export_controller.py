@@ -1,0 +1,70 @@
+"""The command ``motionlab export-controller``."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from motionlab.cli.exit_codes import DONE
+from motionlab.config.shipped import names
+from motionlab.studies.options import add_set, source
+
+EXAMPLES = """\
+examples:
+  motionlab export-controller circle -o controller --variant B
+  motionlab export-controller tuned.toml -o controller
+  make -C controller check
+
+docs/export-controller.md says what is in the folder.
+"""
+
+
+def add(commands: Any) -> None:
+    """Add ``motionlab export-controller``."""
+    parser = commands.add_parser(
+        "export-controller",
+        help="write a controller as C99 for real-time targets",
+        description="Write the controller of a scenario's variant as portable C99, with test "
+        "vectors from its simulation and a program that compares both.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        "scenario",
+        metavar="SCENARIO",
+        help="path of a .toml file, or a shipped scenario: " + ", ".join(names("scenarios")),
+    )
+    parser.add_argument(
+        "-o",
+        "--out",
+        metavar="FOLDER",
+        required=True,
+        help="new, empty, or of a former export, whose files are replaced",
+    )
+    parser.add_argument(
+        "--variant", metavar="NAME", default="A", help="which controller (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--seconds",
+        metavar="S",
+        type=float,
+        help="longest test vectors (default: 10, or all of a shorter scenario)",
+    )
+    add_set(parser, "change a field of the scenario (repeatable), as in motionlab run")
+    parser.set_defaults(command=_export)
+
+
+def _export(options: argparse.Namespace) -> int:
+    from motionlab.codegen.export import VECTOR_TIME, export_controller
+    from motionlab.config.changes import parse_assignments
+    from motionlab.config.load import load_scenario
+
+    scenario = load_scenario(source(options), parse_assignments(options.assignments))
+    seconds = VECTOR_TIME if options.seconds is None else options.seconds
+    done = export_controller(scenario, options.variant, Path(options.out), seconds=seconds)
+    print(
+        f"variant {options.variant} of {scenario.name}, test vectors of {done.seconds:g} s; "
+        f"to check: make -C {options.out} check"
+    )
+    return DONE

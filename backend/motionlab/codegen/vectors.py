@@ -1,0 +1,105 @@
+"""Test vectors of an exported controller: what went into it in a simulation, and what came out."""
+
+from __future__ import annotations
+
+import struct
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.config.planar import AXES
+from motionlab.config.scenario import Scenario
+from motionlab.config.timing import to_ticks
+from motionlab.kernel.build import LANES_PER_VARIANT, VARIANTS_PER_BLOCK
+from motionlab.kernel.layout import state_row
+from motionlab.simulation.prepare import Prepared
+from motionlab.simulation.simulation import Simulation, sample_page
+from motionlab.telemetry.channels import Sample
+
+Array = NDArray[np.float64]
+
+_MAGIC = b"PSRMVEC1"
+
+_STATES = (
+    "acting.current_a",
+    "acting.current_b",
+    "acting.current_c",
+    "acting.force",
+    "pending.estimate",
+    "pending.K",
+    "memory.d",
+    "memory.z_hat",
+    "memory.v_last",
+    "memory.e_last",
+)
+_SAMPLES = ("pd_force", "force_command", "force_saturated", "current_saturated")
+"""Signals that the simulation keeps in single precision only."""
+
+_INPUTS = 4
+COLUMNS = _INPUTS + len(_STATES) + len(_SAMPLES)
+"""Numbers of one axis in one control period."""
+
+
+def simulated_vectors(prepared: Prepared, variant: str, seconds: float) -> Array:
+    """Simulate a scenario and return one variant's inputs and outputs.
+
+    Parameters
+    ----------
+    prepared : Prepared
+        What to run, from its start.
+    variant : str
+        One of its variants.
+    seconds : float
+        Longest time, s; the vectors end before if the scenario does, or a scheduled change of the
+        controller comes, or the variant diverges.
+
+    Returns
+    -------
+    ndarray, shape (ticks, 2, COLUMNS)
+        For each axis position, velocity and acceleration reference, measured position, then the
+        signals in the order of check.c; SI.
+    """
+    place = list(prepared.scenario.variants).index(variant)
+    block, pair = divmod(place, VARIANTS_PER_BLOCK)
+    lanes = slice(pair * LANES_PER_VARIANT, (pair + 1) * LANES_PER_VARIANT)
+    measured = state_row("memory.p_last")
+    states = [state_row(path) for path in _STATES]
+    channels = [Sample._fields.index(name) for name in _SAMPLES]
+
+    ticks = min(to_ticks(seconds), _unchanged(prepared, variant))
+    rows = np.empty((ticks, len(AXES), COLUMNS))
+    for column, values in enumerate(_reference(prepared)):
+        rows[:, :, column] = values[:ticks]
+    simulation = Simulation(prepared)
+    samples = sample_page(len(prepared.scenario.variants))[:, :1].copy()
+    for tick in range(ticks):
+        simulation.advance(samples)
+        state = simulation.snapshot().state[block, :, lanes]
+        rows[tick, :, _INPUTS - 1] = state[measured]
+        rows[tick, :, _INPUTS : _INPUTS + len(_STATES)] = state[states].T
+        rows[tick, :, _INPUTS + len(_STATES) :] = samples[block, 0, channels, lanes].T
+    failed = simulation.failed_ticks[place]
+    return rows if failed is None else rows[:failed]
+
+
+def vector_file(vectors: Array) -> bytes:
+    """Return the file that check.c reads, of vectors of shape (ticks, 2, COLUMNS)."""
+    ticks, axes, columns = vectors.shape
+    return _MAGIC + struct.pack("2d", ticks, axes * columns) + vectors.tobytes()
+
+
+def _reference(prepared: Prepared) -> tuple[Array, Array, Array]:
+    reference = prepared.reference
+    return reference.position, reference.velocity, reference.acceleration
+
+
+def _unchanged(prepared: Prepared, variant: str) -> int:
+    """Return the tick at which the schedule first changes the controller, or the run ends."""
+
+    def controller(scenario: Scenario) -> tuple[object, ...]:
+        parts = (scenario.plant.force, scenario.divergence_error)
+        return (scenario.variants[variant].controller, *parts)
+
+    initial = controller(prepared.scenario)
+    changed = (tick for tick, now in prepared.epochs if controller(now) != initial)
+    return next(changed, prepared.reference.ticks)
