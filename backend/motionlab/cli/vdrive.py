@@ -1,0 +1,210 @@
+"""The command ``motionlab vdrive``."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import os
+import select
+import signal
+import sys
+from pathlib import Path
+from typing import Any
+
+from motionlab.cli.exit_codes import DONE
+
+_PORT = 34980
+_PORT_MAX = 65_535
+
+
+def add(commands: Any) -> None:
+    """Add ``motionlab vdrive``."""
+    parser = commands.add_parser(
+        "vdrive",
+        help="run a virtual drive: six simulated current drives on EtherCAT",
+        description="Run a virtual drive: a software EtherCAT segment of six CiA 402 current "
+        "drives with a simulated motor behind them, in UDP packets or on a network card. It is a "
+        "test double, no EtherCAT device. It runs until interrupted.",
+        epilog="While it runs, motionlab vdrive --switch drop=0.05 loses 5 %% of its frames, and "
+        "--switch clear=true ends that; docs/drive-virtual.md has all switches.",
+    )
+    parser.add_argument("--motor", default="nominal", help="shipped motor (%(default)s)")
+    parser.add_argument(
+        "--set",
+        dest="assignments",
+        metavar="KEY=VALUE",
+        action="append",
+        default=[],
+        help="change the motor, such as plant.x.encoder.noise=1e-8 (repeatable)",
+    )
+    parser.add_argument(
+        "--drive",
+        type=Path,
+        metavar="FILE",
+        help="drive link whose nodes and encoders to be (configs/drives/virtual.toml)",
+    )
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument(
+        "--address",
+        type=_address,
+        default=("127.0.0.1", _PORT),
+        metavar="IP[:PORT]",
+        help=f"where to answer in UDP; port 0 takes a free one (127.0.0.1:{_PORT})",
+    )
+    where.add_argument(
+        "--interface", metavar="CARD", help="answer on a network card, raw Ethernet, instead"
+    )
+    parser.add_argument(
+        "--control",
+        type=_port,
+        metavar="PORT",
+        help="UDP port on 127.0.0.1 for switches (the one after that of --address)",
+    )
+    parser.add_argument(
+        "--start", type=_pair, default=(0.0, 0.0), metavar="X,Y", help="position, m (0,0)"
+    )
+    parser.add_argument("--seed", type=int, default=0, help="of noise and faults (%(default)s)")
+    parser.add_argument(
+        "--drift", type=_drift, default=0.0, metavar="PPM", help="of its clock, +-1000 (0)"
+    )
+    parser.add_argument(
+        "--priority",
+        type=int,
+        choices=range(100),
+        default=0,
+        metavar="0..99",
+        help="of the answering thread under SCHED_FIFO, if allowed; 0 does without (%(default)s)",
+    )
+    parser.add_argument(
+        "--switch",
+        metavar="KEY=VALUE",
+        action="append",
+        default=[],
+        help="set a fault switch of the virtual drive that runs already (repeatable)",
+    )
+    parser.add_argument("--json", action="store_true", help="print JSON on stdout")
+    parser.add_argument("--until-eof", action="store_true", help="end when stdin does")
+    parser.set_defaults(command=_vdrive)
+
+
+def _port(text: str) -> int:
+    port = int(text) if text.isdecimal() else -1
+    if not 0 <= port <= _PORT_MAX:
+        raise argparse.ArgumentTypeError(f"{text!r} is no port; allowed 0 to {_PORT_MAX}")
+    return port
+
+
+def _address(text: str) -> tuple[str, int]:
+    import ipaddress
+
+    host, _, port = text.rpartition(":") if text.count(":") == 1 else (text, "", "")
+    try:
+        return str(ipaddress.ip_address(host)), _port(port) if port else _PORT
+    except ValueError:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is no IP address with or without port"
+        ) from None
+
+
+def _pair(text: str) -> tuple[float, float]:
+    try:
+        x, y = (float(part) for part in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is no pair of numbers such as 0.01,0") from None
+    if not (abs(x) <= 1.0 and abs(y) <= 1.0):
+        raise argparse.ArgumentTypeError(f"{text!r} lies outside -1 to 1 m")
+    return x, y
+
+
+def _drift(text: str) -> float:
+    try:
+        drift = float(text)
+    except ValueError:
+        drift = float("nan")
+    if not abs(drift) <= 1000.0:
+        raise argparse.ArgumentTypeError(f"{text!r} is no drift; allowed -1000 to 1000 ppm")
+    return drift * 1e-6
+
+
+def _vdrive(options: argparse.Namespace) -> int:
+    return _switch(options) if options.switch else _run(options)
+
+
+def _switch(options: argparse.Namespace) -> int:
+    """Set switches of a running virtual drive."""
+    from motionlab.config.changes import parse_assignments
+    from motionlab.drive.virtual.control import ask
+
+    changes = parse_assignments(options.switch, "--switch")
+    status = ask(options.control or options.address[1] + 1, changes)
+    if options.json:
+        print(json.dumps(status))
+        return DONE
+    on = " ".join(f"{name}={value}" for name, value in status["switches"].items())
+    counters = ", ".join(f"{name} {value}" for name, value in status["counters"].items())
+    print(f"switched on: {on or 'nothing'}\n{counters}")
+    return DONE
+
+
+def _run(options: argparse.Namespace) -> int:
+    """Answer until interrupted."""
+    from motionlab.config.changes import parse_assignments
+    from motionlab.config.drive import load_drive
+    from motionlab.drive.virtual.segment import Segment
+    from motionlab.drive.virtual.server import (
+        Server,
+        open_ethernet,
+        open_pair,
+        open_udp,
+        wall_clock,
+    )
+
+    drive = None if options.drive is None else load_drive(options.drive)
+    segment = Segment(
+        options.motor,
+        drive,
+        changes=parse_assignments(options.assignments),
+        start=options.start,
+        seed=options.seed,
+        now=wall_clock(),
+    )
+    segment.advance(wall_clock())  # compiled, or found, before anything is promised
+    address, port = options.address
+    control = options.control or 0
+    if options.interface:
+        opened, where = open_ethernet(options.interface), options.interface
+    elif port or control:
+        opened, where = open_udp(address, port), address
+    else:
+        opened, control = open_pair(address)
+        where = address
+    with Server(
+        segment, opened, control_port=control, drift=options.drift, priority=options.priority
+    ) as server:
+        told = {"at": where, "port": server.port, "control_port": server.control_port}
+        if options.json:
+            print(json.dumps(told), flush=True)
+        else:
+            at = f"{where}:{server.port}" if server.port else where
+            print(
+                f"Virtual drive, motor {options.motor}, at {at}; switches at UDP port "
+                f"{server.control_port}. It is a test double, no EtherCAT device.",
+                flush=True,
+            )
+        _end_at_sigterm()
+        with contextlib.suppress(KeyboardInterrupt):
+            server.run(_stdin_ended if options.until_eof else lambda: False)
+    return DONE
+
+
+def _end_at_sigterm() -> None:
+    def end(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    signal.signal(signal.SIGTERM, end)
+
+
+def _stdin_ended() -> bool:
+    ready, _, _ = select.select([sys.stdin], [], [], 0.0)
+    return bool(ready) and not os.read(sys.stdin.fileno(), 1024)

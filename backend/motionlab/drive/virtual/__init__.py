@@ -1,0 +1,1 @@
+"""A software EtherCAT segment of six current drives with the simulated motor behind them."""

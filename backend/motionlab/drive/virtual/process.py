@@ -1,0 +1,140 @@
+"""A virtual drive in a process of its own, for tests and demonstrations."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from types import TracebackType
+from typing import Any
+
+from motionlab.drive.virtual.control import DriveFailed, ask
+
+_END_TIME = 10.0  # s
+
+
+class VirtualDrive:
+    """A virtual drive that runs in a child process while a block lasts.
+
+    It answers once the block begins: compiled code it does not find it compiles first.
+
+    Parameters
+    ----------
+    motor : str
+        Name of a shipped motor.
+    address : str
+        IP address to answer at.
+    port : int
+        UDP port; 0 chooses a free one.
+    start : tuple of float
+        Position of the mover, m.
+    seed : int
+        Of noise and of random faults.
+    drift : float
+        By how much its clock is fast, 1.
+    priority : int
+        Of the answering thread under SCHED_FIFO; 0 does without.
+    interface : str
+        Network card, for raw Ethernet in place of UDP.
+
+    Attributes
+    ----------
+    address : str
+        IP address it answers at.
+    port : int
+        Its UDP port.
+    control_port : int
+        UDP port for switches.
+    pid : int
+        Of the process.
+    """
+
+    def __init__(  # noqa: PLR0913 - the options of the command
+        self,
+        motor: str = "nominal",
+        *,
+        address: str = "127.0.0.1",
+        port: int = 0,
+        start: tuple[float, float] = (0.0, 0.0),
+        seed: int = 0,
+        drift: float = 0.0,
+        priority: int = 0,
+        interface: str = "",
+    ) -> None:
+        self.address = address
+        self.port = port
+        self.control_port = 0
+        self.pid = 0
+        self._command = [
+            sys.executable,
+            "-m",
+            "motionlab",
+            "vdrive",
+            "--json",
+            "--until-eof",
+            f"--motor={motor}",
+            f"--start={start[0]!r},{start[1]!r}",
+            f"--seed={seed}",
+            f"--drift={drift * 1e6!r}",
+            f"--priority={priority}",
+            *([f"--interface={interface}"] if interface else [f"--address={address}:{port}"]),
+        ]
+        self._process: subprocess.Popen[bytes] | None = None
+
+    def __enter__(self) -> VirtualDrive:
+        """Start it and wait until it answers.
+
+        Raises
+        ------
+        DriveFailed
+            If it ends instead.
+        """
+        pipe = subprocess.PIPE
+        self._process = subprocess.Popen(self._command, stdin=pipe, stdout=pipe)
+        assert self._process.stdout is not None
+        line = self._process.stdout.readline()
+        if not line:
+            code = self._process.wait()
+            self._close()
+            raise DriveFailed(f"the virtual drive ended with exit code {code}")
+        told = json.loads(line)
+        self.port, self.control_port = told["port"], told["control_port"]
+        self.pid = self._process.pid
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        """End it."""
+        self._close()
+
+    def switch(self, **changes: Any) -> dict[str, Any]:
+        """Set fault switches; return what `status` returns.
+
+        Raises
+        ------
+        ConfigError
+            If a switch has another name or range.
+        """
+        return ask(self.control_port, changes)
+
+    def status(self) -> dict[str, Any]:
+        """Return switches in effect, counters, and the state of every node."""
+        return ask(self.control_port, {})
+
+    def _close(self) -> None:
+        if self._process is None:
+            return
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self._process.stdin.close()  # at its end the process ends
+        try:
+            self._process.wait(_END_TIME)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        self._process.stdout.close()
+        self._process = None

@@ -1,0 +1,186 @@
+"""A virtual drive on a socket: a thread that answers frames, another for mail and switches."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import selectors
+import socket
+import threading
+import time
+from collections.abc import Callable
+from types import TracebackType
+from typing import Any
+
+from motionlab.drive.ethercat import ETHERTYPE
+from motionlab.drive.virtual.control import LOOPBACK, DriveFailed
+from motionlab.drive.virtual.loop import MAC_HEADER, STOP, carrier, run_loop
+from motionlab.drive.virtual.segment import Segment
+from motionlab.errors import ConfigError, FieldError
+
+EPOCH_2000 = 946_684_800_000_000_000
+"""Unix time of 2000-01-01, ns."""
+
+LINE_MAX = 4096
+"""Longest line of switches, bytes."""
+
+_TRIES = 20
+_TURN = 0.1  # s
+
+
+def open_udp(address: str, port: int) -> socket.socket:
+    """Return a socket for EtherCAT in UDP packets.
+
+    Raises
+    ------
+    DriveFailed
+        If the address cannot be bound.
+    """
+    family = socket.AF_INET6 if ":" in address else socket.AF_INET
+    opened = socket.socket(family, socket.SOCK_DGRAM)
+    try:
+        opened.bind((address, port))
+    except OSError as error:
+        opened.close()
+        raise DriveFailed(f"UDP port {port} of {address}: {error.strerror}") from None
+    return opened
+
+
+def open_ethernet(interface: str) -> socket.socket:
+    """Return a socket for EtherCAT frames on a network card; it needs CAP_NET_RAW.
+
+    Raises
+    ------
+    DriveFailed
+        If there is no such card, or no right to it.
+    """
+    try:
+        opened = socket.socket(socket.AF_PACKET, socket.SOCK_RAW, socket.htons(ETHERTYPE))
+    except OSError as error:
+        raise DriveFailed(f"raw Ethernet needs CAP_NET_RAW: {error.strerror}") from None
+    try:
+        opened.bind((interface, ETHERTYPE))
+    except OSError as error:
+        opened.close()
+        raise DriveFailed(f"network card {interface!r}: {error.strerror}") from None
+    return opened
+
+
+class Server:
+    """A segment on a socket.
+
+    Parameters
+    ----------
+    segment : Segment
+        Its clock should begin at `wall_clock`.
+    on : socket
+        From `open_udp` or `open_ethernet`; closed at the end.
+    control_port : int
+        UDP port on loopback for switches; 0 chooses the one after that of `on`.
+    drift : float
+        By how much the segment's clock is fast, 1.
+    priority : int
+        Of the answering thread under SCHED_FIFO; 0 does without.
+    """
+
+    def __init__(
+        self,
+        segment: Segment,
+        on: socket.socket,
+        *,
+        control_port: int = 0,
+        drift: float = 0.0,
+        priority: int = 0,
+    ) -> None:
+        self.segment = segment
+        self._on = on
+        self._priority = priority
+        raw = on.family == socket.AF_PACKET
+        self.port = 0 if raw else int(on.getsockname()[1])
+        self._control = open_udp(LOOPBACK, control_port or (self.port + 1 if self.port else 0))
+        self.control_port = int(self._control.getsockname()[1])
+        self._mail_event = os.eventfd(0, os.EFD_NONBLOCK)
+        self._carrier = carrier(on.fileno(), MAC_HEADER if raw else 0, self._mail_event, drift)
+        self._thread = threading.Thread(target=self._answer, name="vdrive", daemon=True)
+        self.real_time = False
+
+    def __enter__(self) -> Server:
+        """Start to answer."""
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        """Stop, and close the sockets."""
+        self._carrier.numbers[STOP] = 1
+        self._thread.join()
+        self._on.close()
+        self._control.close()
+        os.close(self._mail_event)
+
+    def run(self, ended: Callable[[], bool] = lambda: False) -> None:
+        """Answer mail and switches until `ended`, which is asked every tenth of a second."""
+        with selectors.DefaultSelector() as selector:
+            selector.register(self._mail_event, selectors.EVENT_READ)
+            selector.register(self._control, selectors.EVENT_READ)
+            while not ended():
+                for key, _ in selector.select(_TURN):
+                    if key.fileobj is self._control:
+                        self._answer_switches()
+                    else:
+                        with contextlib.suppress(BlockingIOError):
+                            os.eventfd_read(self._mail_event)
+                self.segment.serve_mail()
+
+    def _answer(self) -> None:
+        if self._priority:
+            with contextlib.suppress(OSError):  # without the right to it, it runs as it is
+                os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(self._priority))
+                self.real_time = True
+        run_loop(self.segment.arrays, self._carrier)
+
+    def _answer_switches(self) -> None:
+        line, sender = self._control.recvfrom(LINE_MAX)
+        reply: dict[str, Any]
+        try:
+            document = json.loads(line or b"{}")
+            if not isinstance(document, dict):
+                raise ConfigError(FieldError("switches", "is no JSON object"))
+            self.segment.switch(**document)
+            reply = self.segment.status()
+        except (ValueError, RecursionError) as error:
+            reply = {"error": f"no JSON: {error}"}
+        except (ConfigError, TypeError) as error:
+            reply = {"error": str(error)}
+        with contextlib.suppress(OSError):
+            self._control.sendto(json.dumps(reply).encode(), sender)
+
+
+def wall_clock() -> int:
+    """Return the time, ns since 2000-01-01."""
+    return time.time_ns() - EPOCH_2000
+
+
+def open_pair(address: str) -> tuple[socket.socket, int]:
+    """Return a socket on a free UDP port whose next port is free on loopback, and that one.
+
+    Raises
+    ------
+    DriveFailed
+        If none is found.
+    """
+    for _ in range(_TRIES):
+        opened = open_udp(address, 0)
+        following = int(opened.getsockname()[1]) + 1
+        try:
+            open_udp(LOOPBACK, following).close()
+        except (DriveFailed, OverflowError):
+            opened.close()
+            continue
+        return opened, following
+    raise DriveFailed("no two free UDP ports in a row")
