@@ -1,0 +1,242 @@
+"""Configuration of a drive link: the bus, six current drives, two encoders, limits."""
+
+from __future__ import annotations
+
+import itertools
+import tomllib
+from collections import Counter
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, ValidationError, model_validator
+
+from motionlab.config.bounds import FILE_MAX, check_depth, check_toml
+from motionlab.config.planar import AXES
+from motionlab.config.quantity import OURS, Config, Whole, quantity
+from motionlab.config.validation_errors import field_errors
+from motionlab.errors import ConfigError, FieldError
+
+PHASES = ("a", "b", "c")
+LAYOUT = tuple(itertools.product(AXES, PHASES))
+"""Axis and phase of every drive."""
+
+Identity = Annotated[Whole, Field(ge=0, le=0xFFFF_FFFF)]
+
+
+class LinkConfig(Config):
+    """The bus and its timing."""
+
+    carrier: Literal["udp", "ethernet"] = Field(
+        default="udp",
+        description="EtherCAT in UDP packets, for the virtual drive, or on a network card",
+    )
+    address: str = Field(
+        default="127.0.0.1",
+        description="IP address of the segment, with carrier udp",
+        pattern=r"^[0-9A-Fa-f.:]{2,45}$",
+    )
+    port: Whole = Field(default=34980, ge=1, le=65535, description="UDP port of the segment")
+    interface: str = Field(
+        default="",
+        description="Name of the network card, with carrier ethernet",
+        pattern=r"^[A-Za-z0-9_.:-]{0,15}$",
+    )
+    distributed_clocks: bool = Field(
+        default=True, description="Whether drives act at SYNC0 of their common clock"
+    )
+    sync_shift: float = quantity(
+        "Time from SYNC0 to the exchange of process data",
+        shown="\u00b5s",
+        unit="s",
+        source=OURS,
+        default=100e-6,
+        ge=0.0,
+        le=400e-6,
+    )
+    watchdog: float = quantity(
+        "Time without process data after which a drive de-energises itself",
+        shown="ms",
+        unit="s",
+        source=OURS,
+        default=0.020,
+        ge=0.002,
+        le=0.1,
+    )
+    loss: float = quantity(
+        "Time without process data after which the link stops and latches a fault",
+        shown="ms",
+        unit="s",
+        source=OURS,
+        default=0.010,
+        ge=0.001,
+        le=0.05,
+    )
+    priority: Whole = Field(
+        default=80, ge=0, le=98, description="Priority under SCHED_FIFO; 0 does without"
+    )
+
+    @model_validator(mode="after")
+    def _is_consistent(self) -> Self:
+        if self.carrier == "ethernet" and not self.interface:
+            raise ValueError("carrier ethernet needs the name of a network card in interface")
+        if self.loss >= self.watchdog:
+            raise ValueError(
+                f"loss = {self.loss:g} s must be below watchdog = {self.watchdog:g} s: "
+                "the link stops before the drives do"
+            )
+        return self
+
+
+class NodeConfig(Config):
+    """One drive, in the order of the segment."""
+
+    axis: Literal["x", "y"]
+    phase: Literal["a", "b", "c"]
+    vendor: Identity = Field(description="Vendor, object 1018:01")
+    product: Identity = Field(description="Product code, object 1018:02")
+    rated_current: float = quantity(
+        "Rated current, object 6075: a thousandth of it is the step of a command",
+        unit="A",
+        source=OURS,
+        default=10.0,
+        gt=0.0,
+        le=100.0,
+    )
+    sync_shift: float = quantity(
+        "SYNC0 of this drive after that of the first",
+        shown="\u00b5s",
+        unit="s",
+        source=OURS,
+        default=0.0,
+        ge=0.0,
+        le=250e-6,
+    )
+
+
+class DriveAxisConfig(Config):
+    """Encoder and limits of one axis."""
+
+    encoder: Whole = Field(ge=1, le=6, description="Drive that reads the encoder, from 1")
+    resolution: float = quantity(
+        "Size of one count", shown="nm", unit="m", source=OURS, gt=0.0, le=1e-4
+    )
+    direction: Literal[1, -1] = Field(
+        default=1, description="-1 where counts fall towards positive positions"
+    )
+    offset: float = quantity(
+        "Position at count 0",
+        shown="mm",
+        unit="m",
+        source="found by homing",
+        default=0.0,
+        ge=-1.0,
+        le=1.0,
+    )
+    position_min: float = quantity(
+        "Least position, object 607D:01", shown="mm", unit="m", source=OURS, ge=-1.0, le=1.0
+    )
+    position_max: float = quantity(
+        "Largest position, object 607D:02", shown="mm", unit="m", source=OURS, ge=-1.0, le=1.0
+    )
+    velocity_max: float = quantity(
+        "Largest speed", shown="mm/s", unit="m/s", source=OURS, gt=0.0, le=5.0
+    )
+    deceleration: float = quantity(
+        "Deceleration of a controlled stop", unit="m/s^2", source=OURS, gt=0.0, le=100.0
+    )
+    following_error: float = quantity(
+        "Following error window, object 6065",
+        shown="\u00b5m",
+        unit="m",
+        source=OURS,
+        gt=0.0,
+        le=0.1,
+    )
+    following_error_time: float = quantity(
+        "Time outside the window before a fault, object 6066",
+        shown="ms",
+        unit="s",
+        source=OURS,
+        default=0.010,
+        ge=0.0,
+        le=1.0,
+    )
+    current_max: float = quantity(
+        "Largest current of a phase, object 6073", unit="A", source=OURS, gt=0.0, le=100.0
+    )
+
+    @model_validator(mode="after")
+    def _is_a_range(self) -> Self:
+        if self.position_min >= self.position_max:
+            raise ValueError(
+                f"position_min = {self.position_min:g} m is not below "
+                f"position_max = {self.position_max:g} m"
+            )
+        return self
+
+
+class DriveConfig(Config):
+    """Six current drives and two encoders behind one EtherCAT master."""
+
+    title: str = Field(max_length=200)
+    description: str = Field(default="", max_length=2000)
+    virtual: bool = Field(
+        default=False, description="Whether a virtual drive answers: nothing can move for real"
+    )
+    link: LinkConfig = Field(default_factory=LinkConfig)
+    nodes: Annotated[tuple[NodeConfig, ...], Field(strict=False)] = Field(
+        min_length=6, max_length=6, description="The drives in the order of the segment"
+    )
+    x: DriveAxisConfig
+    y: DriveAxisConfig
+
+    @model_validator(mode="after")
+    def _has_every_phase_once(self) -> Self:
+        found = Counter((node.axis, node.phase) for node in self.nodes)
+        twice = [f"{axis} {phase}" for (axis, phase), count in found.items() if count > 1]
+        if twice:
+            missing = [f"{axis} {phase}" for axis, phase in LAYOUT if not found[axis, phase]]
+            raise ValueError(
+                f"more than one drive for {', '.join(twice)}, none for {', '.join(missing)}"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _currents_are_within_ratings(self) -> Self:
+        for node in self.nodes:
+            limit = getattr(self, node.axis).current_max
+            if limit > 2 * node.rated_current:
+                raise ValueError(
+                    f"{node.axis}.current_max = {limit:g} A is more than twice the rated current "
+                    f"of drive {node.axis} {node.phase}, {node.rated_current:g} A"
+                )
+        return self
+
+    def place(self, axis: str, phase: str) -> int:
+        """Return the index of a drive in the segment."""
+        return next(
+            i for i, node in enumerate(self.nodes) if (node.axis, node.phase) == (axis, phase)
+        )
+
+
+def load_drive(path: Path) -> DriveConfig:
+    """Return the drive link that a TOML file describes.
+
+    Raises
+    ------
+    ConfigError
+        If it cannot be read; naming every field that is wrong, its value, range and unit.
+    """
+    try:
+        with path.open("rb") as file:
+            text = file.read(FILE_MAX + 1).decode()
+        if len(text) > FILE_MAX:
+            raise ConfigError(FieldError(loc="drive", message=f"{path} is too long"))
+        check_toml(text, loc="drive")
+        document = tomllib.loads(text)
+        check_depth(document, loc="drive")
+        return DriveConfig.model_validate(document)
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise ConfigError(FieldError(loc="drive", message=f"{path}: {error}")) from None
+    except ValidationError as error:
+        raise ConfigError(*field_errors(error, DriveConfig)) from None

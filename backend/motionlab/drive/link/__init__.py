@@ -1,0 +1,1 @@
+"""The master: brings drives up, runs the loop in its own process, hands over its samples."""

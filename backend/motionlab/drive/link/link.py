@@ -1,0 +1,274 @@
+"""The link as its server sees it: orders in, state and samples out."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import subprocess
+import sys
+import threading
+import time
+from collections import deque
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, Field
+
+from motionlab.config.drive import DriveConfig
+from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.drive.faults import FAULTS
+from motionlab.drive.link.carrier import LinkError
+from motionlab.drive.link.shared import (
+    RING_TICKS,
+    RUN_TICKS_MAX,
+    Command,
+    Figure,
+    Order,
+    State,
+    Status,
+    attach,
+    create,
+)
+from motionlab.drive.process_data import NODES, drive_state
+
+_HEARTBEAT = 0.1  # s
+_ORDER_TIMEOUT = 1.0  # s; the loop answers within a period
+_REPORTS_KEPT = 100
+_END_TIMEOUT = 5.0  # s
+_WITH_TORQUE = {State.HOLDING, State.MOVING, State.STOPPING}
+
+
+class FaultNow(BaseModel):
+    """A latched fault."""
+
+    code: int
+    name: str
+    place: int = Field(description="Drive from 1, or axis from 1; 0 for the link")
+    value: float | None = Field(description="What was found, in `unit`; null without a figure")
+    limit: float | None = Field(description="What is allowed, in `unit`")
+    unit: str
+    remedy: str
+
+
+@dataclass(frozen=True)
+class DriveNow:
+    """One drive at the moment."""
+
+    status_word: int
+    error: int
+    torque: int  # per mille of rated
+
+    @property
+    def state(self) -> str:
+        """Its state in the words of CiA 402."""
+        return drive_state(self.status_word)
+
+
+class DriveLink:
+    """A process that runs a drive link, and the memory shared with it.
+
+    Parameters
+    ----------
+    config : DriveConfig
+        Which link.
+    """
+
+    def __init__(self, config: DriveConfig) -> None:
+        self.config = config
+        self.reports: deque[dict[str, Any]] = deque(maxlen=_REPORTS_KEPT)
+        self.problem = ""
+        self.found: list[dict[str, Any]] = []
+        self._lock = threading.Lock()
+        self._closed = threading.Event()
+        descriptor = create()
+        self._shared = attach(descriptor)
+        self._shared.command[Command.HEARTBEAT] = time.monotonic_ns()
+        read, write = os.pipe()
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "motionlab.drive.link.process", str(descriptor), str(write)],
+            stdin=subprocess.PIPE,
+            pass_fds=(descriptor, write),
+        )
+        os.close(write)
+        os.close(descriptor)
+        assert self._process.stdin is not None
+        with self._process.stdin as stdin:
+            stdin.write(config.model_dump_json().encode())
+        threading.Thread(target=self._read_reports, args=(read,), daemon=True).start()
+        threading.Thread(target=self._beat, name="drive heartbeat", daemon=True).start()
+
+    @property
+    def state(self) -> State:
+        """What the loop does."""
+        if self._process.poll() is not None:
+            return State.OFFLINE
+        return State(int(self._shared.status[Status.STATE]))
+
+    def status(self, name: Status) -> int:
+        """Return one number of the loop's status."""
+        return int(self._shared.status[name])
+
+    def figure(self, name: Figure) -> tuple[float, float]:
+        """Return a pair of figures of the loop, of x and of y."""
+        x, y = self._shared.figures[name : name + 2]
+        return float(x), float(y)
+
+    @property
+    def drives(self) -> list[DriveNow]:
+        """The six drives at the moment."""
+        status = self._shared.status
+        return [
+            DriveNow(
+                int(status[Status.NODE_STATUS + node]),
+                int(status[Status.NODE_ERROR + node]),
+                int(status[Status.NODE_TORQUE + node]),
+            )
+            for node in range(NODES)
+        ]
+
+    @property
+    def round_trips(self) -> NDArray[np.int64]:
+        """Histogram of the time from request to answer, bins of 1 us; a copy."""
+        return self._shared.round_trips.copy()
+
+    def order(self, order: Order) -> None:
+        """Give an order and wait until it is carried out.
+
+        Raises
+        ------
+        LinkError
+            If the loop refuses it in its present state, or does not answer.
+        """
+        with self._lock:
+            command = self._shared.command
+            sequence = int(command[Command.SEQUENCE]) + 1
+            command[Command.ORDER] = order
+            command[Command.SEQUENCE] = sequence
+            deadline = time.monotonic() + _ORDER_TIMEOUT
+            while self._shared.status[Status.DONE] != sequence:
+                if self._process.poll() is not None:
+                    raise LinkError("the drive loop has ended; restart the server")
+                if time.monotonic() > deadline:
+                    raise LinkError("the drive loop does not answer")
+                time.sleep(CONTROL_PERIOD)
+            refused = self._shared.status[Status.REFUSED]
+        if refused:
+            raise LinkError(f"not possible while the link is {self.state.name.lower()}")
+
+    def stop(self) -> None:
+        """Brake to rest, then switch the torque off; returns at once, whatever else goes on."""
+        self._shared.command[Command.STOPS] += 1
+
+    def load(self, parameters: NDArray[np.float64]) -> None:
+        """Put controller parameters in effect from the next tick on, all at once."""
+        command = self._shared.command
+        other = 1 - int(command[Command.PARAMETERS])
+        self._shared.parameters[other] = parameters
+        command[Command.PARAMETERS] = other
+
+    def start(self, reference: NDArray[np.float64], first: int, number: int) -> None:
+        """Begin a motion.
+
+        Parameters
+        ----------
+        reference : ndarray, shape (ticks, 3, 2)
+            Position, velocity, acceleration of x and y; begins where the mover is.
+        first : int
+            First tick that is recorded; what precedes it is the approach.
+        number : int
+            Number of the motion; grows from one to the next.
+        """
+        if len(reference) > RUN_TICKS_MAX:
+            raise LinkError(
+                f"the motion takes {len(reference) * CONTROL_PERIOD:.0f} s; "
+                f"at most {RUN_TICKS_MAX * CONTROL_PERIOD:.0f} s"
+            )
+        self.check_holding()
+        self._shared.reference[: len(reference)] = reference
+        command = self._shared.command
+        command[Command.RUN_TICKS] = len(reference)
+        command[Command.RUN_FIRST] = first
+        command[Command.RUN] = number
+        self.order(Order.START)
+
+    def check_holding(self) -> None:
+        """Refuse unless the drives hold their position.
+
+        Raises
+        ------
+        LinkError
+            Saying what they do.
+        """
+        if self.state != State.HOLDING:
+            raise LinkError(f"not possible while the link is {self.state.name.lower()}")
+
+    @property
+    def recorded(self) -> tuple[int, int]:
+        """Number of the present motion, and how many of its ticks have been recorded."""
+        status = self._shared.status
+        return int(status[Status.RUN]), int(status[Status.END])
+
+    def samples(self, start: int, stop: int) -> NDArray[np.float32]:
+        """Return samples of ticks [start, stop), shape (ticks, channels, 2); a copy.
+
+        Raises
+        ------
+        LinkError
+            If they have been overwritten: not read for half a minute.
+        """
+        places = np.arange(start, stop) % RING_TICKS
+        samples = self._shared.samples[places]
+        if self._shared.status[Status.END] - start > RING_TICKS:
+            raise LinkError("samples of the drives were lost: the server was held up")
+        return samples
+
+    def fault(self) -> FaultNow | None:
+        """Return the latched fault; None without one."""
+        if self.state != State.FAULT:
+            return None
+        status, figures = self._shared.status, self._shared.figures
+        code = int(status[Status.FAULT])
+        fault = FAULTS[code]
+        value, limit = (float(figures[i]) for i in (Figure.FAULT_VALUE, Figure.FAULT_LIMIT))
+        return FaultNow(
+            code=code,
+            name=fault.name,
+            place=int(status[Status.FAULT_PLACE]),
+            value=value * fault.factor if fault.unit else None,
+            limit=limit * fault.factor if fault.unit else None,
+            unit=fault.unit,
+            remedy=fault.remedy,
+        )
+
+    def close(self) -> None:
+        """Switch the torque off and end the process."""
+        self.stop()
+        deadline = time.monotonic() + _END_TIMEOUT
+        while self.state in _WITH_TORQUE and time.monotonic() < deadline:
+            time.sleep(_HEARTBEAT)
+        with contextlib.suppress(LinkError):
+            self.order(Order.QUIT)
+        self._closed.set()
+        try:
+            self._process.wait(_END_TIMEOUT)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+
+    def _beat(self) -> None:
+        while not self._closed.wait(_HEARTBEAT):
+            self._shared.command[Command.HEARTBEAT] = time.monotonic_ns()
+
+    def _read_reports(self, descriptor: int) -> None:
+        with open(descriptor, encoding="utf-8") as lines:
+            for line in lines:
+                report = json.loads(line)
+                self.reports.append(report)
+                if "problem" in report:
+                    self.problem = report["problem"]
+                elif report.get("step") == "operational":
+                    self.problem = ""
+                    self.found = report["found"]

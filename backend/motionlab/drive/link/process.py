@@ -1,0 +1,222 @@
+"""The process of the loop: ``python -m motionlab.drive.link.process MEMORY REPORT``.
+
+It brings the drives up, runs the compiled loop, and brings them up again when a person resets a
+lost link. What it does is written to the pipe REPORT, a line of JSON each; MEMORY is the shared
+memory. Both are descriptors that it inherits.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import gc
+import json
+import os
+import signal
+import sys
+import time
+from typing import Any
+
+import numpy as np
+
+from motionlab.config.drive import PHASES, DriveConfig
+from motionlab.config.planar import AXES
+from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.drive.libc import scratch
+from motionlab.drive.link.bring_up import Segment
+from motionlab.drive.link.bus import Bus, cyclic_bus
+from motionlab.drive.link.carrier import Carrier, LinkError
+from motionlab.drive.link.cycle import (
+    BRING_UP,
+    GONE,
+    HEARTBEAT,
+    QUITTING,
+    Layout,
+    Memory,
+    new_memory,
+    run,
+)
+from motionlab.drive.link.shared import Command, Order, Shared, State, Status, attach
+
+_LOCK_ALL = 1 | 2  # MCL_CURRENT, MCL_FUTURE
+_POLL = 0.05  # s, while there is no link
+_SECOND = 1_000_000_000
+_PR_SET_TIMERSLACK = 29
+
+
+def main(memory: int, report: int, config: DriveConfig) -> None:
+    """Serve one link until an order to quit, or until its server is silent."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # a terminal's Ctrl-C is for the server
+    shared = attach(memory)
+    loop = Loop(config, shared, report)
+    loop.compile()
+    loop.serve()
+
+
+class Loop:
+    """Bring-up and loop of one link.
+
+    Parameters
+    ----------
+    config : DriveConfig
+        The link.
+    shared : Shared
+        Memory shared with the process that commands it.
+    report : int
+        Descriptor of a pipe, for what it does.
+    """
+
+    def __init__(self, config: DriveConfig, shared: Shared, report: int) -> None:
+        self._config = config
+        self._shared = shared
+        self._report = report
+        self._memory = new_memory()
+        self._carrier: Carrier | None = None
+
+    def compile(self) -> None:
+        """Compile the loop before drives wait for it: over a socket without answers."""
+        self._tell(step="compiling")
+        compile_loop(self._config)
+
+    def serve(self) -> None:
+        """Keep the link up until an order or a silent commander ends it."""
+        _prepare_real_time(self._config.link.priority, self._shared)
+        try:
+            while True:
+                segment = self._brought_up()
+                if segment is None:
+                    return
+                if self._cycle(segment) in {QUITTING, GONE}:
+                    segment.shut_down()
+                    return
+        finally:
+            if self._carrier is not None:
+                self._carrier.close()
+
+    def _brought_up(self) -> Segment | None:
+        """Return the segment in OP; without one after an order to quit."""
+        while True:
+            try:
+                if self._carrier is None:
+                    self._carrier = Carrier(self._config.link)
+                segment = Segment(self._carrier, self._config)
+                self._tell(step="finding drives")
+                segment.bring_up()
+            except LinkError as error:
+                if self._carrier is not None:
+                    self._carrier.close()
+                    self._carrier = None
+                self._tell(problem=str(error))
+                if not self._wait_for_reset():
+                    return None
+                continue
+            found = [drive._asdict() for drive in segment.found]
+            self._tell(step="operational", found=found, steps=segment.steps)
+            return segment
+
+    def _cycle(self, segment: Segment) -> int:
+        """Run the compiled loop on a segment in OP, and return why it ended."""
+        assert self._carrier is not None
+        shared, status = self._shared, self._shared.status
+        link = self._config.link
+        bus = cyclic_bus(
+            self._carrier.socket.fileno(),
+            self._carrier.header,
+            clocks=link.distributed_clocks,
+            room=scratch(),
+        )
+        layout = layout_of(self._config, segment.sync_start)
+        status[Status.FAULT] = 0
+        status[Status.PHASE_LOCKED] = 0
+        status[Status.STATE] = State.READY
+        gc.collect()
+        gc.freeze()
+        gc.disable()
+        reason = run(bus, layout, shared, self._memory)
+        gc.enable()
+        if reason == BRING_UP:
+            status[Status.STATE] = State.OFFLINE
+        return reason
+
+    def _wait_for_reset(self) -> bool:
+        """Wait for an order to try again; false when it is to end."""
+        command, status = self._shared.command, self._shared.status
+        status[Status.STATE] = State.OFFLINE
+        while True:
+            if time.monotonic_ns() - command[Command.HEARTBEAT] > 4 * HEARTBEAT:
+                return False
+            if command[Command.SEQUENCE] != status[Status.DONE]:
+                order = command[Command.ORDER]
+                status[Status.REFUSED] = order not in {Order.RESET, Order.QUIT}
+                status[Status.DONE] = command[Command.SEQUENCE]
+                if order in {Order.RESET, Order.QUIT}:
+                    return order == Order.RESET
+            time.sleep(_POLL)
+
+    def _tell(self, **facts: Any) -> None:
+        line = json.dumps({"time": time.time(), **facts}) + "\n"
+        with contextlib.suppress(OSError):
+            os.write(self._report, line.encode())
+
+
+def layout_of(config: DriveConfig, sync_start: int) -> Layout:
+    """Return what the compiled loop needs of a configuration."""
+    axes = [getattr(config, axis) for axis in AXES]
+    link = config.link
+
+    def both(name: str, kind: Any = np.float64) -> Any:
+        return np.array([getattr(axis, name) for axis in axes], kind)
+
+    return Layout(
+        axis=np.array([AXES.index(node.axis) for node in config.nodes]),
+        phase=np.array([PHASES.index(node.phase) for node in config.nodes]),
+        rated=np.array([node.rated_current for node in config.nodes]),
+        encoder=both("encoder", np.int64) - 1,
+        resolution=both("resolution") * both("direction"),
+        offset=both("offset"),
+        position_min=both("position_min"),
+        position_max=both("position_max"),
+        velocity_max=both("velocity_max"),
+        deceleration=both("deceleration"),
+        window=both("following_error"),
+        window_cycles=np.rint(both("following_error_time") / CONTROL_PERIOD).astype(np.int64),
+        current_max=both("current_max"),
+        loss_cycles=round(link.loss / CONTROL_PERIOD),
+        clocks=int(link.distributed_clocks),
+        sync_start=sync_start,
+        sync_shift=round(link.sync_shift * 1e9),
+    )
+
+
+def compile_loop(config: DriveConfig) -> None:
+    """Compile the loop, or load it from the cache, by leaving it at once."""
+    import socket  # noqa: PLC0415 - for this alone
+
+    from motionlab.drive.link import shared as memory  # noqa: PLC0415
+
+    descriptor = memory.create()
+    arrays = attach(descriptor)
+    os.close(descriptor)
+    arrays.command[Command.ORDER] = Order.QUIT
+    arrays.command[Command.SEQUENCE] = 1
+    arrays.command[Command.HEARTBEAT] = time.monotonic_ns() + _SECOND
+    near, far = socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)
+    with near, far:
+        bus: Bus = cyclic_bus(near.fileno(), b"", clocks=True, room=scratch())
+        loop_memory: Memory = new_memory()
+        run(bus, layout_of(config, 0), arrays, loop_memory)
+
+
+def _prepare_real_time(priority: int, shared: Shared) -> None:
+    """Ask for SCHED_FIFO and locked memory; what was granted is in the status."""
+    libc = ctypes.CDLL(None, use_errno=True)
+    shared.status[Status.MEMORY_LOCKED] = libc.mlockall(_LOCK_ALL) == 0
+    libc.prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0)
+    if priority:
+        with contextlib.suppress(PermissionError):
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
+            shared.status[Status.PRIORITY] = priority
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]), int(sys.argv[2]), DriveConfig.model_validate_json(sys.stdin.read()))

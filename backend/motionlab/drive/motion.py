@@ -1,0 +1,233 @@
+"""One variant of a scenario on drives: what a session advances in place of a simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.config.planar import AXES
+from motionlab.config.scenario import Scenario
+from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.drive.link.carrier import LinkError
+from motionlab.drive.link.link import DriveLink
+from motionlab.drive.link.shared import Figure, State
+from motionlab.errors import ConfigError, FieldError
+from motionlab.kernel.build import lane_parameters
+from motionlab.kernel.layout import parameter_row, reads_tables
+from motionlab.simulation.prepare import Prepared
+from motionlab.simulation.simulation import ReadyEpoch, ready
+from motionlab.simulation.timeline import Timeline
+
+Array = NDArray[np.float64]
+
+_APPROACH = 0.1  # of the largest speed and acceleration, on the way to the start
+_APPROACH_LEAST = 0.5  # s
+_PEAK_VELOCITY, _PEAK_ACCELERATION = 15 / 8, 10 / 3**0.5
+"""Of a minimum-jerk motion of unit distance and duration."""
+_EXACT = {"encoder.resolution": 0.0, "encoder.sde_amplitude": 0.0, "controller.delay": 1.0}
+"""The position is read as it comes, and a command acts one period after it."""
+_WITH_TORQUE = {State.MOVING, State.STOPPING}
+
+
+def on_drives(scenario: Scenario, variant: str | None) -> Scenario:
+    """Return a scenario of one variant, as drives carry it out.
+
+    Raises
+    ------
+    ConfigError
+        If drives cannot carry it out.
+    """
+    names = list(scenario.variants)
+    if variant is None and len(names) > 1:
+        wrong = FieldError("variant", "say which one is to run: drives run one at a time", names)
+        raise ConfigError(wrong)
+    name = names[0] if variant is None else variant
+    if name not in names:
+        raise ConfigError(FieldError("variant", "is not in the scenario", name, ", ".join(names)))
+    if scenario.plant.force == "ideal":
+        raise ConfigError(FieldError("plant.force", "drives have currents, not ideal forces"))
+    chosen = scenario.variants[name]
+    late = chosen.controller.model_copy(update={"delay": 1})
+    return scenario.model_copy(
+        update={"variants": {name: chosen.model_copy(update={"controller": late})}}
+    )
+
+
+class DriveMotion:
+    """One motion on drives, tick by tick as it comes.
+
+    Parameters
+    ----------
+    prepared : Prepared
+        From `on_drives`, checked.
+    link : DriveLink
+        The drives.
+    number : int
+        Number of the motion; grows from one to the next.
+    """
+
+    def __init__(self, prepared: Prepared, link: DriveLink, number: int) -> None:
+        self.prepared = prepared
+        self.timeline = Timeline(prepared.reference, np.zeros_like(prepared.load))
+        self.tick = 0
+        self._link = link
+        self._number = number
+        self._begun = self._stopping = False
+        _, self._scenario, parameters = ready(prepared.epochs)[0]
+        self._lanes = _measured(parameters[0])
+
+    @property
+    def blocks(self) -> int:
+        """One block: eight lanes, of which two are the axes."""
+        return 1
+
+    @property
+    def scenario(self) -> Scenario:
+        """The parameters in effect."""
+        return self._scenario
+
+    @property
+    def stopped(self) -> bool:
+        """Whether the motion ended before its end, and all its samples have been taken."""
+        early = self._stopping or self.tick != self.timeline.end
+        return self._begun and early and not self._moving and self.available == 0
+
+    @property
+    def available(self) -> int:
+        """Ticks that have been recorded and not yet taken."""
+        number, end = self._link.recorded
+        return end - self.tick if self._begun and number == self._number else 0
+
+    @property
+    def failed_ticks(self) -> list[int | None]:
+        """The tick at which a fault ended the motion, or None."""
+        ended = self.stopped and self._link.state == State.FAULT
+        return [self.tick if ended else None]
+
+    def begin(self) -> None:
+        """Approach the start of the trajectory, then follow it.
+
+        Raises
+        ------
+        LinkError
+            If the drives do not hold their position, or the motion is too long.
+        """
+        here = np.array(self._link.figure(Figure.REFERENCE))
+        plant = self._scenario.plant
+        approach = minimum_jerk(
+            here,
+            self.prepared.reference.position[0],
+            velocity=_APPROACH * np.array([plant.x.velocity_max, plant.y.velocity_max]),
+            acceleration=_APPROACH * np.array([plant.x.acceleration_max, plant.y.acceleration_max]),
+        )
+        position, velocity, acceleration, _ = self.timeline.at(0, self.prepared.reference.ticks)
+        motion = np.stack((position, velocity, acceleration), axis=1)
+        whole = np.concatenate((approach, motion))
+        self._link.check_holding()  # before the gains of what moves now are replaced
+        self._link.load(self._lanes)
+        self._link.start(whole, len(approach), self._number)
+        self._begun = True
+
+    def advance(self, samples: NDArray[np.float32]) -> int:
+        """Take what has been recorded, as `Simulation.advance` computes it."""
+        count = min(self.available, samples.shape[1])
+        if count:
+            taken = self._link.samples(self.tick, self.tick + count)
+            samples[0, :count, :, : len(AXES)] = taken
+            self.tick += count
+        return count
+
+    def asked(self, start: int, stop: int) -> NDArray[np.float32]:
+        """Return the reference over some ticks, as `Simulation.asked`."""
+        values = np.stack(self.timeline.at(start, stop))
+        return values.transpose(2, 0, 1).reshape(-1, stop - start).astype(np.float32)
+
+    def adopt(self, changes: Sequence[ReadyEpoch]) -> None:
+        """Put parameters in effect from the next tick on.
+
+        Raises
+        ------
+        ConfigError
+            If they need tables, which the loop does not hold.
+        """
+        _, scenario, parameters = changes[0]
+        self._lanes = _measured(parameters[0])
+        if self._begun and self._moving:
+            self._link.load(self._lanes)
+        self._scenario = scenario
+
+    def push(self, axis: int, force: float, ticks: int) -> None:
+        """Refuse: only a hand can push a real mover."""
+        raise LinkError("only a hand can push the mover of a drive")
+
+    def stop(self) -> None:
+        """Brake to rest and switch the torque off."""
+        self._stopping = True
+        self._link.stop()
+
+    @property
+    def _moving(self) -> bool:
+        return self._link.state in _WITH_TORQUE
+
+
+def held_parameters(scenario: Scenario) -> Array:
+    """Return the lane parameters with which the loop holds a position; see `on_drives`.
+
+    Raises
+    ------
+    ConfigError
+        If they need tables, which the loop does not hold.
+    """
+    return _measured(lane_parameters(scenario)[0])
+
+
+def _measured(parameters: Array) -> Array:
+    """Return lane parameters for positions that have been measured already."""
+    if any(reads_tables(parameters)):
+        message = "force maps and sharing functions as tables do not run on drives"
+        raise ConfigError(FieldError("controller", message))
+    lanes = parameters.copy()
+    for path, value in _EXACT.items():
+        lanes[parameter_row(path)] = value
+    return lanes
+
+
+def minimum_jerk(start: Array, end: Array, *, velocity: Array, acceleration: Array) -> Array:
+    """Return the reference of a motion from rest to rest within limits of each axis.
+
+    ``s(u) = 10 u^3 - 15 u^4 + 6 u^5`` over the time in which no axis exceeds its limits.
+
+    Parameters
+    ----------
+    start, end : ndarray, shape (2,)
+        Positions, m.
+    velocity, acceleration : ndarray, shape (2,)
+        Limits, m/s and m/s^2.
+
+    Returns
+    -------
+    ndarray, shape (ticks, 3, 2)
+        Position, velocity, acceleration of x and y; its last tick is one before `end`.
+    """
+    way = np.abs(end - start)
+    seconds = max(
+        _APPROACH_LEAST,
+        float(np.max(_PEAK_VELOCITY * way / velocity)),
+        float(np.max(np.sqrt(_PEAK_ACCELERATION * way / acceleration))),
+    )
+    ticks = int(np.ceil(seconds / CONTROL_PERIOD))
+    seconds = ticks * CONTROL_PERIOD
+    u = (np.arange(ticks) / ticks)[:, None]
+    shape = np.stack(
+        (
+            10 * u**3 - 15 * u**4 + 6 * u**5,
+            (30 * u**2 - 60 * u**3 + 30 * u**4) / seconds,
+            (60 * u - 180 * u**2 + 120 * u**3) / seconds**2,
+        ),
+        axis=1,
+    )
+    reference = shape * (end - start)
+    reference[:, 0] += start
+    return reference
