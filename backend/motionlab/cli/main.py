@@ -12,18 +12,31 @@ from motionlab import __version__
 from motionlab.cli import (
     compare,
     exchange,
+    export_controller,
     replay,
     report,
     run,
     runs,
     serve,
     study,
+    vdrive,
 )
 from motionlab.cli.exit_codes import BAD_INPUT, DONE, FAILED
 from motionlab.cli.messages import discard, unbreakable_stderr
 from motionlab.errors import ConfigError, Infeasible, MotionLabError
 
-_COMMANDS = (run, runs, compare, replay, report, exchange, study, serve)
+_COMMANDS = (
+    run,
+    runs,
+    compare,
+    replay,
+    report,
+    exchange,
+    export_controller,
+    study,
+    serve,
+    vdrive,
+)
 """In the order of the help page."""
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from pathlib import Path
 from typing import Any
 
 from motionlab.cli.exit_codes import DONE
@@ -31,6 +32,12 @@ def add(commands: Any) -> None:
         help="further name under which clients reach this server (repeatable; MOTIONLAB_HOSTS "
         "takes several, comma between them)",
     )
+    parser.add_argument(
+        "--drive",
+        type=Path,
+        metavar="FILE",
+        help="link to real or virtual drives, as configs/drives/virtual.toml; docs/drive.md",
+    )
     add_scheduler(parser)
     parser.set_defaults(command=_serve)
     parser = commands.add_parser(
@@ -50,7 +57,13 @@ def _serve(options: argparse.Namespace) -> int:
     """Carry out ``motionlab serve``."""
     from motionlab.service.serve import serve
 
-    serve(options.host, options.port, frozenset(options.host_names), options.scheduler)
+    serve(
+        options.host,
+        options.port,
+        frozenset(options.host_names),
+        options.scheduler,
+        drive=options.drive,
+    )
     return DONE
 
 

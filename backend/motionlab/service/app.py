@@ -14,6 +14,7 @@ from fastapi.responses import PlainTextResponse
 from prometheus_client import CONTENT_TYPE_LATEST
 
 from motionlab import __version__
+from motionlab.service.drives import Drives
 from motionlab.service.http import openapi, page, problems
 from motionlab.service.http.compression import CompressedJson
 from motionlab.service.http.head_requests import Heads
@@ -29,6 +30,7 @@ from motionlab.service.memory_budget import MemoryBudget
 from motionlab.service.preload import warm_up
 from motionlab.service.prometheus import Monitor
 from motionlab.service.routes import (
+    drive,
     fields,
     gain_sets,
     identification_plan,
@@ -61,6 +63,30 @@ PREFIX = "/api/v1"
 
 _LOG = logging.getLogger(__name__)
 
+_MODULES = (
+    login,
+    scenarios,
+    fields,
+    simulate,
+    jobs,
+    whatif,
+    trajectories,
+    sessions,
+    session_files,
+    loop,
+    loop_response,
+    studies,
+    maps,
+    identification_plan,
+    paper,
+    run_comparison,
+    run_files,
+    run_reports,
+    runs,
+    gain_sets,
+)
+"""Routes of the API, in the order of its documentation."""
+
 _DESCRIPTION = """\
 Runs a simulated planar switched reluctance motor under several controllers on the same noise. All
 numbers are SI. Errors are RFC 9457 problem documents."""
@@ -69,6 +95,62 @@ numbers are SI. Errors are RFC 9457 problem documents."""
 def asyncapi() -> dict[str, Any]:
     """Return the description of the websocket."""
     return messages.asyncapi(__version__)
+
+
+@asynccontextmanager
+async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
+    """Start what a server has beside its routes, and end it."""
+    settings: Settings = app.state.settings
+    app.state.memory = MemoryBudget(settings.memory_max)
+    app.state.writing = asyncio.Lock()  # of files, so that the other workers are free
+    app.state.downloads = asyncio.Semaphore(settings.downloads_max)
+    app.state.downloads_waiting = 0
+    app.state.broadcast = Broadcast()
+    app.state.scenes = Scenes(most=settings.scenes_max)
+    app.state.workers = Workers(
+        count=settings.workers, waiting_max=settings.waiting_max, memory=app.state.memory
+    )
+    app.state.workers.start()
+    recorder = app.state.recorder = RunRecorder(data_root(), app.state.workers)
+    app.state.sessions = Sessions(
+        most=settings.sessions_max, memory=app.state.memory, recorder=recorder
+    )
+    evictors = [
+        asyncio.create_task(kept.keep_evicting()) for kept in (app.state.sessions, app.state.scenes)
+    ]
+    kernels = Kernels()
+    app.state.jobs = Jobs(
+        settings,
+        forks=app.state.workers.forks,
+        memory=app.state.memory,
+        kernels=kernels,
+        records=RecordStore(data_root() / "jobs"),
+    )
+
+    async def warm() -> None:
+        await app.state.workers.forks.settled.wait()  # it compiles; here it is only loaded
+        try:
+            await run_in_threadpool(warm_up)
+        except Exception:
+            _LOG.exception("not everything could be loaded beforehand")
+        kernels.start()
+
+    warming = asyncio.create_task(warm())
+    app.state.drives = None if settings.drive is None else Drives(settings.drive)
+    yield
+    if app.state.drives is not None:
+        await app.state.drives.close()
+    for evictor in evictors:
+        evictor.cancel()
+    await app.state.scenes.close()
+    warming.cancel()  # what a thread does is still waited for
+    with suppress(asyncio.CancelledError):
+        await warming
+    app.state.sessions.close()
+    await recorder.close()
+    await app.state.jobs.close()
+    await app.state.workers.close()
+    kernels.close()
 
 
 def create_app(settings: Settings | None = None) -> FastAPI:
@@ -86,62 +168,11 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     """
     settings = settings or Settings()
 
-    @asynccontextmanager
-    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        app.state.memory = MemoryBudget(settings.memory_max)
-        app.state.writing = asyncio.Lock()  # of files, so that the other workers are free
-        app.state.downloads = asyncio.Semaphore(settings.downloads_max)
-        app.state.downloads_waiting = 0
-        app.state.broadcast = Broadcast()
-        app.state.scenes = Scenes(most=settings.scenes_max)
-        app.state.workers = Workers(
-            count=settings.workers, waiting_max=settings.waiting_max, memory=app.state.memory
-        )
-        app.state.workers.start()
-        recorder = RunRecorder(data_root(), app.state.workers)
-        app.state.sessions = Sessions(
-            most=settings.sessions_max, memory=app.state.memory, recorder=recorder
-        )
-        evictors = [
-            asyncio.create_task(kept.keep_evicting())
-            for kept in (app.state.sessions, app.state.scenes)
-        ]
-        kernels = Kernels()
-        app.state.jobs = Jobs(
-            settings,
-            forks=app.state.workers.forks,
-            memory=app.state.memory,
-            kernels=kernels,
-            records=RecordStore(data_root() / "jobs"),
-        )
-
-        async def warm() -> None:
-            await app.state.workers.forks.settled.wait()  # it compiles; here it is only loaded
-            try:
-                await run_in_threadpool(warm_up)
-            except Exception:
-                _LOG.exception("not everything could be loaded beforehand")
-            kernels.start()
-
-        warming = asyncio.create_task(warm())
-        yield
-        for evictor in evictors:
-            evictor.cancel()
-        await app.state.scenes.close()
-        warming.cancel()  # what a thread does is still waited for
-        with suppress(asyncio.CancelledError):
-            await warming
-        app.state.sessions.close()
-        await recorder.close()
-        await app.state.jobs.close()
-        await app.state.workers.close()
-        kernels.close()
-
     app = FastAPI(
         title="PSRM Motion Lab",
         description=_DESCRIPTION,
         version=__version__,
-        lifespan=lifespan,
+        lifespan=_lifespan,
         separate_input_output_schemas=False,  # one name a model in generated clients
         openapi_url=None,  # `openapi.install` has its own
         docs_url=None,
@@ -155,29 +186,10 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.add_middleware(Guard, settings=settings, logins=app.state.logins)
     app.add_middleware(Heads)
     problems.install(app)
-    for module in (
-        login,
-        scenarios,
-        fields,
-        simulate,
-        jobs,
-        whatif,
-        trajectories,
-        sessions,
-        session_files,
-        loop,
-        loop_response,
-        studies,
-        maps,
-        identification_plan,
-        paper,
-        run_comparison,
-        run_files,
-        run_reports,
-        runs,
-        gain_sets,
-    ):
+    for module in _MODULES:
         app.include_router(module.router, prefix=PREFIX)
+    if settings.drive is not None:
+        app.include_router(drive.router, prefix=PREFIX)
     app.include_router(scene.router)
     app.get("/asyncapi.json", include_in_schema=False)(asyncapi)
 

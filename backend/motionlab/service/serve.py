@@ -20,6 +20,7 @@ from types import FrameType
 import uvicorn
 from fastapi import FastAPI
 
+from motionlab.config.drive import load_drive
 from motionlab.errors import ConfigError, FieldError
 from motionlab.executors.executor import executing
 from motionlab.service.app import create_app
@@ -50,7 +51,14 @@ _PONG_SECONDS = 60.0  # after which a websocket that answers no ping is closed
 _UNREAD_MAX = 60_000  # ms after which a client that reads nothing at all is disconnected
 
 
-def serve(host: str, port: int, names: frozenset[str], scheduler: str | None = None) -> None:
+def serve(
+    host: str,
+    port: int,
+    names: frozenset[str],
+    scheduler: str | None = None,
+    *,
+    drive: Path | None = None,
+) -> None:
     """Serve until interrupted.
 
     Parameters
@@ -64,6 +72,8 @@ def serve(host: str, port: int, names: frozenset[str], scheduler: str | None = N
         MOTIONLAB_HOSTS.
     scheduler : str, optional
         Where jobs are computed; that of MOTIONLAB_SCHEDULER when left out.
+    drive : Path, optional
+        File of a link to drives.
 
     Raises
     ------
@@ -95,6 +105,7 @@ def serve(host: str, port: int, names: frozenset[str], scheduler: str | None = N
         )
     with executing(scheduler):
         pass  # what is no scheduler is refused now
+    link = None if drive is None else load_drive(drive)
     names |= _names_in(os.environ.get("MOTIONLAB_HOSTS", ""))
     with _alone(data_root()):
         listener = listen(host, port)
@@ -105,6 +116,7 @@ def serve(host: str, port: int, names: frozenset[str], scheduler: str | None = N
             hosts=LOOPBACK | own | {name.lower() for name in names},
             memory_max=recordable(Settings.memory_max),
             scheduler=scheduler,
+            drive=link,
         )
         shown = f"[{address}]" if ":" in address else address
         page = "" if page_root() is not None else "docs"  # without the page built there is the API

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
+from motionlab.config.drive import DriveConfig
+
 LOOPBACK = frozenset({"127.0.0.1", "localhost", "[::1]"})
 
 
@@ -61,6 +63,8 @@ class Settings:
         Sessions that are shown in 3-D at once, each by a process.
     scheduler : str or None
         Where jobs are computed, docs/cluster.md; None for that of MOTIONLAB_SCHEDULER, or threads.
+    drive : DriveConfig, optional
+        The link to drives.
     """
 
     token: str | None = None
@@ -86,8 +90,9 @@ class Settings:
     websockets_max: int = 512
     scenes_max: int = 4
     scheduler: str | None = None
+    drive: DriveConfig | None = None
 
     @property
     def bounds(self) -> Settings:
-        """The same without the token, for processes that do not need it."""
-        return replace(self, token=None)
+        """The same without token and drives, for processes that do not need them."""
+        return replace(self, token=None, drive=None)

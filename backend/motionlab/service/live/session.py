@@ -29,6 +29,7 @@ from motionlab.service.live.history import History
 from motionlab.service.live.notification import Listener
 from motionlab.service.live.run_recorder import RunRecorder, SessionRecorder
 from motionlab.simulation.change import Change, changed
+from motionlab.simulation.machine import Machine
 from motionlab.simulation.prepare import Prepared
 from motionlab.simulation.simulation import Simulation, ready
 from motionlab.telemetry.recording import Recording
@@ -136,7 +137,7 @@ class Session:
         self._texts: dict[str, tuple[Any, str]] = {}
         self._untold = False  # whether the state has changed since listeners were notified
         self._recording_told: tuple[str | None, str] = (None, "")
-        self._adopt(Simulation(prepared, endless=True))
+        self._adopt(self._machine())
 
     @property
     def size(self) -> int:
@@ -398,15 +399,19 @@ class Session:
         self._last = time.monotonic()
         self._clock.start(self)
 
-    def _afresh(self) -> tuple[Simulation, tuple[Change, ...]]:
+    def _afresh(self) -> tuple[Machine, tuple[Change, ...]]:
         """Return a simulation at tick 0 with all changes that fit it, and these."""
         scenario, kept = self._changes.replayed()
-        simulation = Simulation(self.prepared, endless=True)
+        simulation = self._machine()
         if scenario is not self.prepared.scenario:
             simulation.adopt(ready(tuple(epochs(scenario))))
         return simulation, kept
 
-    def _adopt(self, simulation: Simulation) -> None:
+    def _machine(self) -> Machine:
+        """Return what the session advances, at tick 0."""
+        return Simulation(self.prepared, endless=True)
+
+    def _adopt(self, simulation: Machine) -> None:
         self.simulation = simulation
         self._scenario = simulation.scenario
         self._failed = simulation.failed_ticks

@@ -6,10 +6,14 @@ import asyncio
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
 
 from fastapi import HTTPException
 
+from motionlab.drive.motion import DriveMotion
+from motionlab.service.drives import Drives
 from motionlab.service.live.clock import Clock
+from motionlab.service.live.drive_session import DriveSession
 from motionlab.service.live.run_recorder import RunRecorder
 from motionlab.service.live.session import Session
 from motionlab.service.memory_budget import MemoryBudget
@@ -22,6 +26,7 @@ SPARE_SECONDS = 60.0
 _EVICTION_PERIOD = 30.0
 _THREADS = 2
 """Threads for the slow work of sessions; more would only compete for the interpreter's lock."""
+S = TypeVar("S", bound=Session)
 
 
 class Sessions:
@@ -65,10 +70,20 @@ class Sessions:
         ConfigError
             If it holds more than there is memory for at all.
         """
+        return await self._added(
+            lambda: Session(prepare(), self._clock, self.threads, self._recorder)
+        )
 
-        def made() -> Session:
-            return Session(prepare(), self._clock, self.threads, self._recorder)
+    async def create_on(self, drives: Drives, prepare: Callable[[], Prepared]) -> DriveSession:
+        """Create a session on drives, as `create`."""
 
+        def made() -> DriveSession:
+            motion = DriveMotion(prepare(), drives.link, drives.next_motion())
+            return DriveSession(motion, self._clock, self.threads, self._recorder)
+
+        return await self._added(made)
+
+    async def _added(self, made: Callable[[], S]) -> S:
         session = await asyncio.get_running_loop().run_in_executor(self.threads, made)
         idlest = self._replaceable()
         self._memory.check(session.size)

@@ -1,0 +1,212 @@
+"""The drive link of a server: one link, one lease, one motion at a time."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections.abc import Callable
+
+from pydantic import BaseModel, Field
+
+from motionlab.config.drive import DriveConfig
+from motionlab.config.planar import AXES
+from motionlab.config.scenario import Scenario
+from motionlab.drive.faults import DRIVE_ERRORS
+from motionlab.drive.lease import Lease
+from motionlab.drive.link.carrier import LinkError
+from motionlab.drive.link.link import DriveLink, FaultNow
+from motionlab.drive.link.shared import Figure, Order, State, Status
+from motionlab.drive.motion import held_parameters, on_drives
+
+_WATCH = 0.2  # s
+_TORQUE = {State.ARMING, State.HOLDING, State.MOVING}
+
+
+class OneDrive(BaseModel):
+    """One drive at the moment."""
+
+    axis: str
+    phase: str
+    state: str = Field(description="In the words of CiA 402")
+    status_word: int = Field(description="Object 6041")
+    error: int = Field(description="Object 603F")
+    error_name: str
+    current: float = Field(description="A")
+    rated_current: float = Field(description="A")
+
+
+class OneAxis(BaseModel):
+    """One axis at the moment, m and m/s."""
+
+    axis: str
+    position: float
+    velocity: float
+    following_error: float
+
+
+class LoopFigures(BaseModel):
+    """How the loop keeps its time."""
+
+    cycles: int
+    late: int = Field(description="Cycles that ended after the next should have begun")
+    late_run: int = Field(description="Longest run of these")
+    missed: int = Field(description="Cycles without a good answer; the last command was held")
+    working_counter: int
+    al_status: int = Field(description="Application-layer status of all drives, or-ed")
+    phase_error: float = Field(description="Of the exchange against SYNC0, s")
+    phase_locked: bool
+    round_trip: float = Field(description="Latest, s")
+    wake_late: float = Field(description="Longest time from a period's start until it was awake, s")
+    control_time: float = Field(description="Longest time of the controller's half, s")
+    priority: int = Field(description="Under SCHED_FIFO; 0 where it is not permitted")
+    memory_locked: bool
+
+
+class DriveStatus(BaseModel):
+    """What a person needs to know of the link."""
+
+    title: str
+    virtual: bool = Field(description="Whether a virtual drive answers")
+    state: str = Field(description="offline, ready, arming, holding, moving, stopping, fault")
+    problem: str = Field(description="Why there is no link; empty when all is well")
+    fault: FaultNow | None
+    holder: str | None = Field(description="Who controls the drives")
+    drives: list[OneDrive]
+    axes: list[OneAxis]
+    loop: LoopFigures
+
+
+class Drives:
+    """A drive link with its lease.
+
+    Parameters
+    ----------
+    config : DriveConfig
+        The link.
+
+    Attributes
+    ----------
+    link : DriveLink
+        The drives.
+    lease : Lease
+        Who may move them.
+    """
+
+    def __init__(self, config: DriveConfig) -> None:
+        self.config = config
+        self.link = DriveLink(config)
+        self.lease = Lease()
+        self._motions = 0
+        self._watching = asyncio.create_task(self._watch())
+
+    async def order(self, order: Order, token: str) -> None:
+        """Give an order in the name of who holds the lease.
+
+        Raises
+        ------
+        NotHeld
+            If the token is not that of the lease.
+        LinkError
+            If the loop refuses.
+        """
+        self.lease.check(token)
+        await asyncio.to_thread(self.link.order, order)
+
+    async def arm(self, load: Callable[[], Scenario], variant: str | None, token: str) -> None:
+        """Switch the torque on, with a scenario's gains holding the position.
+
+        Raises
+        ------
+        ConfigError
+            If drives cannot carry the scenario out.
+        """
+        self.lease.check(token)
+
+        def arm() -> None:
+            if self.link.state is not State.READY:  # gains of what moves stay as they are
+                raise LinkError(f"not possible while the link is {self.link.state.name.lower()}")
+            self.link.load(held_parameters(on_drives(load(), variant)))
+            self.link.order(Order.ARM)
+
+        await asyncio.to_thread(arm)
+
+    def give_up(self, token: str) -> None:
+        """End a lease; armed drives stop first."""
+        self.lease.check(token)
+        if self.link.state in _TORQUE:
+            self.link.stop()
+        self.lease.end()
+
+    def next_motion(self) -> int:
+        """Return the number of a further motion."""
+        self._motions += 1
+        return self._motions
+
+    async def close(self) -> None:
+        """Stop, and end the link."""
+        self._watching.cancel()
+        with contextlib.suppress(asyncio.CancelledError):
+            await self._watching
+        await asyncio.to_thread(self.link.close)
+
+    def status(self) -> DriveStatus:
+        """Return what a person needs to know of the link at the moment."""
+        link = self.link
+        figures = [
+            link.figure(figure)
+            for figure in (Figure.POSITION, Figure.VELOCITY, Figure.FOLLOWING_ERROR)
+        ]
+        return DriveStatus(
+            title=self.config.title,
+            virtual=self.config.virtual,
+            state=link.state.name.lower(),
+            problem=link.problem,
+            fault=link.fault(),
+            holder=self.lease.holder or None,
+            drives=[
+                OneDrive(
+                    axis=node.axis,
+                    phase=node.phase,
+                    state=drive.state,
+                    status_word=drive.status_word,
+                    error=drive.error,
+                    error_name=DRIVE_ERRORS.get(drive.error, ""),
+                    current=drive.torque * node.rated_current * 1e-3,
+                    rated_current=node.rated_current,
+                )
+                for node, drive in zip(self.config.nodes, link.drives, strict=True)
+            ],
+            axes=[
+                OneAxis(axis=axis, position=p, velocity=v, following_error=e)
+                for axis, p, v, e in zip(AXES, *figures, strict=True)
+            ],
+            loop=self._loop_figures(),
+        )
+
+    def _loop_figures(self) -> LoopFigures:
+        status = self.link.status
+        return LoopFigures(
+            cycles=status(Status.CYCLES),
+            late=status(Status.LATE),
+            late_run=status(Status.LATE_RUN),
+            missed=status(Status.MISSED),
+            working_counter=status(Status.WORKING_COUNTER),
+            al_status=status(Status.AL_STATUS),
+            phase_error=status(Status.PHASE_ERROR) * 1e-9,
+            phase_locked=bool(status(Status.PHASE_LOCKED)),
+            round_trip=status(Status.ROUND_TRIP) * 1e-9,
+            wake_late=status(Status.WAKE_LATE) * 1e-9,
+            control_time=status(Status.CONTROL_TIME) * 1e-9,
+            priority=status(Status.PRIORITY),
+            memory_locked=bool(status(Status.MEMORY_LOCKED)),
+        )
+
+    async def _watch(self) -> None:
+        """Stop what moves when the heartbeat of the lease ends; then free it."""
+        while True:
+            await asyncio.sleep(_WATCH)
+            if self.lease.expired:
+                if self.link.state in _TORQUE:
+                    self.link.stop()
+                elif self.link.state is not State.STOPPING:
+                    self.lease.free()

@@ -1,0 +1,168 @@
+"""The drive link: state, lease, arming, stop."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from fastapi import APIRouter, Body, Depends, Header, HTTPException, Request, Response
+from pydantic import BaseModel, ConfigDict, Field
+
+from motionlab.config.load import load_scenario
+from motionlab.drive.lease import SECONDS
+from motionlab.drive.link.carrier import LinkError
+from motionlab.drive.link.shared import Order
+from motionlab.drive.motion import on_drives
+from motionlab.service.drives import Drives, DriveStatus
+from motionlab.service.http.openapi_input import examples
+from motionlab.service.http.problems import responses
+from motionlab.service.http.strict_json import JsonRoute
+from motionlab.service.live.session import SessionInfo
+from motionlab.service.live.sessions import Sessions
+from motionlab.service.routes.simulate import ChangedScenario, prepare_request
+from motionlab.service.settings import Settings
+from motionlab.simulation.prepare import Prepared
+
+router = APIRouter(prefix="/drive", tags=["drive"], route_class=JsonRoute)
+
+Token = Annotated[
+    str, Header(alias="Lease", max_length=64, description="Token of the lease, from takeControl")
+]
+
+
+class LeaseRequest(BaseModel):
+    """Who takes control."""
+
+    model_config = ConfigDict(extra="forbid", strict=True) | examples({"holder": "script"})
+
+    holder: str = Field(
+        min_length=1, max_length=40, pattern=r"^[^\x00-\x1f]+$", description="Name that others see"
+    )
+
+
+class LeaseAnswer(BaseModel):
+    """A lease."""
+
+    lease: str = Field(description="Token, for the header Lease of every command")
+    seconds: float = Field(description="Time without a heartbeat after which it ends, s")
+
+
+class MotionRequest(ChangedScenario):
+    """A scenario and one of its variants."""
+
+    model_config = examples({"scenario": "circle", "variant": "B"})
+
+    variant: str | None = Field(
+        default=None, pattern="^[A-Z]$", description="Which variant; the only one when left out"
+    )
+
+
+class ArmRequest(MotionRequest):
+    """Whose gains hold the position, and that the person means it."""
+
+    model_config = examples({"scenario": "circle", "variant": "A", "confirm": True})
+
+    confirm: Literal[True] = Field(description="True: the mover may move from now on")
+
+
+def find_drives(request: Request) -> Drives:
+    """Return the drive link, or answer 404."""
+    drives: Drives | None = request.app.state.drives
+    if drives is None:
+        raise HTTPException(404, "no drive link: start the server with --drive FILE")
+    return drives
+
+
+FoundDrives = Annotated[Drives, Depends(find_drives)]
+
+
+@router.get("", operation_id="getDrive", responses=responses(404))
+async def get_drive(drives: FoundDrives) -> DriveStatus:
+    """Return the state of the link, its drives and its loop."""
+    return drives.status()
+
+
+@router.post(
+    "/lease",
+    operation_id="takeControl",
+    status_code=201,
+    responses=responses(400, 404, 409, 413, 415, 422),
+)
+async def take_control(drives: FoundDrives, body: Annotated[LeaseRequest, Body()]) -> LeaseAnswer:
+    """Take the lease: only its holder may move the drives. It ends without a heartbeat."""
+    return LeaseAnswer(lease=drives.lease.take(body.holder), seconds=SECONDS)
+
+
+@router.put(
+    "/lease", operation_id="keepControl", status_code=204, responses=responses(404, 409, 422)
+)
+async def keep_control(drives: FoundDrives, lease: Token) -> Response:
+    """Keep the lease: its heartbeat."""
+    drives.lease.renew(lease)
+    return Response(status_code=204)
+
+
+@router.delete(
+    "/lease", operation_id="giveUpControl", status_code=204, responses=responses(404, 409, 422)
+)
+async def give_up_control(drives: FoundDrives, lease: Token) -> Response:
+    """Give the lease up; armed drives are stopped and disarmed first."""
+    drives.give_up(lease)
+    return Response(status_code=204)
+
+
+@router.post("/arm", operation_id="arm", responses=responses(400, 404, 409, 413, 415, 422))
+async def arm(
+    drives: FoundDrives, body: Annotated[ArmRequest, Body()], lease: Token
+) -> DriveStatus:
+    """Switch the torque on and hold the present position."""
+    await drives.arm(lambda: load_scenario(body.scenario, body.set), body.variant, lease)
+    return drives.status()
+
+
+@router.post(
+    "/motions",
+    operation_id="beginMotion",
+    status_code=201,
+    response_model=SessionInfo,
+    responses=responses(400, 404, 409, 413, 415, 422, 429),
+)
+async def begin_motion(
+    request: Request, drives: FoundDrives, body: Annotated[MotionRequest, Body()], lease: Token
+) -> Response:
+    """Begin a motion of armed drives; it is a live session, recorded as a run."""
+    drives.lease.check(lease)
+    settings: Settings = request.app.state.settings
+    sessions: Sessions = request.app.state.sessions
+
+    def prepare() -> Prepared:
+        return prepare_request(body, settings, lambda scenario: on_drives(scenario, body.variant))
+
+    session = await sessions.create_on(drives, prepare)
+    try:
+        await session.begin()
+    except LinkError:
+        sessions.remove(session)
+        raise
+    headers = {"Location": f"/api/v1/sessions/{session.id}"}
+    return Response(session.info(), 201, headers, "application/json")
+
+
+@router.post("/disarm", operation_id="disarm", responses=responses(404, 409, 422))
+async def disarm(drives: FoundDrives, lease: Token) -> DriveStatus:
+    """Switch the torque off at once."""
+    await drives.order(Order.DISARM, lease)
+    return drives.status()
+
+
+@router.post("/reset", operation_id="resetFault", responses=responses(404, 409, 422))
+async def reset(drives: FoundDrives, lease: Token) -> DriveStatus:
+    """Clear a latched fault, or bring the drives up again; never arms."""
+    await drives.order(Order.RESET, lease)
+    return drives.status()
+
+
+@router.post("/stop", operation_id="stopDrive", responses=responses(404))
+async def stop(drives: FoundDrives) -> DriveStatus:
+    """Brake to rest, then switch the torque off; anyone may, without the lease."""
+    drives.link.stop()
+    return drives.status()
