@@ -54,6 +54,8 @@ ELSEWHERE = {
     r"cp -r frontend/dist .*|rm -r backend/.*": "changes the checkout: test_wheel.py has a copy",
     r"systemctl .*": "needs systemd; deploy.md says what was tried",
     r"git pull": "needs the repository's origin",
+    r"motionlab serve --drive .*": "runs until interrupted, beside a virtual drive",
+    r"motionlab vdrive( .*)?": "runs until interrupted; tests/drive/virtual/test_process.py",
     r"motionlab map( --json .*| --preset reference .*| --set g=0\.27.*)?": "minutes: test_map.py "
     "has smaller ones",
     r"motionlab reproduce": "minutes, whose rows tests/studies/paper/test_reproduce.py reads",
@@ -200,7 +202,7 @@ def scenario_of(page: str, name: str = "") -> str:
 
 @pytest.mark.parametrize("command", RUN, ids=lambda c: f"{c.page}: {c.text.splitlines()[0][:60]}")
 def test_it_runs_as_written(command: Command, tmp_path: Path, server: Server) -> None:
-    for program in ("curl", "openssl"):
+    for program in ("curl", "openssl", "gcc"):
         if program in command.text:
             need(program)
     for name in re.findall(r"(?<= )[\w-]+\.toml", command.text):

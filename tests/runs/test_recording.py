@@ -50,6 +50,12 @@ def kept(data: Path, run_id: str) -> tuple[RunDetail, dict[str, NDArray[Any]]]:
     return run, {name: table[name].to_numpy() for name in table.column_names}
 
 
+def differing(served: Served) -> dict[str, Any]:
+    """Return what the list says of the only run: fields that are not the shipped ones."""
+    (run,) = served.runs()
+    return {each["path"]: each["value"] for each in run["differences"]}
+
+
 def test_a_session_is_recorded_with_all_that_was_done_to_it(served: Served, tmp_path: Path) -> None:
     client = served.client
     answer = client.post(f"{API}/sessions", json={}).raise_for_status()
@@ -60,10 +66,18 @@ def test_a_session_is_recorded_with_all_that_was_done_to_it(served: Served, tmp_
     assert served.runs() == []  # nothing has been played
     client.post(f"{path}/step", json={"ticks": 3000}).raise_for_status()
     run_id = served.session(path)["run"]
-    until(lambda: [run["id"] for run in served.runs("state:recording")] == [run_id])
+    begun = client.get(f"{API}/runs/{run_id}")  # at once: it waits for the index
+    assert begun.status_code == 200, begun.text
+    assert [run["id"] for run in served.runs("state:recording")] == [run_id]
+    until(lambda: differing(served) == {"plant.x.mass": 6.0})
     assert client.get(f"{API}/runs/{run_id}/window?columns=A.x.position").status_code == 409
     push = {"axis": "y", "force": 2.0, "duration": 0.05}
     assert client.post(f"{path}/push", json=push).json()["tick"] == 3000
+    changed = {"set": {"plant.y.mass": 7.0}}
+    client.patch(f"{path}/parameters", json=changed).raise_for_status()
+    until(lambda: differing(served) == {"plant.x.mass": 6.0, "plant.y.mass": 7.0})
+    client.post(f"{path}/undo").raise_for_status()
+    until(lambda: differing(served) == {"plant.x.mass": 6.0})
     client.post(f"{path}/step", json={"ticks": 20000}).raise_for_status()
     named = {"name": "while it runs", "tags": ["rig"]}
     client.patch(f"{API}/runs/{run_id}", json=named).raise_for_status()
@@ -73,8 +87,14 @@ def test_a_session_is_recorded_with_all_that_was_done_to_it(served: Served, tmp_
     (run,) = served.settled()
     assert (run["id"], run["state"], run["ticks"]) == (run_id, "complete", 23000)
     assert (run["name"], run["tags"]) == ("while it runs", ["rig"])
+    assert differing(served) == {"plant.x.mass": 6.0}
     detail, columns = kept(tmp_path / "data", run_id)
-    assert [(e.kind, e.tick) for e in detail.events] == [("change", 0), ("push", 3000)]
+    assert [(e.kind, e.tick) for e in detail.events] == [
+        ("change", 0),
+        ("push", 3000),
+        ("change", 3000),
+        ("change", 3000),
+    ]
     assert detail.events[0].set == {"plant.x.mass": 6.0}
     assert detail.events[0].previous == {"plant.x.mass": pytest.approx(5.8, abs=5.0)}
     (tmp_path / "ring.parquet").write_bytes(telemetry)

@@ -16,6 +16,7 @@ from mcap.reader import make_reader
 
 from motionlab.runs.library import library
 from motionlab.runs.run import RunDetail
+from motionlab.runs.selection import FORMATS
 from motionlab.service.settings import Settings
 from tests.service.conftest import MakeServer
 from tests.service.live import API
@@ -37,12 +38,21 @@ def run() -> Iterator[RunDetail]:
     library().delete(kept.id)
 
 
+def test_the_formats_offered_can_be_written(client: httpx.Client, run: RunDetail) -> None:
+    formats = client.get(f"{API}/runs/storage").raise_for_status().json()["formats"]
+    assert {"csv", "parquet", "mat", "mcap"} <= set(formats)
+    for format in FORMATS:
+        part = {"format": format, "columns": COLUMNS, "to": 10}
+        answer = client.get(f"{API}/runs/{run.id}/telemetry", params=part)
+        assert (answer.status_code == 200) is (format in formats), answer.text
+
+
 @pytest.mark.parametrize("format", ["csv", "parquet", "mat", "mcap"])
 def test_a_download_of_each_format(client: httpx.Client, run: RunDetail, format: str) -> None:
     part = {"format": format, "columns": COLUMNS, "from": 100, "to": 300}
     answer = client.get(f"{API}/runs/{run.id}/telemetry", params=part)
     assert answer.status_code == 200, answer.text
-    name = f'attachment; filename="{run.id}.{format}"'
+    name = f'attachment; filename="{run.id}_0.05-0.1495s.{format}"'
     assert answer.headers["content-disposition"] == name
     content = io.BytesIO(answer.content)
     with library().files.open(run.id) as file:

@@ -48,16 +48,15 @@ def add(commands: Any) -> None:
 
 
 def _list(options: argparse.Namespace) -> int:
-    import shlex
 
     from motionlab.errors import ConfigError, FieldError
     from motionlab.runs.library import library
-    from motionlab.runs.search import LIMIT_MAX, parse
+    from motionlab.runs.search import LIMIT_MAX, parse, quoted
 
     if not 1 <= options.limit <= LIMIT_MAX:
         allowed = f">= 1 and <= {LIMIT_MAX}"
         raise ConfigError(FieldError("--limit", "is out of range", options.limit, allowed))
-    search = parse(" ".join(shlex.quote(term) for term in options.search))
+    search = parse(" ".join(quoted(term) for term in options.search))
     library().recover()  # what a killed server left
     page = library().index.page(search, sort=options.sort, limit=options.limit)
     print(json.dumps(page.model_dump(mode="json")) if options.json else _table(page))

@@ -29,7 +29,13 @@ from motionlab.executors.code import processor
 from motionlab.kernel.force_maps import maps_of
 from motionlab.lanes import model_hash
 from motionlab.results.latest import latest_metrics
-from motionlab.runs.description import differences, headline, labels, thumbnail
+from motionlab.runs.description import (
+    differences,
+    differences_after,
+    headline,
+    labels,
+    thumbnail,
+)
 from motionlab.runs.files import RunFiles, column_descriptions, runs_url
 from motionlab.runs.run import CHANGEABLE, Event, Kind, RunDetail, new_id
 from motionlab.runs.telemetry import recording as read_recording
@@ -218,6 +224,7 @@ class Library:
             }
             if known := self.index.get(run_id):  # what was changed while it was recorded
                 update |= {name: getattr(known, name) for name in CHANGEABLE}
+            update["differences"] = differences_after(run, events)
             run = run.model_copy(update=update)
             begin = gaps[-1].tick + (gaps[-1].ticks or 0) if gaps else 0
             stop = next((event.tick for event in events if event.kind == "stop"), None)
@@ -226,6 +233,19 @@ class Library:
             kept = self._add(run, part, ticks=ticks, result=result, picture=picture)
         spool.remove(self.spools, run_id)
         return kept
+
+    def list_changes(self, run_id: str) -> None:
+        """Take the changes that a run has had so far into its differences, while it is recorded.
+
+        Raises
+        ------
+        StoreError
+            If they cannot be read.
+        """
+        from motionlab.runs import spool
+
+        run, events = spool.begun(self.spools, run_id)
+        self.index.change(run_id, {"differences": differences_after(run, events)})
 
     def recover(self) -> list[str]:
         """Make runs of what servers recorded that were killed; return the identifiers."""

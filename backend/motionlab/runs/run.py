@@ -24,8 +24,8 @@ NAME_MAX = 120
 NOTE_MAX = 10_000
 TAGS_MAX = 20
 
-CHANGEABLE = frozenset({"name", "note", "tags", "pinned", "deleted"})
-"""What can be changed of a run."""
+CHANGEABLE = frozenset({"name", "note", "tags", "pinned", "deleted", "differences"})
+"""What can be changed of a run: by hand, or, the differences, while it is being recorded."""
 
 _LETTERS = "abcdefghijklmnopqrstuvwxyz234567"
 _ID = re.compile(ID)
@@ -85,7 +85,9 @@ class Run(BaseModel):
     reason: str = Field(default="", description="Why it is partial")
     variants: list[str]
     labels: dict[str, str] = Field(description="Of each variant: what its controller is")
-    differences: list[Difference] = Field(description="From the shipped scenario of its name")
+    differences: list[Difference] = Field(
+        description="From the shipped scenario of its name, with the changes made while it ran"
+    )
     metrics: dict[str, float] = Field(
         description="By variant, axis and metric, such as B.x.max_abs_following_error, SI"
     )

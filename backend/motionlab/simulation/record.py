@@ -6,18 +6,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.planar import AXES
-from motionlab.simulation.simulation import Simulation, variant_columns
+from motionlab.simulation.machine import Machine
+from motionlab.simulation.simulation import variant_columns
 from motionlab.telemetry.channels import CHANNELS, REFERENCES
 
 _SHARED = len(AXES) * len(REFERENCES)
 
 
-def record(simulation: Simulation, page: NDArray[np.float32], columns: NDArray[np.float32]) -> int:
+def record(simulation: Machine, page: NDArray[np.float32], columns: NDArray[np.float32]) -> int:
     """Advance a simulation as far as `Simulation.advance` goes at once, and record every channel.
 
     Parameters
     ----------
-    simulation : Simulation
+    simulation : Machine
         What to advance.
     page : ndarray
         From `sample_page`; overwritten.

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from motionlab.config.planar import AXES
 from motionlab.config.timing import to_ticks
+from motionlab.simulation.machine import Machine
 from motionlab.simulation.record import record
-from motionlab.simulation.simulation import Simulation, sample_page
+from motionlab.simulation.simulation import sample_page
 from motionlab.telemetry.channels import REFERENCES, stream_columns
 from motionlab.telemetry.recording import Recording, as_recording
 from motionlab.telemetry.ring import Ring
@@ -55,7 +56,7 @@ class History:
         self._payloads: dict[tuple[tuple[int, ...], int, int], bytes] = {}
         self._page = sample_page(len(variants))
 
-    def record(self, simulation: Simulation, ticks: int) -> None:
+    def record(self, simulation: Machine, ticks: int) -> None:
         """Advance a simulation by some ticks, or to its end, and keep every sample."""
         until = simulation.tick + ticks
         while simulation.tick < until:
@@ -83,7 +84,7 @@ class History:
 
     def recording(
         self,
-        simulation: Simulation,
+        simulation: Machine,
         length: int | None = None,
         *,
         braked: bool,
@@ -93,7 +94,7 @@ class History:
 
         Parameters
         ----------
-        simulation : Simulation
+        simulation : Machine
             What was recorded.
         length : int, optional
             Ticks at most; all that the ring holds when left out.

@@ -44,6 +44,7 @@ _TIDY_PERIOD = 30.0  # s
 _RECOVER_TURNS = 20  # tidyings until what could not be made a run is tried again
 _CLOSE_SECONDS = 1.5  # for what waits when the server ends
 _FINISH_SECONDS = 600.0
+_LISTED_SECONDS = 10.0  # that a request waits for a run to be in the index
 
 _LOG = logging.getLogger(__name__)
 
@@ -61,6 +62,7 @@ class _Record:
     end: int = 0  # the tick after the latest
     lost: int = 0  # of the latest ticks, so many in a row could not be written
     problem: str = ""
+    changes_wait: bool = False  # a call that lists its changes is queued
 
 
 @dataclass
@@ -108,8 +110,11 @@ class SessionRecorder:
 
     @property
     def run(self) -> str | None:
-        """Identifier of the run that is being recorded."""
-        return None if self._record is None or self._ended else self._record.id
+        """Identifier of the run that is being recorded; none while nothing could be written."""
+        record = self._record
+        if record is None or self._ended or (record.spool is None and record.problem):
+            return None
+        return record.id
 
     @property
     def problem(self) -> str:
@@ -146,7 +151,9 @@ class SessionRecorder:
         if self._ended or self._ring.end <= self._taken:
             return
         if self._record is None:
-            self._record = _Record(self._scenario, self._channels, events=self._early)
+            record = _Record(self._scenario, self._channels, events=self._early)
+            self._recorder.announce(record.id)
+            self._record = record
         record = self._record
         while self._taken < (end := self._ring.end):
             start = max(self._taken, self._ring.first)
@@ -174,6 +181,7 @@ class RunRecorder:
         self._workers = workers
         self._loop = asyncio.get_running_loop()
         self._tasks: dict[str, asyncio.Task[None]] = {}
+        self._unlisted: dict[str, asyncio.Event] = {}  # announced, not yet in the index
         self._items: deque[_Item] = deque()
         self._pending = 0
         self._closed = False
@@ -193,6 +201,16 @@ class RunRecorder:
             self._pending += size
             self._items.append(item)
             self._changed.notify()
+
+    def announce(self, run_id: str) -> None:
+        """Note that sessions name a run from now on, before the index has it."""
+        self._unlisted[run_id] = asyncio.Event()
+
+    async def listed(self, run_id: str) -> None:
+        """Wait until the index has a run that a session has just named; a few seconds at most."""
+        if (unlisted := self._unlisted.get(run_id)) is not None:
+            with contextlib.suppress(TimeoutError):
+                await asyncio.wait_for(unlisted.wait(), _LISTED_SECONDS)
 
     async def close(self) -> None:
         """Write what waits, and end."""
@@ -237,7 +255,9 @@ class RunRecorder:
             self._attempt(record, self._write_events)
             if item.end:
                 record.spool.end(complete=not record.events)
-                self._call(record.id, _finished, record.id)
+                self._call(record, _finished, record.id)
+        elif item.end:
+            self._unlisted.pop(record.id, None)
 
     def _attempt(self, record: _Record, work: Callable[..., None], *arguments: Any) -> None:
         try:
@@ -259,8 +279,12 @@ class RunRecorder:
 
     def _write_events(self, record: _Record) -> None:
         while record.spool is not None and record.events:
-            record.spool.note(record.events[0])
+            event = record.events[0]
+            record.spool.note(event)
             del record.events[0]
+            if event.kind == "change" and not record.changes_wait:
+                record.changes_wait = True
+                self._call(record, _changes_listed, record.id, light=True)
 
     def _spool(self, record: _Record) -> Spool:
         """Return the file of a record; made when it is first wanted, and can be."""
@@ -271,7 +295,7 @@ class RunRecorder:
             run = live_run(record.scenario, record.id, record.created)
             about = metadata(record.scenario)
             record.spool = Spool(spools(self._root), run, record.channels, about)
-            self._call(record.id, _put, run)
+            self._call(record, _put, run, light=True)
         return record.spool
 
     def _check_room(self, spool: Spool | None) -> None:
@@ -280,19 +304,26 @@ class RunRecorder:
         if spool is not None and spool.size > quota():
             raise OSError(errno.EDQUOT, "the run takes all that runs may take (MOTIONLAB_RUNS_MAX)")
 
-    def _call(self, run_id: str, function: Callable[..., None], *arguments: Any) -> None:
+    def _call(
+        self, record: _Record, function: Callable[..., None], *arguments: Any, light: bool = False
+    ) -> None:
         """Have a worker carry something out, after what was begun for the same run."""
 
         def begin() -> None:
-            before = self._tasks.get(run_id)
+            before = self._tasks.get(record.id)
 
             async def carry_out() -> None:
                 if before is not None:
                     await asyncio.wait([before])
-                await self._worked(function, *arguments)
+                record.changes_wait = False  # what comes from now on may be too late for this call
+                try:
+                    await self._worked(function, *arguments, light=light)
+                finally:
+                    if (unlisted := self._unlisted.pop(record.id, None)) is not None:
+                        unlisted.set()
 
-            task = self._tasks[run_id] = self._loop.create_task(carry_out())
-            task.add_done_callback(lambda done: self._forget(run_id, done))
+            task = self._tasks[record.id] = self._loop.create_task(carry_out())
+            task.add_done_callback(lambda done: self._forget(record.id, done))
 
         with contextlib.suppress(RuntimeError):  # the loop has ended; the next server does it
             self._loop.call_soon_threadsafe(begin)
@@ -337,6 +368,10 @@ def _has_spools(root: Path) -> bool:
 
 def _put(_: Call, run: RunDetail) -> None:
     library().index.put(run)
+
+
+def _changes_listed(_: Call, run_id: str) -> None:
+    library().list_changes(run_id)
 
 
 def _finished(_: Call, run_id: str) -> None:

@@ -14,7 +14,7 @@ from motionlab.errors import ConfigError, FieldError
 from motionlab.runs.column_guess import parse_mapping
 from motionlab.runs.import_document import RATE_MAX, VALUES_MAX, Import, ImportOptions
 from motionlab.runs.library import library
-from motionlab.runs.run import NAME_MAX
+from motionlab.runs.run import NAME_MAX, RunDetail
 from motionlab.runs.selection import FORMATS, Selection
 from motionlab.service.file_download import WRITE_SECONDS, file_download
 from motionlab.service.http.download import temporary_folder
@@ -104,7 +104,7 @@ async def get_run_telemetry(
     columns = tuple(wanted.columns.split(",")) if wanted.columns else ()
     selection = Selection(columns, wanted.start, wanted.stop)
     planned = await called(request, _plan, run_id, selection, wanted.format, light=True)
-    selection, size = planned.value
+    selection, size, name = planned.value
     planned.close()
     if size > settings.memory_max:
         raise ConfigError(
@@ -125,7 +125,7 @@ async def get_run_telemetry(
     return await file_download(
         request,
         write,
-        name=f"{run_id}.{wanted.format}",
+        name=f"{name}.{wanted.format}",
         media_type=FORMATS[wanted.format],
         size=size,
     )
@@ -208,13 +208,23 @@ def _import(call: Call, path: str, size: int, options: ImportOptions, preview: b
     return document
 
 
-def _plan(_: Call, run_id: str, selection: Selection, format: str) -> tuple[Selection, int]:
+def _plan(_: Call, run_id: str, selection: Selection, format: str) -> tuple[Selection, int, str]:
+    """Return what is exported, its bytes, and the name of the file without its ending."""
     from motionlab.runs.exports import Source, check_selection, size_of
 
     run = library().complete(run_id)
     with library().files.open(run_id) as file:
         checked = check_selection(Source.of(file, run), selection)
-    return checked, size_of(checked, format)
+    return checked, size_of(checked, format), _file_name(run, checked)
+
+
+def _file_name(run: RunDetail, selection: Selection) -> str:
+    """Return the identifier of the run, and of a part the times of its first and last sample."""
+    stop = run.ticks if selection.stop is None else min(selection.stop, run.ticks)
+    if selection.start == 0 and stop == run.ticks:
+        return run.id
+    first, last = (f"{sample * run.period:.8g}" for sample in (selection.start, stop - 1))
+    return f"{run.id}_{first}-{last}s"
 
 
 def _write(call: Call, run_id: str, selection: Selection, path: str, format: str) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Body, Query, Request, Response
+from fastapi import APIRouter, Body, Depends, Query, Request, Response
 from fastapi import Path as PathParameter
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -12,19 +12,32 @@ from motionlab.errors import ConfigError, FieldError
 from motionlab.runs.library import FREE_LEAST, UNDO_SECONDS, library, quota
 from motionlab.runs.run import ID, NAME_MAX, NOTE_MAX, TAG, TAGS_MAX, TEXT, Page, Run, RunDetail
 from motionlab.runs.search import LIMIT_MAX, SEARCH_MAX, parse
+from motionlab.runs.selection import formats
 from motionlab.runs.telemetry import check_columns, window
 from motionlab.service.http.binary_answer import MEDIA_TYPE, packed
 from motionlab.service.http.openapi_input import examples
 from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute
+from motionlab.service.live.run_recorder import RunRecorder
 from motionlab.service.worker_answers import ComputedResponse, called, computed
 from motionlab.service.workers.worker import Call
 
 router = APIRouter(prefix="/runs", tags=["runs"], route_class=JsonRoute)
 
-RunId = Annotated[
-    str, PathParameter(json_schema_extra={"pattern": ID}, description="Identifier of a run")
-]
+
+async def _listed(
+    request: Request,
+    run_id: Annotated[
+        str, PathParameter(json_schema_extra={"pattern": ID}, description="Identifier of a run")
+    ],
+) -> str:
+    """Return the identifier once the index has the run, if a session has only just begun it."""
+    recorder: RunRecorder = request.app.state.recorder
+    await recorder.listed(run_id)
+    return run_id
+
+
+RunId = Annotated[str, Depends(_listed)]
 
 
 class Storage(BaseModel):
@@ -40,6 +53,7 @@ class Storage(BaseModel):
     scenarios: dict[str, int]
     kinds: dict[str, int]
     states: dict[str, int]
+    formats: list[str] = Field(description="Of telemetry; mf4 where motionlab[mdf] is installed")
 
 
 class RunChange(BaseModel):
@@ -173,7 +187,11 @@ def _page(q: str, sort: str, limit: int, cursor: str | None) -> Page:
 
 def _storage() -> Storage:
     return Storage(
-        **library().index.totals(), quota=quota(), free_least=FREE_LEAST, undo=UNDO_SECONDS
+        **library().index.totals(),
+        quota=quota(),
+        free_least=FREE_LEAST,
+        undo=UNDO_SECONDS,
+        formats=formats(),
     )
 
 

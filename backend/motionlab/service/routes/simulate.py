@@ -83,9 +83,13 @@ async def simulate(
     return answer
 
 
-def prepare_request(body: ChangedScenario, settings: Settings) -> Prepared:
-    """Return a request's validated scenario."""
-    prepared = prepare(load_scenario(body.scenario, body.set))
+def prepare_request(
+    body: ChangedScenario,
+    settings: Settings,
+    adapted: Callable[[Scenario], Scenario] = lambda scenario: scenario,
+) -> Prepared:
+    """Return a request's validated scenario, as `adapted` returns it."""
+    prepared = prepare(adapted(load_scenario(body.scenario, body.set)))
     if prepared.work > settings.work_max:
         raise ConfigError(
             FieldError(

@@ -4,6 +4,8 @@ import type { Run } from '../../app/api/types';
 import { runs } from './runs.svelte';
 
 export type Form = 'tag' | 'name' | 'note';
+/** Where a form stands: below the list, or at the run that is shown. */
+export type Place = 'list' | 'run';
 
 const TAG = /^[a-z0-9][a-z0-9._-]{0,31}$/;
 const TAG_RULE =
@@ -11,17 +13,19 @@ const TAG_RULE =
 
 class Actions {
   form = $state<Form | null>(null);
+  place = $state<Place>('list');
   text = $state('');
   problem = $state('');
 
   /** Tags of any selected run. */
   readonly tags = $derived([...new Set(runs.selected.flatMap(({ tags }) => tags))]);
 
-  open(form: Form): void {
+  open(form: Form, place: Place = 'list'): void {
     if (runs.selected.length === 0) return;
     this.problem = '';
     this.text = form === 'tag' ? '' : shared(runs.selected.map((run) => run[form]));
     this.form = form;
+    this.place = place;
   }
 
   close(): void {

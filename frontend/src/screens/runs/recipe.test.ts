@@ -1,6 +1,6 @@
 import { expect, it } from 'vitest';
 import type { RunDetail } from '../../app/api/types';
-import { commandsOf, linkTo } from './recipe';
+import { commandsOf, linkTo, withoutCommands } from './recipe';
 
 const ORIGIN = 'http://127.0.0.1:8000';
 const GAIN = { path: 'variants.B.controller.x.k_p', shipped: 200_300, value: 312_000 };
@@ -33,6 +33,9 @@ it('another motor is not one value: only the whole scenario gives the same numbe
 it('what was changed while it ran has no such form', () => {
   expect(of({ kind: 'live' })).toEqual({});
   expect(of({ kind: 'measurement', scenario_document: null })).toEqual({});
+  expect(withoutCommands({ kind: 'live' })).not.toBe('');
+  expect(withoutCommands({ kind: 'measurement' })).not.toBe('');
+  expect(withoutCommands(run)).toBe('');
 });
 
 it('a link holds nothing but the screen and the run', () => {

@@ -73,6 +73,12 @@ export function commandsOf(
   };
 }
 
+/** Says why a run has no such ways; empty where it may have. */
+export function withoutCommands({ kind }: Pick<RunDetail, 'kind'>): string {
+  if (kind === 'live') return 'no command repeats what was done in a live session';
+  return kind === 'measurement' ? 'a measurement is not simulated' : '';
+}
+
 /** Returns the address that opens a run, or several, in any browser that reaches the server. */
 export function linkTo(ids: readonly string[], { origin, pathname }: URL | Location): string {
   return `${origin}${pathname}?screen=runs&run=${ids.join()}`;

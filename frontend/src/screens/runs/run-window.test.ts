@@ -1,9 +1,18 @@
 import { expect, it } from 'vitest';
 import type { RunDetail } from '../../app/api/types';
-import { channelsOf, pageOf, planePage, planeRange, scopesOf, zoomed } from './run-window';
+import {
+  channelsOf,
+  pageOf,
+  planePage,
+  planeRange,
+  scopesOf,
+  withoutPlane,
+  zoomed,
+} from './run-window';
 
 const NAMES = [
   'x.position_reference',
+  'y.position_reference',
   'A.x.following_error',
   'B.x.following_error',
   'B.x.velocity',
@@ -31,6 +40,14 @@ it('the plane shows the window of the metrics, or the end of what is looked at',
   expect(planeRange(long, null)).toEqual({ from: 228, to: 240 });
 });
 
+it('without a reference there is no plane, and it is said which', () => {
+  expect(withoutPlane(run)).toBe('');
+  expect(withoutPlane({ columns: [] })).toBe('');
+  const measured = { ...run, columns: run.columns.filter(({ name }) => !name?.startsWith('y.')) };
+  expect(withoutPlane(measured)).toContain('it has no y.position_reference.');
+  expect(planeRange(measured, { from: 1, to: 2 })).toBeNull();
+});
+
 it('scopes show what the run has, of all its variants', () => {
   const scopes = scopesOf(run, 'x.velocity');
   expect(scopes.map(({ title, unit }) => [title, unit])).toEqual([
@@ -44,7 +61,11 @@ it('scopes show what the run has, of all its variants', () => {
   expect(scopes[1]?.traces.map(({ column, ink }) => [column, ink])).toEqual([
     ['B.x.velocity', 'b'],
   ]);
-  expect(channelsOf(run).map(({ value }) => value)).toEqual(['x.position_reference', 'x.velocity']);
+  expect(channelsOf(run).map(({ value }) => value)).toEqual([
+    'x.position_reference',
+    'y.position_reference',
+    'x.velocity',
+  ]);
 });
 
 it('the plane turns its pages while a moment moves, and stays in between', () => {

@@ -21,9 +21,19 @@ export function zoomed({ from, to }: Range, { period, duration }: Length): Range
   return { from: start, to: start + length };
 }
 
+/** Says why a run has no plane; empty where it has. */
+export function withoutPlane({ columns }: Pick<RunDetail, 'columns'>): string {
+  const missing = AXES.map((axis) => `${axis}.position_reference`).filter((wanted) =>
+    columns.every(({ name }) => name !== wanted),
+  );
+  return missing.length === 0 || columns.length === 0
+    ? ''
+    : `No plane: it has no ${missing.join(', no ')}. Its channels are below, over time.`;
+}
+
 /** Returns what the plane shows: the part that is looked at or the metrics' window, its end. */
 export function planeRange(run: RunDetail, zoom: Range | null): Range | null {
-  if (run.ticks === 0) return null;
+  if (run.ticks === 0 || withoutPlane(run) !== '') return null;
   const { window } = run.result as { window?: { start: number; end: number } };
   const { from, to } = zoom ?? {
     from: window?.start ?? 0,

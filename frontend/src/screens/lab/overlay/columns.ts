@@ -1,4 +1,4 @@
-/** Columns of overlaid runs in the table of the scopes. */
+/** Columns of overlaid runs in the table of the scopes: the same curve of all runs side by side. */
 
 import { overlay } from '../../../app/overlay/overlay.svelte';
 import { tracesOf } from '../../../plot/ghosts';
@@ -7,17 +7,18 @@ import type { TableColumn } from '../scopes/CurveTable.svelte';
 import { view } from '../scopes/view.svelte';
 
 export function overlaidColumns(scopes: readonly Scope[]): TableColumn[] {
-  return overlay.list
-    .filter(({ shown }) => shown)
-    .flatMap((run) =>
-      scopes.flatMap((scope) => {
-        const short = SCOPES.find(({ id }) => id === scope.id)?.short ?? '';
-        return tracesOf(run, scope).map(({ label, column }) => ({
-          label: `${short} ${label} ${run.name}`,
-          column,
+  const shown = overlay.list.filter((run) => run.shown);
+  return scopes.flatMap((scope) => {
+    const short = SCOPES.find(({ id }) => id === scope.id)?.short ?? '';
+    return scope.traces.flatMap((trace) =>
+      shown
+        .filter((run) => tracesOf(run, scope).includes(trace))
+        .map((run) => ({
+          label: `${short} ${trace.label} ${run.name}`,
+          column: trace.column,
           unit: scope.unit,
           source: () => run.over(view.range()),
-        }));
-      }),
+        })),
     );
+  });
 }

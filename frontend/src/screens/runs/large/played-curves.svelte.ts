@@ -5,7 +5,7 @@ import { listOf, load, save } from '../../../app/storage';
 import type { Range } from '../../../plot/range';
 import { DEFAULT_SCOPES, SCOPES, scopeOf, type ScopeId } from '../../../plot/scope-catalog';
 import { RunCurves } from '../run-curves.svelte';
-import { pageOf, planePage, type Scope } from '../run-window';
+import { pageOf, planePage, withoutPlane, type Scope } from '../run-window';
 import { advanced, otherSpeed } from './playback';
 
 /** Steps of the keys, as a share of what is visible. */
@@ -125,6 +125,6 @@ export class PlayedCurves extends RunCurves {
   }
 
   protected override chosenPlane(): Range | null {
-    return this.run.ticks === 0 ? null : planePage(this.page, this.run);
+    return this.run.ticks === 0 || withoutPlane(this.run) ? null : planePage(this.page, this.run);
   }
 }
