@@ -4,22 +4,37 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import time
 from collections.abc import Callable
 
 from pydantic import BaseModel, Field
 
-from motionlab.config.drive import DriveConfig
+from motionlab.config.drive import DriveAxisConfig, DriveConfig
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
+from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.drive.faults import DRIVE_ERRORS
 from motionlab.drive.lease import Lease
 from motionlab.drive.link.carrier import LinkError
 from motionlab.drive.link.link import DriveLink, FaultNow
 from motionlab.drive.link.shared import Figure, Order, State, Status
 from motionlab.drive.motion import held_parameters, on_drives
+from motionlab.drive.process_data import STO_ACTIVE
+from motionlab.service.drive_history import DriveHistory, PastFault, Recent
 
 _WATCH = 0.2  # s
 _TORQUE = {State.ARMING, State.HOLDING, State.MOVING}
+
+
+class Found(BaseModel):
+    """What a drive says of itself."""
+
+    vendor: int
+    product: int
+    revision: int
+    serial: int
+    name: str
+    rated_current: float = Field(description="A")
 
 
 class OneDrive(BaseModel):
@@ -31,17 +46,25 @@ class OneDrive(BaseModel):
     status_word: int = Field(description="Object 6041")
     error: int = Field(description="Object 603F")
     error_name: str
+    sto: bool | None = Field(
+        description="Whether safe torque off is active; null where the drive does not report it"
+    )
     current: float = Field(description="A")
+    current_max: float = Field(description="Limit of the loop and of the drive, A")
     rated_current: float = Field(description="A")
+    vendor: int = Field(description="Object 1018:01, as expected")
+    product: int = Field(description="Object 1018:02, as expected")
+    found: Found | None = Field(description="What the drive says of itself, once it is found")
 
 
 class OneAxis(BaseModel):
-    """One axis at the moment, m and m/s."""
+    """One axis at the moment, m and m/s, and its limits."""
 
     axis: str
     position: float
     velocity: float
     following_error: float
+    limits: DriveAxisConfig
 
 
 class LoopFigures(BaseModel):
@@ -58,8 +81,22 @@ class LoopFigures(BaseModel):
     round_trip: float = Field(description="Latest, s")
     wake_late: float = Field(description="Longest time from a period's start until it was awake, s")
     control_time: float = Field(description="Longest time of the controller's half, s")
+    period: float = Field(description="s")
+    recent: Recent
+    age: float | None = Field(description="Time since the last cycle, s; null before the first")
+    priority_wanted: int = Field(description="Of the configuration")
     priority: int = Field(description="Under SCHED_FIFO; 0 where it is not permitted")
     memory_locked: bool
+
+
+class BusFacts(BaseModel):
+    """Where the drives are, and when they stop by themselves."""
+
+    carrier: str
+    place: str = Field(description="Address and port, or network card")
+    distributed_clocks: bool
+    watchdog: float = Field(description="Of the drives, s")
+    loss: float = Field(description="Without an answer for this long the loop latches a fault, s")
 
 
 class DriveStatus(BaseModel):
@@ -69,8 +106,12 @@ class DriveStatus(BaseModel):
     virtual: bool = Field(description="Whether a virtual drive answers")
     state: str = Field(description="offline, ready, arming, holding, moving, stopping, fault")
     problem: str = Field(description="Why there is no link; empty when all is well")
+    step: str = Field(description="Latest step of bring-up")
     fault: FaultNow | None
+    faults: list[PastFault] = Field(description="Since the server began, the latest first")
     holder: str | None = Field(description="Who controls the drives")
+    held_since: float | None = Field(description="Wall clock, s since 1970")
+    bus: BusFacts
     drives: list[OneDrive]
     axes: list[OneAxis]
     loop: LoopFigures
@@ -96,6 +137,7 @@ class Drives:
         self.config = config
         self.link = DriveLink(config)
         self.lease = Lease()
+        self._history = DriveHistory(self.link)
         self._motions = 0
         self._watching = asyncio.create_task(self._watch())
 
@@ -110,6 +152,7 @@ class Drives:
             If the loop refuses.
         """
         self.lease.check(token)
+        self._history.note()  # a fault that is about to be reset
         await asyncio.to_thread(self.link.order, order)
 
     async def arm(self, load: Callable[[], Scenario], variant: str | None, token: str) -> None:
@@ -151,7 +194,8 @@ class Drives:
 
     def status(self) -> DriveStatus:
         """Return what a person needs to know of the link at the moment."""
-        link = self.link
+        link, bus, found = self.link, self.config.link, self.link.found
+        self._history.note()
         figures = [
             link.figure(figure)
             for figure in (Figure.POSITION, Figure.VELOCITY, Figure.FOLLOWING_ERROR)
@@ -161,8 +205,20 @@ class Drives:
             virtual=self.config.virtual,
             state=link.state.name.lower(),
             problem=link.problem,
+            step=next(
+                (report["step"] for report in reversed(link.reports) if "step" in report), ""
+            ),
             fault=link.fault(),
+            faults=self._history.faults,
             holder=self.lease.holder or None,
+            held_since=self.lease.since if self.lease.holder else None,
+            bus=BusFacts(
+                carrier=bus.carrier,
+                place=bus.interface or f"{bus.address}:{bus.port}",
+                distributed_clocks=bus.distributed_clocks,
+                watchdog=bus.watchdog,
+                loss=bus.loss,
+            ),
             drives=[
                 OneDrive(
                     axis=node.axis,
@@ -171,20 +227,40 @@ class Drives:
                     status_word=drive.status_word,
                     error=drive.error,
                     error_name=DRIVE_ERRORS.get(drive.error, ""),
+                    sto=self._sto(drive.status_word),
                     current=drive.torque * node.rated_current * 1e-3,
+                    current_max=getattr(self.config, node.axis).current_max,
                     rated_current=node.rated_current,
+                    vendor=node.vendor,
+                    product=node.product,
+                    found=Found(**found[number]) if found else None,
                 )
-                for node, drive in zip(self.config.nodes, link.drives, strict=True)
+                for number, (node, drive) in enumerate(
+                    zip(self.config.nodes, link.drives, strict=True)
+                )
             ],
             axes=[
-                OneAxis(axis=axis, position=p, velocity=v, following_error=e)
+                OneAxis(
+                    axis=axis,
+                    position=p,
+                    velocity=v,
+                    following_error=e,
+                    limits=getattr(self.config, axis),
+                )
                 for axis, p, v, e in zip(AXES, *figures, strict=True)
             ],
             loop=self._loop_figures(),
         )
 
+    def _sto(self, status_word: int) -> bool | None:
+        """Return whether STO is active; bit 14 is known to mean it in the virtual drive only."""
+        active = bool(status_word & STO_ACTIVE)
+        known = self.config.virtual and self.link.state is not State.OFFLINE
+        return active if active or known else None
+
     def _loop_figures(self) -> LoopFigures:
         status = self.link.status
+        updated = status(Status.UPDATED)
         return LoopFigures(
             cycles=status(Status.CYCLES),
             late=status(Status.LATE),
@@ -197,6 +273,10 @@ class Drives:
             round_trip=status(Status.ROUND_TRIP) * 1e-9,
             wake_late=status(Status.WAKE_LATE) * 1e-9,
             control_time=status(Status.CONTROL_TIME) * 1e-9,
+            period=CONTROL_PERIOD,
+            recent=self._history.recent(),
+            age=max(0.0, time.monotonic() - updated * 1e-9) if updated else None,
+            priority_wanted=self.config.link.priority,
             priority=status(Status.PRIORITY),
             memory_locked=bool(status(Status.MEMORY_LOCKED)),
         )
@@ -205,6 +285,7 @@ class Drives:
         """Stop what moves when the heartbeat of the lease ends; then free it."""
         while True:
             await asyncio.sleep(_WATCH)
+            self._history.note()
             if self.lease.expired:
                 if self.link.state in _TORQUE:
                     self.link.stop()
