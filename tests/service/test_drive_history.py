@@ -13,7 +13,15 @@ from motionlab.drive.link.shared import ROUND_TRIP_BINS, Status
 from motionlab.service.drive_history import DriveHistory
 
 LOST = FaultNow(
-    code=0x8700, name="link lost", place=0, value=10.5, limit=10.0, unit="ms", remedy="Check."
+    code=0x8700,
+    error=0,
+    name="link lost",
+    subject="link",
+    place=0,
+    value=10.5,
+    limit=10.0,
+    unit="ms",
+    remedy="Check.",
 )
 
 

@@ -68,15 +68,23 @@ FAULTS = {
     DIVERGED: Fault("the controller diverged", "Lower its gains.", "\u00b5m", 1e6),
 }
 
+OF_AN_AXIS = frozenset(
+    {FOLLOWING_ERROR, POSITION_LIMIT, SPEED_LIMIT, ENCODER, DIVERGED},
+)
+"""Faults whose place is an axis; other places are drives."""
+
 DRIVE_ERRORS = {
-    0x2310: "continuous overcurrent",
-    0x2320: "short circuit",
-    0x3210: "supply voltage too high",
-    0x3220: "supply voltage too low",
-    0x4210: "drive too hot",
-    0x5440: "safe torque off",
-    0x7305: "encoder signal lost",
-    0x8130: "heartbeat lost",
-    0x8700: "synchronisation lost",
+    0x2310: Fault(
+        "continuous overcurrent",
+        "Check the coil of this phase for a short to the frame, and its resistance.",
+    ),
+    0x2320: Fault("short circuit", "Check the coil of this phase and its cable for a short."),
+    0x3210: Fault("supply voltage too high", "Check the supply, and what takes up braking energy."),
+    0x3220: Fault("supply voltage too low", "Check the supply of the drive and its fuses."),
+    0x4210: Fault("drive too hot", "Let it cool down; check its fan and the load."),
+    0x5440: Fault("safe torque off", "Release the emergency stop. STO is hard-wired."),
+    0x7305: Fault("encoder signal lost", "Check the encoder's cable and its reading head."),
+    0x8130: Fault("heartbeat lost", "Check cable and load of this machine."),
+    0x8700: Fault("synchronisation lost", "Check cable and load of this machine."),
 }
 """Error codes 603F of CiA 402 that drives report most."""

@@ -116,8 +116,8 @@ class DriveHistory:
         )
 
 
-def _cause(fault: FaultNow) -> tuple[int, int, float | None]:
-    return fault.code, fault.place, fault.value
+def _cause(fault: FaultNow) -> tuple[int, int, int, float | None]:
+    return fault.code, fault.error, fault.place, fault.value
 
 
 def _percentile(counts: NDArray[np.int64], share: float) -> float | None:

@@ -226,7 +226,7 @@ class Drives:
                     state=drive.state,
                     status_word=drive.status_word,
                     error=drive.error,
-                    error_name=DRIVE_ERRORS.get(drive.error, ""),
+                    error_name=known.name if (known := DRIVE_ERRORS.get(drive.error)) else "",
                     sto=self._sto(drive.status_word),
                     current=drive.torque * node.rated_current * 1e-3,
                     current_max=getattr(self.config, node.axis).current_max,

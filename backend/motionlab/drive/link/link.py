@@ -11,7 +11,7 @@ import threading
 import time
 from collections import deque
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from pydantic import BaseModel, Field
 
 from motionlab.config.drive import DriveConfig
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.drive.faults import FAULTS
+from motionlab.drive.faults import DRIVE_ERRORS, DRIVE_FAULT, FAULTS, OF_AN_AXIS
 from motionlab.drive.link.carrier import LinkError
 from motionlab.drive.link.shared import (
     RING_TICKS,
@@ -45,7 +45,9 @@ class FaultNow(BaseModel):
     """A latched fault."""
 
     code: int
+    error: int = Field(description="Error code 603F of a drive that failed; else 0")
     name: str
+    subject: Literal["link", "drive", "axis"]
     place: int = Field(description="Drive from 1, or axis from 1; 0 for the link")
     value: float | None = Field(description="What was found, in `unit`; null without a figure")
     limit: float | None = Field(description="What is allowed, in `unit`")
@@ -232,11 +234,16 @@ class DriveLink:
         status, figures = self._shared.status, self._shared.figures
         code = int(status[Status.FAULT])
         fault = FAULTS[code]
+        place = int(status[Status.FAULT_PLACE])
         value, limit = (float(figures[i]) for i in (Figure.FAULT_VALUE, Figure.FAULT_LIMIT))
+        error = int(value) if code == DRIVE_FAULT else 0
+        fault = DRIVE_ERRORS.get(error, fault)
         return FaultNow(
             code=code,
+            error=error,
             name=fault.name,
-            place=int(status[Status.FAULT_PLACE]),
+            subject="axis" if code in OF_AN_AXIS else "drive" if place else "link",
+            place=place,
             value=value * fault.factor if fault.unit else None,
             limit=limit * fault.factor if fault.unit else None,
             unit=fault.unit,
