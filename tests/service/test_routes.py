@@ -25,7 +25,7 @@ from tests.service.servers import PATIENCE, Server
 
 def test_health(client: httpx.Client) -> None:
     health = client.get(f"{API}/health").json()
-    assert health == {"status": "ok", "version": __version__, "login": False}
+    assert health == {"status": "ok", "version": __version__, "login": False, "drive": False}
 
 
 def test_scenarios_are_those_that_ship(client: httpx.Client) -> None:

@@ -37,7 +37,7 @@ from motionlab.runs.description import (
     thumbnail,
 )
 from motionlab.runs.files import RunFiles, column_descriptions, runs_url
-from motionlab.runs.run import CHANGEABLE, Event, Kind, RunDetail, new_id
+from motionlab.runs.run import CHANGEABLE, NAME_MAX, Event, Kind, RunDetail, new_id
 from motionlab.runs.telemetry import recording as read_recording
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.result import metadata
@@ -387,10 +387,24 @@ def library() -> Library:
     return _library(data_root(), os.getpid(), *(os.environ.get(name, "") for name in places))
 
 
-def live_run(scenario: Scenario, run_id: str, created: float) -> RunDetail:
-    """Return what is known of a live run at its beginning."""
+def live_run(scenario: Scenario, run_id: str, created: float, *, drive: str = "") -> RunDetail:
+    """Return what is known of a live run at its beginning.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        What is in effect at tick 0.
+    run_id : str
+        Its identifier.
+    created : float
+        When it began, seconds since 1970.
+    drive : str
+        Title of the drive link that moves; empty for a simulated session.
+    """
     update = {"id": run_id, "created": created, "state": "recording"}
-    return _begun("live", scenario, {}).model_copy(update=update)
+    name = f"{scenario.name} {' '.join(scenario.variants)} on {drive}"[:NAME_MAX] if drive else ""
+    begun = _begun("drive" if drive else "live", scenario, {}, name=name)
+    return begun.model_copy(update=update)
 
 
 def quota() -> int:

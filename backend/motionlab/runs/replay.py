@@ -88,10 +88,12 @@ def again(run: RunDetail) -> Again:
     Raises
     ------
     NotReplayable
-        If it is a measurement, or its scenario is no longer valid.
+        If it is of a real machine, or its scenario is no longer valid.
     """
     if run.scenario_document is None:
         raise NotReplayable(f"{run.id} is a measurement: there is nothing to simulate again")
+    if run.kind == "drive":
+        raise NotReplayable(f"{run.id} was measured on drives: they do not repeat it bit for bit")
     try:
         prepared = prepare(load_scenario(run.scenario_document), checked=True)
         for _, scenario in prepared.epochs:

@@ -1,4 +1,4 @@
-"""What a run is: the kept record of a simulation, a live session or a measurement."""
+"""What a run is: the record of a simulation, a live session, a drive or a measurement."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, Field
 
-Kind = Literal["simulation", "live", "measurement"]
+Kind = Literal["simulation", "live", "drive", "measurement"]
 State = Literal["recording", "complete", "partial"]
 
 ID = "^r-[a-z2-7]{12}$"

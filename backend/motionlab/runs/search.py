@@ -6,9 +6,10 @@ import math
 import re
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
-from typing import Literal
+from typing import Literal, get_args
 
 from motionlab.errors import ConfigError, FieldError
+from motionlab.runs.run import Kind
 
 HEADLINE = {
     "max": "max_abs_following_error",
@@ -42,7 +43,7 @@ _METRIC = re.compile(
 )
 _FORM = "metric, sign, number and unit, as in B.x.max<3um; a text with such a sign, in quotes"
 _TERM = re.compile(r"""([a-z]+:)?(?P<quote>["'])(?P<text>.*?)(?P=quote)(?=\s|$)|\S+""")
-_KINDS = ("simulation", "live", "measurement")
+_KINDS = get_args(Kind)
 _STATES = ("recording", "complete", "partial")
 
 Sign = Literal["<", "<=", ">", ">="]

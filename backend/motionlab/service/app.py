@@ -84,6 +84,7 @@ _MODULES = (
     run_reports,
     runs,
     gain_sets,
+    drive,
 )
 """Routes of the API, in the order of its documentation."""
 
@@ -188,8 +189,6 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     problems.install(app)
     for module in _MODULES:
         app.include_router(module.router, prefix=PREFIX)
-    if settings.drive is not None:
-        app.include_router(drive.router, prefix=PREFIX)
     app.include_router(scene.router)
     app.get("/asyncapi.json", include_in_schema=False)(asyncapi)
 

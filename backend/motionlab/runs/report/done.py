@@ -22,7 +22,12 @@ from motionlab.runs.report.quantities import (
 from motionlab.runs.report.recipe import recipe
 from motionlab.runs.run import Difference, Event, RunDetail
 
-KINDS = {"simulation": "simulated", "live": "live session", "measurement": "measured"}
+KINDS = {
+    "simulation": "simulated",
+    "live": "live session",
+    "drive": "on drives",
+    "measurement": "measured",
+}
 
 EVENTS_MAX = 200
 """Rows of the table of events."""
@@ -164,7 +169,12 @@ def again(run: RunDetail, scenario: Scenario | None) -> Markup:
     """Return how a run is simulated again."""
     if run.kind == "measurement":
         return element("p", "A measurement: it cannot be simulated again.")
-    replay = _code("Every sample, compared bit for bit:", f"motionlab replay {run.id}")
+    measured = run.kind == "drive"
+    replay = (
+        element("p", "Measured on drives: what follows simulates the same scenario.")
+        if measured
+        else _code("Every sample, compared bit for bit:", f"motionlab replay {run.id}")
+    )
     if scenario is None:
         invalid = "Its scenario is not valid in this version; the version that kept it can replay."
         return joined([element("p", invalid), replay])

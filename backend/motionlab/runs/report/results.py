@@ -79,7 +79,7 @@ def window_of(run: RunDetail) -> Markup:
     if not window:
         return element("p", "No window to measure.")
     text = f"Over {spanned(window['start'], window['end'], 's')}"
-    if run.kind == "live":
+    if run.kind in {"live", "drive"}:
         text += ": the latest two periods or ten seconds of the session"
     return element("p", f"{text}.", class_="quiet")
 

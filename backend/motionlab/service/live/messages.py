@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 from pydantic.json_schema import models_json_schema
 
 from motionlab.service.http.problems import Problem
-from motionlab.service.live.session import SessionInfo
+from motionlab.service.live.session_info import SessionInfo
 
 
 class StreamColumn(BaseModel):

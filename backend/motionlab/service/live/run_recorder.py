@@ -55,6 +55,7 @@ class _Record:
 
     scenario: Scenario
     channels: list[tuple[str, Channel]]
+    drive: str = ""  # title of the drive link that moves
     id: str = field(default_factory=new_id)
     created: float = field(default_factory=time.time)
     spool: Spool | None = None
@@ -88,6 +89,8 @@ class SessionRecorder:
         Its columns.
     scenario : Scenario
         What is in effect at tick 0.
+    drive : str
+        Title of the drive link that moves; empty for a simulated session.
     """
 
     def __init__(
@@ -96,11 +99,14 @@ class SessionRecorder:
         ring: Ring,
         channels: list[tuple[str, Channel]],
         scenario: Scenario,
+        *,
+        drive: str = "",
     ) -> None:
         self._recorder = recorder
         self._ring = ring
         self._channels = channels
         self._scenario = scenario
+        self._drive = drive
         self._lock = threading.Lock()
         self._record: _Record | None = None
         self._early: list[Event] = []  # before the first sample
@@ -151,7 +157,7 @@ class SessionRecorder:
         if self._ended or self._ring.end <= self._taken:
             return
         if self._record is None:
-            record = _Record(self._scenario, self._channels, events=self._early)
+            record = _Record(self._scenario, self._channels, self._drive, events=self._early)
             self._recorder.announce(record.id)
             self._record = record
         record = self._record
@@ -292,7 +298,7 @@ class RunRecorder:
             from motionlab.runs.spool import Spool  # noqa: PLC0415 - slow to load: see preload
 
             self._check_room(None)
-            run = live_run(record.scenario, record.id, record.created)
+            run = live_run(record.scenario, record.id, record.created, drive=record.drive)
             about = metadata(record.scenario)
             record.spool = Spool(spools(self._root), run, record.channels, about)
             self._call(record, _put, run, light=True)

@@ -12,10 +12,10 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
 from pathlib import Path
-from typing import Any, Literal, ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
-from pydantic import BaseModel, Field, TypeAdapter
+from pydantic import TypeAdapter
 
 from motionlab.config.load import epochs
 from motionlab.config.planar import AXES
@@ -28,6 +28,7 @@ from motionlab.service.live.clock import Clock
 from motionlab.service.live.history import History
 from motionlab.service.live.notification import Listener
 from motionlab.service.live.run_recorder import RunRecorder, SessionRecorder
+from motionlab.service.live.session_info import SessionStatus, State
 from motionlab.simulation.change import Change, changed
 from motionlab.simulation.machine import Machine
 from motionlab.simulation.prepare import Prepared
@@ -43,35 +44,8 @@ _SLICE_LANES = 2048
 
 _YIELD_SECONDS = 0.0005  # between two slices, when a command waits
 
-State = Literal["paused", "playing", "stopping", "stopped", "finished"]
 P = ParamSpec("P")
 T = TypeVar("T")
-
-
-class SessionStatus(BaseModel):
-    """Status of a session."""
-
-    id: str
-    revision: int = Field(description="Grows with every change; of two reports the larger is newer")
-    timeline: int = Field(description="Counts resets; ticks of another timeline are other ticks")
-    state: State
-    tick: int
-    time: float = Field(description="Simulated time, s")
-    speed: float = Field(description="Simulated time per time")
-    stream: str = Field(description="Path of its websocket")
-    run: str | None = Field(description="Run that is being recorded; null before the first tick")
-    unrecorded: str = Field(description="Why nothing can be recorded now; empty when all is well")
-    watchers: int = Field(description="Streams and 3-D views that are open")
-    ends: int | None = Field(description="Tick at which it ends; null if it goes on")
-    diverged: dict[str, float | None] = Field(description="Time at which a variant diverged, s")
-
-
-class SessionInfo(SessionStatus):
-    """State and contents of a session."""
-
-    changes: list[Change] = Field(description="The latest, oldest first; undo takes back the last")
-    base: Scenario = Field(description="What it was created from")
-    scenario: Scenario = Field(description="What is in effect")
 
 
 _CHANGES: TypeAdapter[tuple[Change, ...]] = TypeAdapter(tuple[Change, ...])
@@ -101,6 +75,8 @@ class Session:
         Where its slow work is done.
     recorder : RunRecorder, optional
         Records it as runs, one from each reset to the next.
+    drive : str
+        Title of the drive link that it moves; empty where it is simulated.
     """
 
     def __init__(
@@ -109,6 +85,8 @@ class Session:
         clock: Clock,
         threads: Executor,
         recorder: RunRecorder | None = None,
+        *,
+        drive: str = "",
     ) -> None:
         self.id = secrets.token_urlsafe(9)
         self.prepared = prepared
@@ -120,6 +98,7 @@ class Session:
         self.listeners: set[Listener] = set()
         self.touched = time.monotonic()
         self.closed = False
+        self.drive = drive
         self.history = History(self.variants)
         self._clock = clock
         self._threads = threads
@@ -170,6 +149,7 @@ class Session:
                 name: None if tick is None else tick * CONTROL_PERIOD
                 for name, tick in zip(self.variants, self._failed, strict=True)
             },
+            drive=self.drive,
         )
 
     def info(self) -> str:
@@ -421,7 +401,11 @@ class Session:
         if self._recorder is not None:
             channels = self.history.columns
             self._record = SessionRecorder(
-                self._recorder, self.history.ring, channels, simulation.scenario
+                self._recorder,
+                self.history.ring,
+                channels,
+                simulation.scenario,
+                drive=self.drive,
             )
 
     async def _change(self, changes: Mapping[str, Any]) -> int:

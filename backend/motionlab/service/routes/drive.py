@@ -16,7 +16,7 @@ from motionlab.service.drives import Drives, DriveStatus
 from motionlab.service.http.openapi_input import examples
 from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute
-from motionlab.service.live.session import SessionInfo
+from motionlab.service.live.session_info import SessionInfo
 from motionlab.service.live.sessions import Sessions
 from motionlab.service.routes.simulate import ChangedScenario, prepare_request
 from motionlab.service.settings import Settings
@@ -68,7 +68,7 @@ def find_drives(request: Request) -> Drives:
     """Return the drive link, or answer 404."""
     drives: Drives | None = request.app.state.drives
     if drives is None:
-        raise HTTPException(404, "no drive link: start the server with --drive FILE")
+        raise HTTPException(404, "this server has no drive link: start it with --drive FILE")
     return drives
 
 

@@ -28,6 +28,7 @@ class Health(BaseModel):
     status: Literal["ok"]
     version: str = Field(description="Version of the project")
     login: bool = Field(description="Whether browsers have to log in")
+    drive: bool = Field(description="Whether there is a drive link")
 
 
 class LoginRequest(BaseModel):
@@ -41,8 +42,13 @@ class LoginRequest(BaseModel):
 @router.get("/health", operation_id="getHealth", tags=["server"])
 async def get_health(request: Request) -> Health:
     """Answer that the server is up; needs no token."""
-    login = request.app.state.settings.token is not None
-    return Health(status="ok", version=__version__, login=login)
+    settings = request.app.state.settings
+    return Health(
+        status="ok",
+        version=__version__,
+        login=settings.token is not None,
+        drive=settings.drive is not None,
+    )
 
 
 @router.post(

@@ -23,7 +23,8 @@ from motionlab.config.quantity import Whole
 from motionlab.service.http.openapi_input import ID, PATHS_MAX, Paths, examples, links
 from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute
-from motionlab.service.live.session import Session, SessionInfo
+from motionlab.service.live.session import Session
+from motionlab.service.live.session_info import SessionInfo
 from motionlab.service.live.sessions import Sessions
 from motionlab.service.live.stream import Stream, refuse
 from motionlab.service.routes.simulate import ChangedScenario, prepare_request

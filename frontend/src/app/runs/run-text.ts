@@ -18,6 +18,7 @@ const SIZES = [
 export const KINDS: Readonly<Record<Run['kind'], string>> = {
   simulation: 'simulated',
   live: 'live session',
+  drive: 'on drives',
   measurement: 'measured',
 };
 

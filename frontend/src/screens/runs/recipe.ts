@@ -76,6 +76,8 @@ export function commandsOf(
 /** Says why a run has no such ways; empty where it may have. */
 export function withoutCommands({ kind }: Pick<RunDetail, 'kind'>): string {
   if (kind === 'live') return 'no command repeats what was done in a live session';
+  if (kind === 'drive')
+    return 'motionlab drive run moves the drives again, never bit for bit alike';
   return kind === 'measurement' ? 'a measurement is not simulated' : '';
 }
 

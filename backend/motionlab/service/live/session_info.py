@@ -1,0 +1,41 @@
+"""What is told of a live session."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import BaseModel, Field
+
+from motionlab.config.scenario import Scenario
+from motionlab.simulation.change import Change
+
+State = Literal["paused", "playing", "stopping", "stopped", "finished"]
+
+
+class SessionStatus(BaseModel):
+    """Status of a session."""
+
+    id: str
+    revision: int = Field(description="Grows with every change; of two reports the larger is newer")
+    timeline: int = Field(description="Counts resets; ticks of another timeline are other ticks")
+    state: State
+    tick: int
+    time: float = Field(description="Simulated time, s")
+    speed: float = Field(description="Simulated time per time")
+    stream: str = Field(description="Path of its websocket")
+    run: str | None = Field(description="Run that is being recorded; null before the first tick")
+    unrecorded: str = Field(description="Why nothing can be recorded now; empty when all is well")
+    watchers: int = Field(description="Streams and 3-D views that are open")
+    ends: int | None = Field(description="Tick at which it ends; null if it goes on")
+    diverged: dict[str, float | None] = Field(description="Time at which a variant diverged, s")
+    drive: str = Field(
+        default="", description="Title of the drive link that it moves; empty where it is simulated"
+    )
+
+
+class SessionInfo(SessionStatus):
+    """State and contents of a session."""
+
+    changes: list[Change] = Field(description="The latest, oldest first; undo takes back the last")
+    base: Scenario = Field(description="What it was created from")
+    scenario: Scenario = Field(description="What is in effect")
