@@ -1,4 +1,4 @@
-"""What is told of a live session."""
+"""Status and contents of a live session, as the API returns them."""
 
 from __future__ import annotations
 
