@@ -169,7 +169,6 @@ def _run(options: argparse.Namespace) -> int:
         seed=options.seed,
         now=wall_clock(),
     )
-    segment.advance(wall_clock())  # compiled, or found, before anything is promised
     address, port = options.address
     control = options.control or 0
     if options.interface:

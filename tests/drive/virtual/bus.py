@@ -144,7 +144,7 @@ class Bus:
         self._counters[node] = counter = self._counters[node] % 7 + 1
         head = struct.pack("<HHBB", len(body), 0, 0, kind | counter << 4)
         self.write(node, 0x1000, (head + body).ljust(128, b"\0"))
-        for _ in range(200):
+        for _ in range(20_000):  # about a second where it runs in real time
             if self.number(node, REGISTER_SYNC_MANAGER + 13, 1) & 8:
                 break
         answer = self.read(node, 0x1080, 128)

@@ -6,12 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from motionlab import __version__
-from motionlab.drive.ethercat import OP, PREOP, REGISTER_SYNC_MANAGER
+from motionlab.drive.ethercat import OP, PREOP, REGISTER_AL_STATUS, REGISTER_SYNC_MANAGER
 from motionlab.drive.process_data import CYCLIC_TORQUE, INPUTS, OUTPUTS, RX_PDO, TX_PDO, Entry
 from motionlab.drive.virtual import layout
-from motionlab.drive.virtual.al import BY_OUTPUTS, BY_SYNC0, al_state
+from motionlab.drive.virtual.al import BY_OUTPUTS, BY_SYNC0
 from motionlab.drive.virtual.cia402 import OUTPUT_SYNC
-from motionlab.drive.virtual.layout import Arrays, get16
+from motionlab.drive.virtual.layout import Arrays
 
 # Abort codes, ETG.1000.6
 UNKNOWN_COMMAND = 0x0504_0001
@@ -232,8 +232,12 @@ class Dictionary:
             )
 
     def _needs_preop(self) -> None:
-        if al_state(self._s, self._n) != PREOP:
+        if self._state() != PREOP:
             raise Abort(NOT_IN_THIS_STATE)
+
+    def _state(self) -> int:
+        """Return the state of the application layer; compiled functions cost a first caller 1 s."""
+        return int(self._s.memory[self._n, REGISTER_AL_STATUS]) & 0x0F
 
     def _add_synchronisation(self) -> None:
         settings, node = self._s.objects[self._n], self._s.nodes[self._n]
@@ -274,7 +278,7 @@ class Dictionary:
         def set_mode(mode: int) -> None:
             if mode not in (0, CYCLIC_TORQUE):
                 raise Abort(OUT_OF_RANGE)
-            if al_state(s, n) != OP and mode:  # in OP the process data decides
+            if self._state() != OP and mode:  # in OP the process data decides
                 node[layout.MODE_DISPLAY] = mode
 
         self._items[0x6060, 0] = Item("i1", lambda: self._output(4, 1), set_mode, -128, 127)
@@ -294,7 +298,8 @@ class Dictionary:
 
     def _output(self, at: int, size: int) -> int:
         memory = self._s.memory[self._n]
-        first = get16(memory, REGISTER_SYNC_MANAGER + 8 * OUTPUT_SYNC)
+        register = REGISTER_SYNC_MANAGER + 8 * OUTPUT_SYNC
+        first = int.from_bytes(memory[register : register + 2].tobytes(), "little")
         return int.from_bytes(memory[first + at : first + at + size].tobytes(), "little")
 
 

@@ -17,24 +17,32 @@ from motionlab.drive.ethercat import (
     INIT,
     REGISTER_AL_CONTROL,
     REGISTER_AL_STATUS,
+    REGISTER_DC_ACTIVATION,
     REGISTER_DC_CUC,
-    REGISTER_DC_RECEIVE_TIME,
+    REGISTER_DC_SPEED_START,
+    REGISTER_DC_START_TIME,
+    REGISTER_DC_SYNC0_CYCLE,
     REGISTER_DC_SYSTEM_TIME_OFFSET,
     REGISTER_DL_CONTROL,
+    REGISTER_EVENT_MASK,
+    REGISTER_FEATURES,
     REGISTER_FMMU,
     REGISTER_SII_CONFIGURATION,
+    REGISTER_SII_CONTROL,
     REGISTER_STATION_ADDRESS,
     REGISTER_SYNC_MANAGER,
     REGISTER_TYPE,
     REGISTER_WATCHDOG_DIVIDER,
+    REGISTER_WATCHDOG_PDI,
     REGISTER_WATCHDOG_PROCESS_DATA,
     REGISTER_WATCHDOG_STATUS,
 )
 from motionlab.drive.virtual import layout
 from motionlab.drive.virtual.cia402 import INPUT_SYNC, OUTPUT_SYNC, SWITCH_ON_DISABLED
 from motionlab.drive.virtual.datagrams import answer
+from motionlab.drive.virtual.esc import SII_EIGHT_BYTES
 from motionlab.drive.virtual.events import catch_up
-from motionlab.drive.virtual.layout import NODES, Arrays, kept, new_arrays, put
+from motionlab.drive.virtual.layout import NODES, Arrays, kept, new_arrays
 from motionlab.drive.virtual.mailbox import MailServer
 from motionlab.drive.virtual.objects import DEFAULTS, Dictionary, Identity
 from motionlab.drive.virtual.sii import slave_information
@@ -61,17 +69,17 @@ _WRITABLE = (
     (REGISTER_STATION_ADDRESS, 2),
     (REGISTER_DL_CONTROL, 4),
     (REGISTER_AL_CONTROL, 2),
-    (0x0200, 2),
+    (REGISTER_EVENT_MASK, 2),
     (REGISTER_WATCHDOG_DIVIDER, 2),
-    (REGISTER_WATCHDOG_PROCESS_DATA - 0x10, 2),
+    (REGISTER_WATCHDOG_PDI, 2),
     (REGISTER_WATCHDOG_PROCESS_DATA, 2),
     (REGISTER_SII_CONFIGURATION, 16),
     (REGISTER_FMMU, 16 * layout.FMMUS),
     (REGISTER_DC_SYSTEM_TIME_OFFSET, 12),
-    (0x0930, 4),
+    (REGISTER_DC_SPEED_START, 4),
     (REGISTER_DC_CUC, 2),
-    (0x0990, 8),
-    (0x09A0, 8),
+    (REGISTER_DC_START_TIME, 8),
+    (REGISTER_DC_SYNC0_CYCLE, 8),
     (layout.PROCESS_MEMORY, layout.MEMORY - layout.PROCESS_MEMORY),
 )
 
@@ -249,15 +257,17 @@ def _power_on(memory: NDArray[np.uint8]) -> None:
     # Type and revision are no maker's. FMMUs, sync managers, kilobytes, ports 0 and 1 MII.
     head = (0xF0, 1, 0, 0, layout.FMMUS, layout.SYNC_MANAGERS, 4, 0x0F)
     memory[REGISTER_TYPE : REGISTER_TYPE + 8] = head
-    put(memory, 0x0008, 0x000C, 2)  # distributed clocks, 64 bits wide
-    put(memory, REGISTER_AL_STATUS, INIT, 2)
-    put(memory, REGISTER_AL_CONTROL, INIT, 2)
-    put(memory, REGISTER_WATCHDOG_DIVIDER, 2498, 2)
-    put(memory, REGISTER_WATCHDOG_PROCESS_DATA - 0x10, 1000, 2)
-    put(memory, REGISTER_WATCHDOG_PROCESS_DATA, _WATCHDOG_TICKS, 2)
-    put(memory, REGISTER_WATCHDOG_STATUS, 1, 2)
-    put(memory, 0x0502, 0x0040, 2)
-    put(memory, REGISTER_DC_RECEIVE_TIME, 0, 4)
+    for register, value in (
+        (REGISTER_FEATURES, 0x000C),  # distributed clocks, 64 bits wide
+        (REGISTER_AL_STATUS, INIT),
+        (REGISTER_AL_CONTROL, INIT),
+        (REGISTER_WATCHDOG_DIVIDER, 2498),
+        (REGISTER_WATCHDOG_PDI, 1000),
+        (REGISTER_WATCHDOG_PROCESS_DATA, _WATCHDOG_TICKS),
+        (REGISTER_WATCHDOG_STATUS, 1),
+        (REGISTER_SII_CONTROL, SII_EIGHT_BYTES),
+    ):
+        memory[register : register + 2] = tuple(value.to_bytes(2, "little"))
     for k in (OUTPUT_SYNC, INPUT_SYNC):
         memory[REGISTER_SYNC_MANAGER + 8 * k + 7] = 1
 
@@ -266,7 +276,7 @@ def _writable() -> NDArray[np.uint8]:
     mask = np.zeros(layout.MEMORY, dtype=np.uint8)
     for first, count in _WRITABLE:
         mask[first : first + count] = 0xFF
-    mask[0x0981] = 0x07
+    mask[REGISTER_DC_ACTIVATION] = 0x07
     for k in range(layout.SYNC_MANAGERS):
         first = REGISTER_SYNC_MANAGER + 8 * k
         mask[first : first + 5] = 0xFF

@@ -106,7 +106,10 @@ class Server:
         self.real_time = False
 
     def __enter__(self) -> Server:
-        """Start to answer."""
+        """Start to answer, at once: what is not compiled yet is compiled first."""
+        self._carrier.numbers[STOP] = 1
+        run_loop(self.segment.arrays, self._carrier)
+        self._carrier.numbers[STOP] = 0
         self._thread.start()
         return self
 
