@@ -39,7 +39,7 @@ setup: $(SETUP_STAMP) ## Create .venv with everything needed to run and test
 test: $(SETUP_STAMP) $(PAGE) ## Run the tests (PYTEST_ARGS="-k circle" for some of them)
 	@frontend/npm test --silent
 	@$(PY) -m motionlab.simulation.precompile
-	@$(PY) -m motionlab.drive.virtual.precompile
+	@$(PY) -m motionlab.drive.precompile
 	@$(PY) -m pytest -m "not browser" -n auto --dist loadfile $(PYTEST_ARGS); first=$$?; \
 	[ $$first = 0 ] || [ $$first = 5 ] || exit $$first; \
 	$(PY) -m pytest -m browser $(or $(PYTEST_ARGS),tests/e2e); second=$$?; \

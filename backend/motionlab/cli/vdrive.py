@@ -77,6 +77,15 @@ def add(commands: Any) -> None:
         help="of the answering thread under SCHED_FIFO, if allowed; 0 does without (%(default)s)",
     )
     parser.add_argument(
+        "--slow",
+        type=int,
+        choices=range(1, 21),
+        default=1,
+        metavar="1..20",
+        help="times slower than real time, as link.slow of the drive link, for tests and "
+        "demonstrations on busy machines (%(default)s)",
+    )
+    parser.add_argument(
         "--switch",
         metavar="KEY=VALUE",
         action="append",
@@ -179,7 +188,12 @@ def _run(options: argparse.Namespace) -> int:
         opened, control = open_pair(address)
         where = address
     with Server(
-        segment, opened, control_port=control, drift=options.drift, priority=options.priority
+        segment,
+        opened,
+        control_port=control,
+        drift=options.drift,
+        priority=options.priority,
+        slow=options.slow,
     ) as server:
         told = {"at": where, "port": server.port, "control_port": server.control_port}
         if options.json:

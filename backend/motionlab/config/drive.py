@@ -74,6 +74,12 @@ class LinkConfig(Config):
     priority: Whole = Field(
         default=80, ge=0, le=98, description="Priority under SCHED_FIFO; 0 does without"
     )
+    slow: Whole = Field(
+        default=1,
+        ge=1,
+        le=20,
+        description="How many times slower than real time loop and virtual drive run; 1 for drives",
+    )
 
     @model_validator(mode="after")
     def _is_consistent(self) -> Self:
@@ -198,6 +204,15 @@ class DriveConfig(Config):
             missing = [f"{axis} {phase}" for axis, phase in LAYOUT if not found[axis, phase]]
             raise ValueError(
                 f"more than one drive for {', '.join(twice)}, none for {', '.join(missing)}"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _is_slow_with_a_virtual_drive_only(self) -> Self:
+        if self.link.slow > 1 and not self.virtual:
+            raise ValueError(
+                f"link.slow = {self.link.slow}: drives run in real time; only a virtual one, with "
+                "virtual = true, can be slower"
             )
         return self
 

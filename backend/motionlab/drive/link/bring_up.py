@@ -187,7 +187,8 @@ class Segment:
         outputs = struct.pack("<HhbB", 0, 0, CYCLIC_TORQUE, 0) * NODES
         begun = time.monotonic()
         asked, deadline = False, begun + _STATE_TIMEOUT
-        clocks_run = begun + (2e-9 * _START_AHEAD if self.sync_start else 0.0)
+        slow = self.config.link.slow
+        clocks_run = begun + (2e-9 * slow * _START_AHEAD if self.sync_start else 0.0)
         while True:
             answer = self.carrier.exchange(
                 Datagram(LRD, INPUTS_AT, 0, bytes(NODES * INPUT_BYTES)),

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -27,7 +26,7 @@ from motionlab.drive.ethercat import (
     Datagram,
     frame,
 )
-from motionlab.drive.libc import Scratch, now, receive, send, wait_readable
+from motionlab.drive.libc import Clock, now, part, receive, send, wait_readable
 from motionlab.drive.process_data import INPUT_BYTES, NODES, OUTPUT_BYTES
 
 Bytes = NDArray[np.uint8]
@@ -55,7 +54,7 @@ class Bus(NamedTuple):
     read: Bytes
     write: Bytes
     answer: Bytes
-    room: Scratch
+    clock: Clock
 
 
 class Inputs(NamedTuple):
@@ -64,12 +63,12 @@ class Inputs(NamedTuple):
     good: bool
     working_counter: int
     al_status: int
-    clock: int  # system time of the first node, ns
+    system_time: int  # of the first node, ns
     round_trip: int  # ns
     written: int  # working counter of the outputs before, -1 while not seen
 
 
-def cyclic_bus(descriptor: int, header: bytes, *, clocks: bool, room: Scratch) -> Bus:
+def cyclic_bus(descriptor: int, header: bytes, clock: Clock, *, clocks: bool) -> Bus:
     """Return the bus over a connected socket.
 
     Parameters
@@ -78,16 +77,16 @@ def cyclic_bus(descriptor: int, header: bytes, *, clocks: bool, room: Scratch) -
         Socket.
     header : bytes
         Ethernet header of each frame; empty for UDP.
+    clock : ndarray
+        From `new_clock`.
     clocks : bool
         Whether the clock of the first node is distributed; otherwise its datagram does nothing.
-    room : ndarray
-        From `scratch`.
     """
-    clock = ARMW if clocks else NOP
+    distribute = ARMW if clocks else NOP
     read = frame(
         [
             Datagram(LRD, INPUTS_AT, 0, bytes(_INPUTS)),
-            Datagram(clock, 0, REGISTER_DC_SYSTEM_TIME, bytes(8)),
+            Datagram(distribute, 0, REGISTER_DC_SYSTEM_TIME, bytes(8)),
             Datagram(BRD, 0, REGISTER_AL_STATUS, bytes(2)),
         ]
     )
@@ -98,38 +97,38 @@ def cyclic_bus(descriptor: int, header: bytes, *, clocks: bool, room: Scratch) -
         np.frombuffer(bytearray(header + read), np.uint8),
         np.frombuffer(bytearray(header + write), np.uint8),
         np.zeros(_ROOM, np.uint8),
-        room,
+        clock,
     )
 
 
-@numba.njit(nogil=True, cache=True)
+@part
 def u16(data: Bytes, at: int) -> int:
     """Return a little-endian number of 16 bits."""
     return int(np.int64(data[at]) | np.int64(data[at + 1]) << 8)
 
 
-@numba.njit(nogil=True, cache=True)
+@part
 def i16(data: Bytes, at: int) -> int:
     """Return a little-endian signed number of 16 bits."""
     value = u16(data, at)
     return value - 0x10000 if value & 0x8000 else value
 
 
-@numba.njit(nogil=True, cache=True)
+@part
 def i32(data: Bytes, at: int) -> int:
     """Return a little-endian signed number of 32 bits."""
     value = u16(data, at) | u16(data, at + 2) << 16
     return value - 0x1_0000_0000 if value & 0x8000_0000 else value
 
 
-@numba.njit(nogil=True, cache=True)
+@part
 def put16(data: Bytes, at: int, value: int) -> None:
     """Write a little-endian number of 16 bits."""
     data[at] = value & 0xFF
     data[at + 1] = value >> 8 & 0xFF
 
 
-@numba.njit(nogil=True, cache=True)
+@part
 def read_inputs(bus: Bus, cycle: int, deadline: int) -> Inputs:
     """Send the first frame of a cycle and wait for its answer until `deadline`, ns.
 
@@ -139,16 +138,16 @@ def read_inputs(bus: Bus, cycle: int, deadline: int) -> Inputs:
     index = 2 * cycle & 0xFF
     before = index - 1 & 0xFF
     bus.read[bus.header + _INDEX] = index
-    sent = now(bus.room)
+    sent = now(bus.clock)
     written = -1
     if not send(bus.descriptor, bus.read, bus.read.size):
         return Inputs(False, 0, 0, 0, 0, -2)
     while True:
         length = receive(bus.descriptor, bus.answer) - bus.header
         if length < 0:
-            left = deadline - now(bus.room)
-            if left <= 0 or not wait_readable(bus.descriptor, left, bus.room):
-                return Inputs(False, 0, 0, 0, now(bus.room) - sent, written)
+            left = deadline - now(bus.clock)
+            if left <= 0 or not wait_readable(bus.descriptor, left, bus.clock):
+                return Inputs(False, 0, 0, 0, now(bus.clock) - sent, written)
             continue
         data = bus.answer[bus.header :]
         if length >= _WRITE_BYTES and data[_INDEX - 1] == LWR and data[_INDEX] == before:
@@ -156,26 +155,26 @@ def read_inputs(bus: Bus, cycle: int, deadline: int) -> Inputs:
         elif length >= _READ_BYTES and data[_INDEX - 1] == LRD and data[_INDEX] == index:
             break
     data = bus.answer[bus.header :]
-    clock = 0
+    system_time = 0
     for i in range(7, -1, -1):
-        clock = int(clock << 8 | np.int64(data[_CLOCK_DATA + i]))
+        system_time = int(system_time << 8 | np.int64(data[_CLOCK_DATA + i]))
     return Inputs(
         True,
         u16(data, _FIRST_DATA + _INPUTS),
         u16(data, _AL_DATA),
-        clock,
-        now(bus.room) - sent,
+        system_time,
+        now(bus.clock) - sent,
         written,
     )
 
 
-@numba.njit(nogil=True, cache=True)
+@part
 def input_at(bus: Bus, node: int) -> int:
     """Return where the inputs of a node begin in ``bus.answer``."""
     return bus.header + _FIRST_DATA + node * INPUT_BYTES
 
 
-@numba.njit(nogil=True, cache=True)
+@part
 def set_output(bus: Bus, node: int, control: int, torque: int, mode: int) -> None:
     """Write the outputs of one node into the second frame; `torque` in per mille."""
     at = bus.header + _FIRST_DATA + node * OUTPUT_BYTES
@@ -184,7 +183,7 @@ def set_output(bus: Bus, node: int, control: int, torque: int, mode: int) -> Non
     bus.write[at + 4] = mode
 
 
-@numba.njit(nogil=True, cache=True)
+@part
 def write_outputs(bus: Bus, cycle: int) -> bool:
     """Send the second frame of a cycle; its answer is read in the next."""
     bus.write[bus.header + _INDEX] = 2 * cycle + 1 & 0xFF

@@ -10,14 +10,14 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.drive import faults
 from motionlab.drive.ethercat import OP
-from motionlab.drive.libc import now, sleep_until
+from motionlab.drive.compile_cache import Kept
+from motionlab.drive.libc import machine_time, now, part, sleep_until
 from motionlab.drive.link.bus import (
     Bus,
     Inputs,
@@ -153,7 +153,10 @@ def new_memory() -> Memory:
     )
 
 
-@numba.njit(nogil=True, cache=True)
+_kept = Kept("link", "*.py", "link/*.py").function
+
+
+@_kept
 def run(bus: Bus, layout: Layout, shared: Shared, memory: Memory) -> int:
     """Run the loop until an order to quit, a silent server, or drives that must be brought up.
 
@@ -163,12 +166,12 @@ def run(bus: Bus, layout: Layout, shared: Shared, memory: Memory) -> int:
         `QUITTING`, `GONE` or `BRING_UP`.
     """
     count, status = memory.count, shared.status
-    count[_NEXT] = now(bus.room) + PERIOD
+    count[_NEXT] = now(bus.clock) + PERIOD
     count[_MISSED] = count[_RESETTING] = count[_IN_PHASE] = 0
     while True:
-        sleep_until(count[_NEXT], bus.room)
+        sleep_until(count[_NEXT], bus.clock)
         start = count[_NEXT]
-        status[Status.WAKE_LATE] = max(status[Status.WAKE_LATE], now(bus.room) - start)
+        status[Status.WAKE_LATE] = max(status[Status.WAKE_LATE], now(bus.clock) - start)
         read = read_inputs(bus, count[_CYCLE], start + ANSWER)
         good = read.good and read.working_counter == NODES
         if good:
@@ -176,15 +179,15 @@ def run(bus: Bus, layout: Layout, shared: Shared, memory: Memory) -> int:
         _judge_link(read, good, layout, shared, memory)
         if good:
             _judge_drives(bus, layout, shared, memory)
-        leave = _obey(shared, memory)
+        leave = _obey(machine_time(start, bus.clock), shared, memory)
         if leave:
             _all_off(bus)
             write_outputs(bus, count[_CYCLE])
             return leave
-        begun = now(bus.room)
+        begun = now(bus.clock)
         if _HOLDING <= status[_STATE] <= _STOPPING:
             _control(good, layout, shared, memory)
-        spent = now(bus.room) - begun
+        spent = now(bus.clock) - begun
         status[Status.CONTROL_TIME] = max(status[Status.CONTROL_TIME], spent)
         _fill_outputs(bus, shared, memory)
         if not write_outputs(bus, count[_CYCLE]):
@@ -192,7 +195,7 @@ def run(bus: Bus, layout: Layout, shared: Shared, memory: Memory) -> int:
         _next_period(read, layout, bus, shared, memory)
 
 
-@numba.njit(nogil=True, cache=True)
+@part
 def _fault(shared: Shared, code: int, place: int, value: float, limit: float) -> None:
     """Latch a fault, unless one is latched: the first is the cause."""
     if shared.status[_STATE] == _FAULTED:
@@ -204,7 +207,7 @@ def _fault(shared: Shared, code: int, place: int, value: float, limit: float) ->
     shared.status[_STATE] = _FAULTED
 
 
-@numba.njit(nogil=True, cache=True)
+@part
 def _take_inputs(bus: Bus, layout: Layout, shared: Shared, memory: Memory) -> None:
     """Take over status words, errors, currents and positions."""
     status = shared.status
@@ -228,7 +231,7 @@ def _take_inputs(bus: Bus, layout: Layout, shared: Shared, memory: Memory) -> No
         shared.figures[Figure.VELOCITY + axis] = memory.velocity[axis]
 
 
-@numba.njit(nogil=True, cache=True)
+@part
 def _judge_link(read: Inputs, good: bool, layout: Layout, shared: Shared, memory: Memory) -> None:
     """Count what was missed; latch a fault once the link has been lost for too long."""
     status, count = shared.status, memory.count
@@ -249,7 +252,7 @@ def _judge_link(read: Inputs, good: bool, layout: Layout, shared: Shared, memory
         _fault(shared, faults.LEFT_OPERATION, 0, read.al_status, OP)
 
 
-@numba.njit(nogil=True, cache=True)
+@part
 def _judge_drives(bus: Bus, layout: Layout, shared: Shared, memory: Memory) -> None:
     """Latch a fault where a drive, a position or a speed is not as it must be with torque."""
     status = shared.status
@@ -276,7 +279,7 @@ def _judge_drives(bus: Bus, layout: Layout, shared: Shared, memory: Memory) -> N
             _fault(shared, faults.SPEED_LIMIT, axis + 1, speed, layout.velocity_max[axis])
 
 
-@numba.njit(nogil=True, cache=True)
+@part
 def _enable(shared: Shared, memory: Memory) -> None:
     """Begin to hold the position once every drive has enabled operation."""
     enabled = 0
@@ -298,11 +301,14 @@ def _enable(shared: Shared, memory: Memory) -> None:
     shared.status[_STATE] = _HOLDING
 
 
-@numba.njit(nogil=True, cache=True)
-def _obey(shared: Shared, memory: Memory) -> int:
-    """Carry out a new order; return why the loop is to be left, or 0."""
+@part
+def _obey(instant: int, shared: Shared, memory: Memory) -> int:
+    """Carry out a new order; return why the loop is to be left, or 0.
+
+    `instant` is the machine's time, in which heartbeats are, however slow the link.
+    """
     command, status = shared.command, shared.status
-    silent = memory.count[_NEXT] - command[Command.HEARTBEAT] > HEARTBEAT
+    silent = instant - command[Command.HEARTBEAT] > HEARTBEAT
     if silent or status[Status.STOPS_SEEN] != command[Command.STOPS]:
         status[Status.STOPS_SEEN] = command[Command.STOPS]
         _stop(shared, memory)
@@ -315,7 +321,7 @@ def _obey(shared: Shared, memory: Memory) -> int:
     return leave
 
 
-@numba.njit(nogil=True, cache=True)
+@part
 def _carry_out(order: int, shared: Shared, memory: Memory) -> int:
     """Carry out one order where the state allows it; return why the loop is to be left, or 0."""
     status, count = shared.status, memory.count
@@ -346,7 +352,7 @@ def _carry_out(order: int, shared: Shared, memory: Memory) -> int:
     return 0
 
 
-@numba.njit(nogil=True, cache=True)
+@part
 def _stop(shared: Shared, memory: Memory) -> None:
     """Begin to brake; drives that are on their way to torque turn back."""
     state = shared.status[_STATE]
@@ -357,7 +363,7 @@ def _stop(shared: Shared, memory: Memory) -> None:
         memory.count[_SINCE] = 0
 
 
-@numba.njit(nogil=True, cache=True)
+@part
 def _advance_reference(layout: Layout, shared: Shared, memory: Memory) -> None:
     """Advance the reference by one tick along the motion, or while it brakes."""
     count, status, reference = memory.count, shared.status, memory.reference
@@ -386,7 +392,7 @@ def _advance_reference(layout: Layout, shared: Shared, memory: Memory) -> None:
         status[_STATE] = _READY
 
 
-@numba.njit(nogil=True, cache=True)
+@part
 def _control(good: bool, layout: Layout, shared: Shared, memory: Memory) -> None:
     """Compute the commands of one tick, and keep its sample while a motion is recorded.
 
@@ -422,7 +428,7 @@ def _control(good: bool, layout: Layout, shared: Shared, memory: Memory) -> None
     _keep_sample(good, layout, shared, memory)
 
 
-@numba.njit(nogil=True, cache=True)
+@part
 def _command_currents(layout: Layout, shared: Shared, memory: Memory) -> None:
     """Turn the controller's currents into per mille of rated, positive and within limits."""
     for node in range(NODES):
@@ -437,7 +443,7 @@ def _command_currents(layout: Layout, shared: Shared, memory: Memory) -> None:
         memory.torque[node] = np.int64(np.rint(1000.0 * current / layout.rated[node]))
 
 
-@numba.njit(nogil=True, cache=True)
+@part
 def _keep_sample(good: bool, layout: Layout, shared: Shared, memory: Memory) -> None:
     """Put a sample into the ring, with currents of the drives and NaN for what is not measured."""
     count, status = memory.count, shared.status
@@ -464,13 +470,13 @@ def _keep_sample(good: bool, layout: Layout, shared: Shared, memory: Memory) -> 
     status[Status.END] = recorded + 1
 
 
-@numba.njit(nogil=True, cache=True)
+@part
 def _all_off(bus: Bus) -> None:
     for node in range(NODES):
         set_output(bus, node, DISABLE_VOLTAGE, 0, CYCLIC_TORQUE)
 
 
-@numba.njit(nogil=True, cache=True)
+@part
 def _fill_outputs(bus: Bus, shared: Shared, memory: Memory) -> None:
     """Write control words and torques: torque only where the loop means it and the drive has it."""
     status, count = shared.status, memory.count
@@ -496,14 +502,14 @@ def _fill_outputs(bus: Bus, shared: Shared, memory: Memory) -> None:
         set_output(bus, node, control, memory.torque[node], CYCLIC_TORQUE)
 
 
-@numba.njit(nogil=True, cache=True)
+@part
 def _next_period(read: Inputs, layout: Layout, bus: Bus, shared: Shared, memory: Memory) -> None:
     """Set the start of the next period: in phase with SYNC0, and never in the past."""
     status, count = shared.status, memory.count
     pull = 0
     if layout.clocks and read.good:
         shift = layout.sync_start + layout.sync_shift
-        phase = (read.clock - shift + PERIOD // 2) % PERIOD - PERIOD // 2
+        phase = (read.system_time - shift + PERIOD // 2) % PERIOD - PERIOD // 2
         status[Status.PHASE_ERROR] = phase
         pull = min(max(-phase // 16, -PULL), PULL)
         count[_IN_PHASE] = count[_IN_PHASE] + 1 if abs(phase) < PHASE_LIMIT else 0
@@ -516,7 +522,7 @@ def _next_period(read: Inputs, layout: Layout, bus: Bus, shared: Shared, memory:
     count[_NEXT] += PERIOD + pull
     count[_CYCLE] += 1
     status[Status.CYCLES] += 1
-    instant = now(bus.room)
+    instant = now(bus.clock)
     late = instant > count[_NEXT]
     if late:
         status[Status.LATE] += 1

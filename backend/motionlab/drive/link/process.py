@@ -22,7 +22,7 @@ import numpy as np
 from motionlab.config.drive import PHASES, DriveConfig
 from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.drive.libc import scratch
+from motionlab.drive.libc import new_clock
 from motionlab.drive.link.bring_up import Segment
 from motionlab.drive.link.bus import Bus, cyclic_bus
 from motionlab.drive.link.carrier import Carrier, LinkError
@@ -81,6 +81,9 @@ class Loop:
     def serve(self) -> None:
         """Keep the link up until an order or a silent commander ends it."""
         _prepare_real_time(self._config.link.priority, self._shared)
+        gc.collect()  # later, between OP and the first period, it would outlast the watchdog
+        gc.freeze()
+        gc.disable()
         try:
             while True:
                 segment = self._brought_up()
@@ -122,18 +125,14 @@ class Loop:
         bus = cyclic_bus(
             self._carrier.socket.fileno(),
             self._carrier.header,
+            new_clock(link.slow),
             clocks=link.distributed_clocks,
-            room=scratch(),
         )
         layout = layout_of(self._config, segment.sync_start)
         status[Status.FAULT] = 0
         status[Status.PHASE_LOCKED] = 0
         status[Status.STATE] = State.READY
-        gc.collect()
-        gc.freeze()
-        gc.disable()
         reason = run(bus, layout, shared, self._memory)
-        gc.enable()
         if reason == BRING_UP:
             status[Status.STATE] = State.OFFLINE
         return reason
@@ -202,7 +201,7 @@ def compile_loop(config: DriveConfig) -> None:
     arrays.command[Command.HEARTBEAT] = time.monotonic_ns() + _SECOND
     near, far = socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)
     with near, far:
-        bus: Bus = cyclic_bus(near.fileno(), b"", clocks=True, room=scratch())
+        bus: Bus = cyclic_bus(near.fileno(), b"", new_clock(), clocks=True)
         loop_memory: Memory = new_memory()
         run(bus, layout_of(config, 0), arrays, loop_memory)
 

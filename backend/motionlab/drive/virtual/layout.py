@@ -7,21 +7,18 @@ from __future__ import annotations
 
 from typing import Any, TypeAlias
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.drive.compile_cache import Kept
+from motionlab.drive.libc import part
 from motionlab.drive.process_data import NODES
 from motionlab.kernel.layout import INPUT_ROWS, PARAMETER_ROWS, PlantState
 from motionlab.lanes import WIDTH
 
-cache = Kept("vdrive", "compile_cache.py", "ethercat.py", "process_data.py", "virtual/*.py")
+cache = Kept("vdrive", "*.py", "virtual/*.py")
 kept = cache.function
 """Compile a function that Python calls, and keep it."""
-
-part = numba.njit(error_model="numpy", nogil=True)
-"""Compile a function that such functions call."""
 
 PLANT_ROWS = len(PlantState._fields)
 NOISE_PERIODS = 2**15

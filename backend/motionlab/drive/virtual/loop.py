@@ -8,6 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.drive.ethercat import ETHERTYPE
+from motionlab.drive.libc import (
+    Clock,
+    age,
+    new_clock,
+    now,
+    raise_event,
+    receive_from,
+    send_to,
+    wait_readable,
+)
 from motionlab.drive.virtual.datagrams import answer
 from motionlab.drive.virtual.events import catch_up
 from motionlab.drive.virtual.layout import (
@@ -26,18 +36,6 @@ from motionlab.drive.virtual.layout import (
     get8,
     kept,
     part,
-)
-from motionlab.drive.virtual.system_calls import (
-    CLOCK_MONOTONIC,
-    CLOCK_REALTIME,
-    MSG_DONTWAIT,
-    SIOCGSTAMPNS,
-    clock_ns,
-    ioctl,
-    recvfrom,
-    sendto,
-    wait_for,
-    write,
 )
 
 FRAME_ROOM = 2048
@@ -63,15 +61,17 @@ class Carrier(NamedTuple):
     drift: NDArray[np.float64]  # (1,), of the segment's clock, 1
     frame: NDArray[np.uint8]  # (FRAME_ROOM,)
     address: NDArray[np.uint8]  # (ADDRESS_ROOM,), of the sender
-    address_size: NDArray[np.int32]  # (2,)
-    pair: NDArray[np.int64]  # (3,), for system calls
+    address_size: NDArray[np.int32]  # (2,), of the sender's in its second place
+    clock: Clock
     late_due: NDArray[np.int64]  # (SLOTS,), when an answer leaves; NEVER for an empty slot
     late_size: NDArray[np.int64]  # (SLOTS,)
     late_frame: NDArray[np.uint8]  # (SLOTS, FRAME_ROOM)
     late_address: NDArray[np.uint8]  # (SLOTS, ADDRESS_ROOM)
 
 
-def carrier(descriptor: int, header: int, mail_event: int, drift: float) -> Carrier:
+def carrier(
+    descriptor: int, header: int, mail_event: int, drift: float, slow: int = 1
+) -> Carrier:
     """Return a carrier on a socket.
 
     Parameters
@@ -84,6 +84,8 @@ def carrier(descriptor: int, header: int, mail_event: int, drift: float) -> Carr
         Descriptor of an event counter that tells of mail.
     drift : float
         By how much the segment's clock is fast, 1.
+    slow : int
+        How many times slower than real time the segment is.
     """
     numbers = np.zeros(CARRIER_ROWS, dtype=np.int64)
     numbers[[SOCKET, HEADER, MAIL_EVENT]] = descriptor, header, mail_event
@@ -93,7 +95,7 @@ def carrier(descriptor: int, header: int, mail_event: int, drift: float) -> Carr
         frame=np.zeros(FRAME_ROOM, dtype=np.uint8),
         address=np.zeros(ADDRESS_ROOM, dtype=np.uint8),
         address_size=np.zeros(2, dtype=np.int32),
-        pair=np.zeros(3, dtype=np.int64),
+        clock=new_clock(slow),
         late_due=np.full(SLOTS, NEVER, dtype=np.int64),
         late_size=np.zeros(SLOTS, dtype=np.int64),
         late_frame=np.zeros((SLOTS, FRAME_ROOM), dtype=np.uint8),
@@ -119,17 +121,15 @@ def _chance(s: Arrays, share: float) -> bool:
 
 @part
 def _send(c: Carrier, frame: NDArray[np.uint8], size: int, address: NDArray[np.uint8]) -> None:
-    descriptor, length = c.numbers[SOCKET], c.address_size[1]
-    sendto(np.int32(descriptor), frame.ctypes.data, size, np.int32(MSG_DONTWAIT),
-           address.ctypes.data, length)  # fmt: skip
+    send_to(c.numbers[SOCKET], frame, size, address, c.address_size[1])
 
 
 @part
-def _send_due(c: Carrier, now: int) -> int:
+def _send_due(c: Carrier, instant: int) -> int:
     """Send late answers whose time has come; return when the next one is due."""
     following = NEVER
     for i in range(SLOTS):
-        if c.late_due[i] <= now:
+        if c.late_due[i] <= instant:
             c.late_due[i] = NEVER
             _send(c, c.late_frame[i], c.late_size[i], c.late_address[i])
         following = min(following, c.late_due[i])
@@ -151,47 +151,26 @@ def _keep(c: Carrier, size: int, due: int) -> None:
 
 
 @part
-def _deliver(s: Arrays, c: Carrier, size: int, now: int) -> None:
+def _deliver(s: Arrays, c: Carrier, size: int, instant: int) -> None:
     """Send an answer by way of the faults that are switched on."""
     copies = 2 if _chance(s, s.switches[DUPLICATE]) else 1
     delay = int(1e9 * s.switches[DELAY])
     overtaken = _chance(s, s.switches[REORDER])
     for _ in range(copies):
         if overtaken:
-            _keep(c, size, now + delay + REORDER_NS)
+            _keep(c, size, instant + delay + REORDER_NS)
         elif delay > 0:
-            _keep(c, size, now + delay)
+            _keep(c, size, instant + delay)
         else:
             _send(c, c.frame, size, c.address)
     if not overtaken and s.switches[REORDER] > 0.0:
         for i in range(SLOTS):  # whatever waited to be overtaken has been
             if c.late_due[i] != NEVER and delay == 0:
-                c.late_due[i] = now
+                c.late_due[i] = instant
 
 
 @part
-def _receive(c: Carrier) -> int:
-    """Return the bytes of the next packet, which is in `c.frame`; negative where there is none."""
-    c.address_size[0] = ADDRESS_ROOM
-    size = recvfrom(np.int32(c.numbers[SOCKET]), c.frame.ctypes.data, FRAME_ROOM,
-                    np.int32(MSG_DONTWAIT), c.address.ctypes.data,
-                    c.address_size.ctypes.data)  # fmt: skip
-    c.address_size[1] = c.address_size[0]
-    return size
-
-
-@part
-def _arrived(c: Carrier, now: int) -> int:
-    """Return when the last packet arrived, by the monotonic clock."""
-    if ioctl(np.int32(c.numbers[SOCKET]), SIOCGSTAMPNS, c.pair.ctypes.data) != 0:
-        return now
-    stamp = c.pair[0] * 1_000_000_000 + c.pair[1]
-    age = clock_ns(CLOCK_REALTIME, c.pair) - stamp
-    return now - age if 0 <= age < 1_000_000_000 else now
-
-
-@part
-def _handle(s: Arrays, c: Carrier, size: int, now: int) -> None:
+def _handle(s: Arrays, c: Carrier, size: int, instant: int) -> None:
     """Answer one packet."""
     header = c.numbers[HEADER]
     if size < header:
@@ -200,7 +179,7 @@ def _handle(s: Arrays, c: Carrier, size: int, now: int) -> None:
         if (get8(c.frame, 12) << 8 | get8(c.frame, 13)) != ETHERTYPE:
             return
         c.frame[6] |= 2  # as every node marks the source of what has passed it
-    time = max(_segment_time(c, _arrived(c, now)), s.clock[LAST])
+    time = max(_segment_time(c, instant - age(c.numbers[SOCKET], c.clock)), s.clock[LAST])
     lost = s.switches[BLACK_HOLE] > 0.0 or _chance(s, 0.5 * s.switches[DROP])
     came_back = not lost and answer(s, c.frame, header, size - header, time)
     if came_back and _chance(s, 0.5 * s.switches[DROP]):
@@ -208,7 +187,7 @@ def _handle(s: Arrays, c: Carrier, size: int, now: int) -> None:
     if lost:
         s.counters[LOST] += 1
     if came_back:
-        _deliver(s, c, size, now)
+        _deliver(s, c, size, instant)
 
 
 @kept
@@ -220,21 +199,23 @@ def run_loop(s: Arrays, c: Carrier) -> None:
     """
     due = NEVER
     mails = s.clock[MAILS]
-    c.numbers[START_MONOTONIC] = clock_ns(CLOCK_MONOTONIC, c.pair)
+    c.numbers[START_MONOTONIC] = now(c.clock)
     c.numbers[START_CLOCK] = s.clock[LAST]
     while c.numbers[STOP] == 0:
-        now = clock_ns(CLOCK_MONOTONIC, c.pair)
         frozen = s.switches[FREEZE] > 0.0
-        wait_for(-1 if frozen else c.numbers[SOCKET], min(WAKE_NS, due - now), c.pair)
+        descriptor = -1 if frozen else c.numbers[SOCKET]
+        wait_readable(descriptor, min(WAKE_NS, due - now(c.clock)), c.clock)
         for _ in range(_BURST):
-            now = clock_ns(CLOCK_MONOTONIC, c.pair)
-            size = -1 if frozen else _receive(c)
+            instant = now(c.clock)
+            size = -1
+            if not frozen:
+                size = receive_from(descriptor, c.frame, c.address, c.address_size)
             if size < 0:
-                catch_up(s, _segment_time(c, now))  # nothing older than `now` is left unread
+                # nothing older than `instant` is left unread
+                catch_up(s, _segment_time(c, instant))
                 break
-            _handle(s, c, size, now)
+            _handle(s, c, size, instant)
         if s.clock[MAILS] != mails:
             mails = s.clock[MAILS]
-            c.pair[0] = 1
-            write(np.int32(c.numbers[MAIL_EVENT]), c.pair.ctypes.data, 8)
-        due = _send_due(c, clock_ns(CLOCK_MONOTONIC, c.pair))
+            raise_event(c.numbers[MAIL_EVENT], c.clock)
+        due = _send_due(c, now(c.clock))

@@ -34,6 +34,8 @@ class VirtualDrive:
         By how much its clock is fast, 1.
     priority : int
         Of the answering thread under SCHED_FIFO; 0 does without.
+    slow : int
+        How many times slower than real time it runs.
     interface : str
         Network card, for raw Ethernet in place of UDP.
 
@@ -59,6 +61,7 @@ class VirtualDrive:
         seed: int = 0,
         drift: float = 0.0,
         priority: int = 0,
+        slow: int = 1,
         interface: str = "",
     ) -> None:
         self.address = address
@@ -77,6 +80,7 @@ class VirtualDrive:
             f"--seed={seed}",
             f"--drift={drift * 1e6!r}",
             f"--priority={priority}",
+            f"--slow={slow}",
             *([f"--interface={interface}"] if interface else [f"--address={address}:{port}"]),
         ]
         self._process: subprocess.Popen[bytes] | None = None

@@ -82,6 +82,8 @@ class Server:
         By how much the segment's clock is fast, 1.
     priority : int
         Of the answering thread under SCHED_FIFO; 0 does without.
+    slow : int
+        How many times slower than real time it runs.
     """
 
     def __init__(
@@ -92,6 +94,7 @@ class Server:
         control_port: int = 0,
         drift: float = 0.0,
         priority: int = 0,
+        slow: int = 1,
     ) -> None:
         self.segment = segment
         self._on = on
@@ -101,7 +104,8 @@ class Server:
         self._control = open_udp(LOOPBACK, control_port or (self.port + 1 if self.port else 0))
         self.control_port = int(self._control.getsockname()[1])
         self._mail_event = os.eventfd(0, os.EFD_NONBLOCK)
-        self._carrier = carrier(on.fileno(), MAC_HEADER if raw else 0, self._mail_event, drift)
+        header = MAC_HEADER if raw else 0
+        self._carrier = carrier(on.fileno(), header, self._mail_event, drift, slow)
         self._thread = threading.Thread(target=self._answer, name="vdrive", daemon=True)
         self.real_time = False
 

@@ -1,6 +1,6 @@
-"""Compile what a virtual drive needs, for later processes to find.
+"""Compile what a drive link and a virtual drive need, for later processes to find.
 
-``python -m motionlab.drive.virtual.precompile``
+``python -m motionlab.drive.precompile``
 """
 
 from __future__ import annotations
@@ -10,8 +10,9 @@ import os
 import sys
 
 from motionlab.drive.ethercat import BRD, Datagram, frame
+from motionlab.drive.link.process import compile_loop
 from motionlab.drive.virtual.loop import STOP, carrier, run_loop
-from motionlab.drive.virtual.segment import Segment
+from motionlab.drive.virtual.segment import Segment, default_drive
 
 
 def main() -> int:
@@ -24,6 +25,7 @@ def main() -> int:
     stopped = carrier(-1, 0, -1, 0.0)
     stopped.numbers[STOP] = 1
     run_loop(segment.arrays, stopped)
+    compile_loop(default_drive())
     return 0
 
 
