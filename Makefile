@@ -34,15 +34,15 @@ help: ## Show the targets
 setup: $(SETUP_STAMP) ## Create .venv with everything needed to run and test
 	@echo "Ready: .venv/bin/motionlab --help"
 
-# Kernels first, once for all; then a file to a core; then, by itself, what drives a browser, which
-# with its server takes both cores. 5 is pytest's "no tests were selected".
+# Kernels first, once for all; then a file to a core; then, by itself, what keeps time or drives a
+# browser, which with its server takes both cores. 5 is pytest's "no tests were selected".
 test: $(SETUP_STAMP) $(PAGE) ## Run the tests (PYTEST_ARGS="-k circle" for some of them)
 	@frontend/npm test --silent
 	@$(PY) -m motionlab.simulation.precompile
 	@$(PY) -m motionlab.drive.precompile
-	@$(PY) -m pytest -m "not browser" -n auto --dist loadfile $(PYTEST_ARGS); first=$$?; \
+	@$(PY) -m pytest -m "not browser and not realtime" -n auto --dist loadfile $(PYTEST_ARGS); first=$$?; \
 	[ $$first = 0 ] || [ $$first = 5 ] || exit $$first; \
-	$(PY) -m pytest -m browser $(or $(PYTEST_ARGS),tests/e2e); second=$$?; \
+	$(PY) -m pytest -m "browser or realtime" $(or $(PYTEST_ARGS),tests/drive tests/e2e); second=$$?; \
 	[ $$second = 5 ] && exit $$first || exit $$second
 
 browser: ## Install Debian's Chromium, and what drives it, for the browser tests (as root)

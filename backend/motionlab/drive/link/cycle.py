@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.drive import faults
-from motionlab.drive.ethercat import OP
 from motionlab.drive.compile_cache import Kept
+from motionlab.drive.ethercat import OP
 from motionlab.drive.libc import machine_time, now, part, sleep_until
 from motionlab.drive.link.bus import (
     Bus,

@@ -69,9 +69,7 @@ class Carrier(NamedTuple):
     late_address: NDArray[np.uint8]  # (SLOTS, ADDRESS_ROOM)
 
 
-def carrier(
-    descriptor: int, header: int, mail_event: int, drift: float, slow: int = 1
-) -> Carrier:
+def carrier(descriptor: int, header: int, mail_event: int, drift: float, slow: int = 1) -> Carrier:
     """Return a carrier on a socket.
 
     Parameters

@@ -86,7 +86,7 @@ class Server:
         How many times slower than real time it runs.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - the options of the command
         self,
         segment: Segment,
         on: socket.socket,

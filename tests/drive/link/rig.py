@@ -1,0 +1,133 @@
+"""A virtual drive and a link to it, slower than real time: a stall of the machine counts less."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.config.drive import DriveConfig
+from motionlab.config.load import load_scenario
+from motionlab.drive.link.link import DriveLink
+from motionlab.drive.link.shared import Order, State, Status
+from motionlab.drive.motion import DriveMotion, held_parameters, on_drives
+from motionlab.drive.virtual.process import VirtualDrive
+from motionlab.drive.virtual.segment import default_drive
+from motionlab.kernel.layout import SAMPLE_ROWS
+from motionlab.lanes import WIDTH
+from motionlab.simulation.prepare import prepare
+
+SLOW = 4
+PATIENCE = 60.0  # s
+CIRCLE: dict[str, Any] = {"trajectory.laps": 1, "trajectory.lead_in": 0.5}
+
+
+def linked(drive: VirtualDrive, **changes: Any) -> DriveConfig:
+    """Return the configuration of a link to a virtual drive, with changes of its link."""
+    config = default_drive()
+    link = config.link.model_copy(update={"port": drive.port, "slow": SLOW, **changes})
+    return config.model_copy(update={"link": link})
+
+
+class Rig:
+    """Both processes, and what a person does with them."""
+
+    def __init__(self) -> None:
+        self.drive = VirtualDrive(priority=70, slow=SLOW)
+        self.numbers = 0
+
+    def __enter__(self) -> Rig:
+        self.drive.__enter__()
+        self.link = DriveLink(linked(self.drive))
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.link.close()
+        self.drive.__exit__(kind, error, traceback)
+
+    def wait(self, condition: Callable[[], bool], what: str) -> None:
+        """Wait until something holds."""
+        deadline = time.monotonic() + PATIENCE
+        while not condition():
+            told = f"{self.link.state.name}, {self.link.fault()}, {self.link.problem!r}"
+            assert time.monotonic() < deadline, f"not {what}: {told}"
+            time.sleep(0.005)
+
+    def until(self, *states: State) -> None:
+        """Wait for a state of the loop."""
+        self.wait(lambda: self.link.state in states, " or ".join(state.name for state in states))
+
+    def ready(self) -> None:
+        """Let nothing be wrong any more, and have the drives operational without torque."""
+        link = self.link
+        self.drive.switch(clear=True)
+        self.wait(lambda: link.state != State.OFFLINE or bool(link.problem), "up")
+        link.stop()
+        self.until(State.READY, State.FAULT, State.OFFLINE)
+        if link.state in {State.FAULT, State.OFFLINE}:
+            link.order(Order.RESET)
+        self.until(State.READY)
+        self.wait(lambda: link.status(Status.PHASE_LOCKED) == 1, "in phase")
+        self.wait(lambda: not any(drive.error for drive in link.drives), "without errors")
+
+    def arm(self) -> None:
+        """Have the drives hold their position."""
+        self.link.load(held_parameters(on_drives(load_scenario("circle", CIRCLE), "B")))
+        self.link.order(Order.ARM)
+        self.until(State.HOLDING, State.FAULT)
+        assert self.link.state == State.HOLDING, self.link.fault()
+
+    def motion(self) -> DriveMotion:
+        """Return the circle, begun."""
+        self.numbers += 1
+        motion = DriveMotion(
+            prepare(on_drives(load_scenario("circle", CIRCLE), "B")), self.link, self.numbers
+        )
+        motion.begin()
+        return motion
+
+    def moving(self) -> DriveMotion:
+        """Return a motion along the circle that is well under way."""
+        self.ready()
+        self.arm()
+        motion = self.motion()
+        self.wait(lambda: motion.available > 1500 or motion.stopped, "moving")
+        assert self.link.state == State.MOVING, self.link.fault()
+        return motion
+
+    def take(self, motion: DriveMotion) -> NDArray[np.float32]:
+        """Return the samples of a motion, once it has ended: shape (ticks, channels, 2)."""
+        page = np.empty((1, 4096, SAMPLE_ROWS, WIDTH), np.float32)
+        taken = []
+
+        def ended() -> bool:
+            if count := motion.advance(page):
+                taken.append(page[0, :count, :, :2].copy())
+            return motion.stopped or motion.tick == motion.timeline.end
+
+        self.wait(ended, "at the end of the motion")
+        return np.concatenate(taken)
+
+
+def pid_of(link: DriveLink) -> int:
+    """Return the process of a loop."""
+    return link._process.pid
+
+
+def running(pid: int) -> bool:
+    """Return whether a process is there."""
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return True
