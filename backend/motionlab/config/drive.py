@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import tomllib
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
@@ -251,7 +252,10 @@ def load_drive(path: Path) -> DriveConfig:
         document = tomllib.loads(text)
         check_depth(document, loc="drive")
         return DriveConfig.model_validate(document)
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise ConfigError(FieldError(loc="drive", message=f"{path}: {error}")) from None
+    except OSError as error:
+        raise ConfigError(FieldError("drive", f"{path}: {error.strerror}")) from None
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise ConfigError(FieldError("drive", f"{path} is no TOML: {error}")) from None
     except ValidationError as error:
-        raise ConfigError(*field_errors(error, DriveConfig)) from None
+        found = field_errors(error, DriveConfig)
+        raise ConfigError(*(replace(each, loc=each.loc or "drive") for each in found)) from None

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.drive.faults import DIVERGED, NOT_A_NUMBER
 from motionlab.drive.link.carrier import LinkError
-from motionlab.drive.link.link import DriveLink
+from motionlab.drive.link.link import DriveLink, FaultNow
 from motionlab.drive.link.shared import Figure, State
 from motionlab.errors import ConfigError, FieldError
 from motionlab.kernel.build import lane_parameters
@@ -95,6 +96,11 @@ class DriveMotion:
         return self._begun and early and not self._moving and self.available == 0
 
     @property
+    def braking(self) -> bool:
+        """Whether a stop, from whomever, has begun and not yet ended."""
+        return self._begun and self._link.state == State.STOPPING
+
+    @property
     def available(self) -> int:
         """Ticks that have been recorded and not yet taken."""
         number, end = self._link.recorded
@@ -102,9 +108,15 @@ class DriveMotion:
 
     @property
     def failed_ticks(self) -> list[int | None]:
-        """The tick at which a fault ended the motion, or None."""
-        ended = self.stopped and self._link.state == State.FAULT
-        return [self.tick if ended else None]
+        """The tick at which the controller diverged, or None; other faults end a motion too."""
+        fault = self.fault if self.stopped else None
+        diverged = fault is not None and fault.code in {DIVERGED, NOT_A_NUMBER}
+        return [self.tick if diverged else None]
+
+    @property
+    def fault(self) -> FaultNow | None:
+        """The fault that is latched; None without one."""
+        return self._link.fault()
 
     def begin(self) -> None:
         """Approach the start of the trajectory, then follow it.

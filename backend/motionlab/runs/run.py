@@ -62,7 +62,7 @@ class Event(BaseModel):
     axis: Literal["x", "y"] | None = Field(default=None, description="Of a push")
     force: float | None = Field(default=None, description="Of a push, N")
     ticks: int | None = Field(default=None, description="Ticks of a push, or missing in a gap")
-    reason: str = Field(default="", description="Why ticks are missing")
+    reason: str = Field(default="", description="Why ticks are missing, or drives stopped")
 
 
 class Run(BaseModel):

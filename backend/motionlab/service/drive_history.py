@@ -61,8 +61,12 @@ class DriveHistory:
     """
 
     def __init__(self, link: DriveLink) -> None:
-        self._link = link
         self._faults: deque[PastFault] = deque(maxlen=_FAULTS_KEPT)
+        self.follow(link)
+
+    def follow(self, link: DriveLink) -> None:
+        """Note what another link does, its counters from their beginning."""
+        self._link = link
         self._moments = deque([self._now()], maxlen=_SECONDS + 1)
 
     @property

@@ -139,6 +139,7 @@ class Drives:
         self.lease = Lease()
         self._history = DriveHistory(self.link)
         self._motions = 0
+        self._beginning = asyncio.Lock()
         self._watching = asyncio.create_task(self._watch())
 
     async def order(self, order: Order, token: str) -> None:
@@ -154,6 +155,21 @@ class Drives:
         self.lease.check(token)
         self._history.note()  # a fault that is about to be reset
         await asyncio.to_thread(self.link.order, order)
+
+    async def reset(self, token: str) -> None:
+        """Clear a latched fault, or bring the drives up again; never arms.
+
+        A loop whose process has ended, by itself or killed, begins anew.
+        """
+        self.lease.check(token)
+        if not self.link.ended:
+            await self.order(Order.RESET, token)
+            return
+        async with self._beginning:
+            if self.link.ended:  # and nobody has begun another one meanwhile
+                await asyncio.to_thread(self.link.close)
+                self.link = await asyncio.to_thread(DriveLink, self.config)
+                self._history.follow(self.link)
 
     async def arm(self, load: Callable[[], Scenario], variant: str | None, token: str) -> None:
         """Switch the torque on, with a scenario's gains holding the position.
@@ -204,7 +220,9 @@ class Drives:
             title=self.config.title,
             virtual=self.config.virtual,
             state=link.state.name.lower(),
-            problem=link.problem,
+            problem="the drive loop has ended: reset begins it anew"
+            if link.ended
+            else link.problem,
             step=next(
                 (report["step"] for report in reversed(link.reports) if "step" in report), ""
             ),

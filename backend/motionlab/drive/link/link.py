@@ -103,9 +103,14 @@ class DriveLink:
         threading.Thread(target=self._beat, name="drive heartbeat", daemon=True).start()
 
     @property
+    def ended(self) -> bool:
+        """Whether the process of the loop has ended; it does not begin again."""
+        return self._process.poll() is not None
+
+    @property
     def state(self) -> State:
         """What the loop does."""
-        if self._process.poll() is not None:
+        if self.ended:
             return State.OFFLINE
         return State(int(self._shared.status[Status.STATE]))
 
@@ -151,10 +156,11 @@ class DriveLink:
             command[Command.SEQUENCE] = sequence
             deadline = time.monotonic() + _ORDER_TIMEOUT
             while self._shared.status[Status.DONE] != sequence:
-                if self._process.poll() is not None:
-                    raise LinkError("the drive loop has ended; restart the server")
+                if self.ended:
+                    raise LinkError("the drive loop has ended: reset begins it anew")
                 if time.monotonic() > deadline:
-                    raise LinkError("the drive loop does not answer")
+                    command[Command.ORDER] = Order.NONE  # nothing is carried out that late
+                    raise LinkError("the drive loop does not answer: it is bringing the drives up")
                 time.sleep(CONTROL_PERIOD)
             refused = self._shared.status[Status.REFUSED]
         if refused:

@@ -276,7 +276,7 @@ def _what(event: Event, period: float) -> Markup:
         case "push":
             return joined([f"{event.axis}, {quantity(event.force or 0.0, 'N')} for {long}"])
         case "stop":
-            return joined(["brakes to rest"])
+            return joined([event.reason or "brakes to rest"])
         case "gap":
             reason = f": {event.reason}" if event.reason else ""
             return joined([f"missing samples: {event.ticks or 0}, {long}{reason}"])

@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
+import logging
+from collections.abc import Mapping
 from concurrent.futures import Executor
+from typing import Any
 
+from motionlab.drive.link.carrier import LinkError
 from motionlab.drive.motion import DriveMotion
+from motionlab.runs.run import Event
 from motionlab.service.live.clock import Clock
 from motionlab.service.live.run_recorder import RunRecorder
 from motionlab.service.live.session import Session, WrongState
+from motionlab.service.live.session_info import State
 
-_NO_PAUSE = "drives cannot pause within a motion: STOP brakes them to rest"
+_LOG = logging.getLogger(__name__)
 
 
 class DriveSession(Session):
     """One variant of a scenario on drives; runs once from its start to its end, or to a stop.
+
+    Only STOP is taken from anyone: what moves drives needs their lease, and goes to
+    ``/api/v1/drive``.
 
     Parameters
     ----------
@@ -21,6 +30,8 @@ class DriveSession(Session):
         What the drives are to do.
     clock, threads, recorder
         As `Session` takes them.
+    drive : str
+        Title of the drive link.
     """
 
     def __init__(
@@ -29,9 +40,11 @@ class DriveSession(Session):
         clock: Clock,
         threads: Executor,
         recorder: RunRecorder | None = None,
+        *,
+        drive: str,
     ) -> None:
         self._motion = motion
-        super().__init__(motion.prepared, clock, threads, recorder)
+        super().__init__(motion.prepared, clock, threads, recorder, drive=drive)
 
     async def begin(self) -> None:
         """Approach the start of the trajectory, and follow it in real time.
@@ -50,7 +63,7 @@ class DriveSession(Session):
 
     def pause(self) -> None:
         """Refuse: a motion of real mass ends by braking."""
-        raise WrongState(_NO_PAUSE)
+        raise WrongState("drives cannot pause within a motion: STOP brakes them to rest")
 
     async def step(self, ticks: int) -> None:
         """Refuse."""
@@ -58,20 +71,55 @@ class DriveSession(Session):
 
     async def reset(self) -> None:
         """Refuse: what was measured stays; a further motion is a session of its own."""
-        raise WrongState("a motion on drives runs once: create another session")
+        raise WrongState("a motion on drives runs once: begin another one")
 
     def push(self, axis: int, force: float, seconds: float) -> int:
         """Refuse."""
         raise WrongState("only a hand can push the mover of a drive")
 
+    async def change(self, changes: Mapping[str, Any]) -> int:
+        """Refuse: gains reach drives with the motion that its holder of the lease begins."""
+        raise WrongState("gains on drives change with the next motion, not within one")
+
+    async def undo(self) -> None:
+        """Refuse, as `change`."""
+        raise WrongState("gains on drives change with the next motion, not within one")
+
+    def stop(self) -> None:
+        """Brake to rest, then switch the torque off; also when this motion is over."""
+        if self.state == "finished":
+            self._motion.stop()
+        else:
+            super().stop()
+
     def keep_up(self, now: float) -> None:
         """Take what the drives have done since the last time."""
-        state = self.state
-        if self.runs:
-            self._advance(self._motion.available, state)
-        if self.runs and self._motion.stopped:  # it stopped without a further sample
-            self._advance_slice(0)
+        try:
+            if self.state == "playing" and self._motion.braking:
+                self._note_stop("stopping")
+            if self.runs:
+                self._advance(self._motion.available, self.state)
+            if self.state == "playing" and self._motion.stopped:  # by a fault
+                self._note_stop("stopped")
+            elif self.runs and self._motion.stopped:  # it stopped without a further sample
+                self._advance_slice(0)
             self._recorded()
+        except LinkError as error:  # samples were lost: what comes would not belong to them
+            _LOG.warning("session %s: %s", self.id, error)
+            self._motion.stop()
+            self._note_stop("stopped")
+            self._recorded()
+
+    def _note_stop(self, state: State) -> None:
+        """Take over that the drives stop, or have stopped, without an order of this session."""
+        fault = self._motion.fault
+        with self._lock:
+            self._stop_tick = self.tick
+            reason = "" if fault is None else fault.name
+            self._note(Event(tick=self.tick, kind="stop", reason=reason))
+            self.state = state
+            self._failed = self._motion.failed_ticks
+            self._untold = True
 
     def _machine(self) -> DriveMotion:
         return self._motion

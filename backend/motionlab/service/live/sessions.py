@@ -79,7 +79,9 @@ class Sessions:
 
         def made() -> DriveSession:
             motion = DriveMotion(prepare(), drives.link, drives.next_motion())
-            return DriveSession(motion, self._clock, self.threads, self._recorder)
+            return DriveSession(
+                motion, self._clock, self.threads, self._recorder, drive=drives.config.title
+            )
 
         return await self._added(made)
 

@@ -157,7 +157,7 @@ async def disarm(drives: FoundDrives, lease: Token) -> DriveStatus:
 @router.post("/reset", operation_id="resetFault", responses=responses(404, 409, 422))
 async def reset(drives: FoundDrives, lease: Token) -> DriveStatus:
     """Clear a latched fault, or bring the drives up again; never arms."""
-    await drives.order(Order.RESET, lease)
+    await drives.reset(lease)
     return drives.status()
 
 

@@ -105,7 +105,7 @@ export function eventText(event: RunEvent, period: number): string {
       return `push ${event.axis}, ${digits(event.force ?? 0, 3)} N for ${long} ms`;
     }
     case 'stop':
-      return 'STOP';
+      return event.reason ? `stopped: ${pretty(event.reason)}` : 'STOP';
     case 'gap': {
       const reason = event.reason === '' ? '' : `: ${pretty(event.reason)}`;
       return `${digits((event.ticks ?? 0) * period, 3)} s are missing${reason}`;
