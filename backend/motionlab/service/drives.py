@@ -166,7 +166,7 @@ class Drives:
             await self.order(Order.RESET, token)
             return
         async with self._beginning:
-            if self.link.ended:  # and nobody has begun another one meanwhile
+            if self.link.ended:  # no other request has begun one meanwhile
                 await asyncio.to_thread(self.link.close)
                 self.link = await asyncio.to_thread(DriveLink, self.config)
                 self._history.follow(self.link)
