@@ -29,6 +29,11 @@ export function takesKey({ key, target }: KeyboardEvent): boolean {
 export function onKey(event: KeyboardEvent, actions: Record<string, () => void>): void {
   if (event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented) return;
   const dialog = document.querySelector<HTMLDialogElement>('dialog[open]');
+  // Esc is STOP over a question about torque, which closes by itself.
+  if (dialog?.dataset.esc === 'stop') {
+    if (event.key === 'Escape') void app.stop();
+    return;
+  }
   if (dialog) {
     if (event.key === 'Escape' && !dialog.matches(':modal')) dialog.close();
     return;

@@ -12,6 +12,7 @@ export const SCREENS = [
   { screen: 'sweep', title: 'Sweep' },
   { screen: 'motor', title: 'Motor' },
   { screen: 'paper', title: 'Paper' },
+  { screen: 'drive', title: 'Drive' },
 ] as const;
 
 export type Screen = (typeof SCREENS)[number]['screen'];

@@ -5,6 +5,7 @@ import { Api, ApiError } from './api/client';
 import { difference, ofTrajectory, withChanges } from './api/scenario-paths';
 import type { Changes, Scenario, Value } from './api/types';
 import { Catalogue } from './catalogue.svelte';
+import { DriveLink } from './drive/drive-link.svelte';
 import { errorText, fileErrorText } from './error-text';
 import { needsRestart } from './fields/fields.svelte';
 import { Refusals } from './fields/refusals.svelte';
@@ -32,6 +33,7 @@ export class Store {
   readonly api = new Api();
   readonly token = new TokenPrompt(this.api);
   readonly catalogue = new Catalogue(this.api);
+  readonly drive = new DriveLink(this.api);
   readonly session = new SessionStore(this.api);
   readonly metrics = new LiveMetrics(this.api, this.session);
   readonly refusals = new Refusals();
@@ -82,7 +84,6 @@ export class Store {
 
   /** Loads lists and session; requests to a busy or unreachable server are repeated. */
   async start(): Promise<void> {
-    void this.try(() => this.token.start());
     const backoff = new Backoff();
     for (;;) {
       try {
@@ -97,8 +98,15 @@ export class Store {
     }
   }
 
+  /** Asks what the server is. */
+  private async meet(): Promise<void> {
+    const { login, drive } = await this.api.health();
+    this.token.required = login;
+    this.drive.start(drive);
+  }
+
   private async open(): Promise<void> {
-    await this.catalogue.load();
+    await Promise.all([this.meet(), this.catalogue.load()]);
     const [last] = keptSessions();
     if (!this.session.info) await this.session.open();
     await this.afterLoad();
@@ -166,13 +174,18 @@ export class Store {
     await this.try(() => this.session.reset());
   }
 
-  /** Stops at once, without confirmation and without waiting. */
+  /** Stops at once, without confirmation and without waiting: drives, and the session. */
   async stop(): Promise<void> {
-    try {
-      await this.session.stop();
-    } catch (error) {
-      messages.error(`STOP was not taken. ${errorText(error)}`);
-    }
+    await Promise.all([
+      this.drive.stop().catch((error: unknown) => {
+        messages.error(
+          `STOP did not reach the drives: use the emergency stop. ${errorText(error)}`,
+        );
+      }),
+      this.session.stop().catch((error: unknown) => {
+        messages.error(`STOP was not taken. ${errorText(error)}`);
+      }),
+    ]);
   }
 
   async choosePlant(name: string): Promise<void> {

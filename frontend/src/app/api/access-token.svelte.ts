@@ -16,10 +16,6 @@ export class TokenPrompt {
       });
   }
 
-  async start(): Promise<void> {
-    this.required = (await this.api.health()).login;
-  }
-
   async give(token: string): Promise<void> {
     await this.api.login(token);
     this.wanted = false;

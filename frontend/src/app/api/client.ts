@@ -46,6 +46,7 @@ export class ApiError extends Error {
 interface Sent {
   path?: Readonly<Record<string, string>>;
   query?: Readonly<Record<string, unknown>>;
+  header?: Readonly<Record<string, string>>;
   body?: object | string;
 }
 
@@ -200,7 +201,7 @@ export class Api {
   private async attempt(
     method: Method,
     path: string,
-    { path: parts = {}, query = {}, body }: Sent,
+    { path: parts = {}, query = {}, header = {}, body }: Sent,
     signal?: AbortSignal,
   ): Promise<Response> {
     const text = typeof body === 'string';
@@ -214,12 +215,13 @@ export class Api {
     try {
       response = await fetch(ROOT + place + (asked && `?${asked}`), {
         method: method.toUpperCase(),
-        ...(body === undefined
-          ? {}
-          : {
-              body: text || file ? body : JSON.stringify(body),
-              headers: { 'Content-Type': text ? 'text/plain' : file ? FILE : 'application/json' },
-            }),
+        headers: {
+          ...header,
+          ...(body === undefined
+            ? {}
+            : { 'Content-Type': text ? 'text/plain' : file ? FILE : 'application/json' }),
+        },
+        ...(body === undefined ? {} : { body: text || file ? body : JSON.stringify(body) }),
         ...(signal ? { signal } : {}),
       });
     } catch (error) {

@@ -65,7 +65,16 @@ type Given<K extends string, T> = [Exclude<T, undefined>] extends [never]
     ? { [key in K]?: T }
     : { [key in K]: T };
 
-/** What a call is given: parts of its path, its query and its body. */
-export type Options<O> = O extends { parameters: { path?: infer P; query?: infer Q } }
-  ? Given<'path', P> & Given<'query', Q> & Given<'body', Body<O>>
+/** The header without which a call is refused; others are left out. */
+type Lease<H> = [H] extends [never]
+  ? unknown
+  : [H] extends [{ Lease: string }]
+    ? { header: H }
+    : unknown;
+
+/** What a call is given: parts of its path, its query, its headers and its body. */
+export type Options<O> = O extends {
+  parameters: { path?: infer P; query?: infer Q; header?: infer H };
+}
+  ? Given<'path', P> & Given<'query', Q> & Lease<H> & Given<'body', Body<O>>
   : never;

@@ -39,6 +39,12 @@ export interface GainSet extends Omit<Schemas['GainSet'], 'values'> {
   values: Changes;
 }
 
+/** State of the drive link. */
+export type DriveStatus = Schemas['DriveStatus'];
+export type OneDrive = Schemas['OneDrive'];
+export type FaultNow = Schemas['FaultNow'];
+export type PastFault = Schemas['PastFault'];
+
 export type SessionInfo = Schemas['SessionInfo'];
 
 /** Margins of the loops. */

@@ -1,0 +1,99 @@
+/** Control over the drives: the lease with its heartbeat, and the commands that need it. */
+
+import { ApiError } from '../api/client';
+import type { RequestOf } from '../api/operations';
+import { messages } from '../messages.svelte';
+import { load, save } from '../storage';
+import { app } from '../store.svelte';
+import { LEASE } from './drive-link.svelte';
+
+/** Between two heartbeats, ms; the lease ends after 2 s without one. */
+const BEAT = 500;
+const NAME = 'drive-name';
+
+class DriveControl {
+  /** Name under which others see who holds control. */
+  name = $state(load(NAME, `browser ${Math.random().toString(16).slice(2, 6)}`));
+  private token = $state('');
+  private timer: ReturnType<typeof setInterval> | undefined;
+
+  constructor() {
+    save(NAME, this.name);
+    const kept = sessionStorage.getItem(LEASE);
+    if (kept) this.hold(kept);
+  }
+
+  /** Whether this page holds control. */
+  get held(): boolean {
+    return this.token !== '';
+  }
+
+  rename(name: string): void {
+    this.name = name.trim() || this.name;
+    save(NAME, this.name);
+  }
+
+  async take(): Promise<void> {
+    const body = { holder: this.name };
+    this.hold((await app.api.json('post', '/drive/lease', { body })).lease);
+    await this.look();
+  }
+
+  /** Gives control up; the server stops armed drives first. */
+  async giveUp(): Promise<void> {
+    await app.api.json('delete', '/drive/lease', this.lease);
+    this.drop();
+    await this.look();
+  }
+
+  async arm(body: RequestOf<'/drive/arm'>): Promise<void> {
+    app.drive.take(await app.api.json('post', '/drive/arm', { ...this.lease, body }));
+  }
+
+  async disarm(): Promise<void> {
+    app.drive.take(await app.api.json('post', '/drive/disarm', this.lease));
+  }
+
+  /** Clears a latched fault, or brings the drives up again. */
+  async reset(): Promise<void> {
+    app.drive.take(await app.api.json('post', '/drive/reset', this.lease));
+  }
+
+  /** For other calls that need control. */
+  get lease(): { header: { Lease: string } } {
+    return { header: { Lease: this.token } };
+  }
+
+  private async look(): Promise<void> {
+    app.drive.take(await app.api.json('get', '/drive', {}));
+  }
+
+  private hold(token: string): void {
+    this.token = token;
+    sessionStorage.setItem(LEASE, token);
+    this.timer = setInterval(() => void this.beat(), BEAT);
+    void this.beat();
+  }
+
+  private drop(): void {
+    this.token = '';
+    sessionStorage.removeItem(LEASE);
+    clearInterval(this.timer);
+  }
+
+  private async beat(): Promise<void> {
+    const { token } = this;
+    try {
+      await app.api.json('put', '/drive/lease', this.lease);
+    } catch (error) {
+      // Out of reach for a moment: the next beat says whether the lease outlived it.
+      if (!(error instanceof ApiError) || error.transient || token !== this.token) return;
+      this.drop();
+      messages.error(
+        `Control of the drives was lost: ${error.message}. What moved was stopped. Take control again to go on.`,
+      );
+    }
+  }
+}
+
+export const control = new DriveControl();
