@@ -2204,6 +2204,31 @@ export interface components {
             };
         };
         /**
+         * BusFacts
+         * @description Where the drives are, and when they stop by themselves.
+         */
+        BusFacts: {
+            /** Carrier */
+            carrier: string;
+            /**
+             * Place
+             * @description Address and port, or network card
+             */
+            place: string;
+            /** Distributed Clocks */
+            distributed_clocks: boolean;
+            /**
+             * Watchdog
+             * @description Of the drives, s
+             */
+            watchdog: number;
+            /**
+             * Loss
+             * @description Without an answer for this long the loop latches a fault, s
+             */
+            loss: number;
+        };
+        /**
          * Candidate
          * @description A set of gains, tried.
          */
@@ -3482,6 +3507,71 @@ export interface components {
             dwell: number;
         };
         /**
+         * DriveAxisConfig
+         * @description Encoder and limits of one axis.
+         */
+        DriveAxisConfig: {
+            /**
+             * Encoder
+             * @description Drive that reads the encoder, from 1
+             */
+            encoder: number;
+            /**
+             * Resolution
+             * @description Size of one count
+             */
+            resolution: number;
+            /**
+             * Direction
+             * @description -1 where counts fall towards positive positions
+             * @default 1
+             * @enum {integer}
+             */
+            direction: 1 | -1;
+            /**
+             * Offset
+             * @description Position at count 0
+             * @default 0
+             */
+            offset: number;
+            /**
+             * Position Min
+             * @description Least position, object 607D:01
+             */
+            position_min: number;
+            /**
+             * Position Max
+             * @description Largest position, object 607D:02
+             */
+            position_max: number;
+            /**
+             * Velocity Max
+             * @description Largest speed
+             */
+            velocity_max: number;
+            /**
+             * Deceleration
+             * @description Deceleration of a controlled stop
+             */
+            deceleration: number;
+            /**
+             * Following Error
+             * @description Following error window, object 6065
+             */
+            following_error: number;
+            /**
+             * Following Error Time
+             * @description Time outside the window before a fault, object 6066
+             * @default 0.01
+             */
+            following_error_time: number;
+            /**
+             * Current Max
+             * @description Largest current of a phase, object 6073
+             */
+            current_max: number;
+        };
+        /**
          * DriveStatus
          * @description What a person needs to know of the link.
          */
@@ -3503,12 +3593,28 @@ export interface components {
              * @description Why there is no link; empty when all is well
              */
             problem: string;
+            /**
+             * Step
+             * @description Latest step of bring-up
+             */
+            step: string;
             fault: components["schemas"]["FaultNow"] | null;
+            /**
+             * Faults
+             * @description Since the server began, the latest first
+             */
+            faults: components["schemas"]["PastFault"][];
             /**
              * Holder
              * @description Who controls the drives
              */
             holder: string | null;
+            /**
+             * Held Since
+             * @description Wall clock, s since 1970
+             */
+            held_since: number | null;
+            bus: components["schemas"]["BusFacts"];
             /** Drives */
             drives: components["schemas"]["OneDrive"][];
             /** Axes */
@@ -3714,8 +3820,18 @@ export interface components {
         FaultNow: {
             /** Code */
             code: number;
+            /**
+             * Error
+             * @description Error code 603F of a drive that failed; else 0
+             */
+            error: number;
             /** Name */
             name: string;
+            /**
+             * Subject
+             * @enum {string}
+             */
+            subject: "link" | "drive" | "axis";
             /**
              * Place
              * @description Drive from 1, or axis from 1; 0 for the link
@@ -4264,6 +4380,27 @@ export interface components {
              * @default 0
              */
             y: number;
+        };
+        /**
+         * Found
+         * @description What a drive says of itself.
+         */
+        Found: {
+            /** Vendor */
+            vendor: number;
+            /** Product */
+            product: number;
+            /** Revision */
+            revision: number;
+            /** Serial */
+            serial: number;
+            /** Name */
+            name: string;
+            /**
+             * Rated Current
+             * @description A
+             */
+            rated_current: number;
         };
         /**
          * FrequencySweepDocument
@@ -5660,6 +5797,22 @@ export interface components {
              */
             control_time: number;
             /**
+             * Period
+             * @description s
+             */
+            period: number;
+            recent: components["schemas"]["Recent"];
+            /**
+             * Age
+             * @description Time since the last cycle, s; null before the first
+             */
+            age: number | null;
+            /**
+             * Priority Wanted
+             * @description Of the configuration
+             */
+            priority_wanted: number;
+            /**
              * Priority
              * @description Under SCHED_FIFO; 0 where it is not permitted
              */
@@ -6298,7 +6451,7 @@ export interface components {
         };
         /**
          * OneAxis
-         * @description One axis at the moment, m and m/s.
+         * @description One axis at the moment, m and m/s, and its limits.
          */
         OneAxis: {
             /** Axis */
@@ -6309,6 +6462,7 @@ export interface components {
             velocity: number;
             /** Following Error */
             following_error: number;
+            limits: components["schemas"]["DriveAxisConfig"];
         };
         /**
          * OneDrive
@@ -6337,15 +6491,37 @@ export interface components {
             /** Error Name */
             error_name: string;
             /**
+             * Sto
+             * @description Whether safe torque off is active; null where the drive does not report it
+             */
+            sto: boolean | null;
+            /**
              * Current
              * @description A
              */
             current: number;
             /**
+             * Current Max
+             * @description Limit of the loop and of the drive, A
+             */
+            current_max: number;
+            /**
              * Rated Current
              * @description A
              */
             rated_current: number;
+            /**
+             * Vendor
+             * @description Object 1018:01, as expected
+             */
+            vendor: number;
+            /**
+             * Product
+             * @description Object 1018:02, as expected
+             */
+            product: number;
+            /** @description What the drive says of itself, once it is found */
+            found: components["schemas"]["Found"] | null;
         };
         /**
          * Outline
@@ -6756,6 +6932,55 @@ export interface components {
             controllers: components["schemas"]["Part"][];
             /** Trajectories */
             trajectories: components["schemas"]["Part"][];
+        };
+        /**
+         * PastFault
+         * @description A fault that was latched, and when.
+         */
+        PastFault: {
+            /** Code */
+            code: number;
+            /**
+             * Error
+             * @description Error code 603F of a drive that failed; else 0
+             */
+            error: number;
+            /** Name */
+            name: string;
+            /**
+             * Subject
+             * @enum {string}
+             */
+            subject: "link" | "drive" | "axis";
+            /**
+             * Place
+             * @description Drive from 1, or axis from 1; 0 for the link
+             */
+            place: number;
+            /**
+             * Value
+             * @description What was found, in `unit`; null without a figure
+             */
+            value: number | null;
+            /**
+             * Limit
+             * @description What is allowed, in `unit`
+             */
+            limit: number | null;
+            /** Unit */
+            unit: string;
+            /** Remedy */
+            remedy: string;
+            /**
+             * At
+             * @description Wall clock, s since 1970
+             */
+            at: number;
+            /**
+             * Reset At
+             * @description When it was reset; null while it is latched
+             */
+            reset_at: number | null;
         };
         /**
          * Peaks
@@ -7356,6 +7581,50 @@ export interface components {
              * @description Why the two differ; empty where they do not
              */
             remark: string;
+        };
+        /**
+         * Recent
+         * @description How the loop kept its time over the last minute, or since the link began.
+         */
+        Recent: {
+            /** Seconds */
+            seconds: number;
+            /** Cycles */
+            cycles: number;
+            /**
+             * Late
+             * @description Cycles that ended after the next should have begun
+             */
+            late: number;
+            /**
+             * Missed
+             * @description Cycles without a good answer; the last command was held
+             */
+            missed: number;
+            /**
+             * Missed Each Second
+             * @description Oldest first
+             */
+            missed_each_second: number[];
+            /**
+             * P50
+             * @description Round trip, s; null without one, or beyond 0.5 ms
+             */
+            p50: number | null;
+            /** P99 */
+            p99: number | null;
+            /** P999 */
+            p999: number | null;
+            /**
+             * Bin Width
+             * @description Of `round_trips`, s
+             */
+            bin_width: number;
+            /**
+             * Round Trips
+             * @description Cycles by round trip; the last bin has no end
+             */
+            round_trips: number[];
         };
         /**
          * Recipe
