@@ -45,7 +45,7 @@ export function linkRows({ loop, bus, drives, state }: DriveStatus): FigureRow[]
       ? {
           name: 'phase error to SYNC0',
           value: down ? '–' : digits(1e6 * Math.abs(loop.phase_error), 2),
-          unit: `µs of ${digits(1e6 * limit)}`,
+          unit: `µs of ${digits(1e6 * limit, 2)}`,
           look: down ? undefined : loop.phase_locked ? 'good' : 'warn',
         }
       : { name: 'distributed clocks', value: 'off' },

@@ -65,12 +65,12 @@ export function timingRows({ recent, late_run, control_time, wake_late }: Loop):
   return [
     { name: 'late cycles', value: String(recent.late), unit: '' },
     { name: 'share of all', value: digits(share, 2), unit: '%' },
-    { name: 'longest run, since the start', value: String(late_run), unit: 'cycles' },
+    { name: 'longest run', value: String(late_run), unit: 'cycles' },
     { name: 'round trip p50', value: micro(recent.p50), unit: 'µs' },
     { name: 'p99', value: micro(recent.p99), unit: 'µs' },
     { name: 'p99.9', value: micro(recent.p999), unit: 'µs' },
-    { name: 'control half, longest', value: micro(control_time), unit: 'µs' },
-    { name: 'woke late, longest', value: micro(wake_late), unit: 'µs' },
+    { name: 'control half, most', value: micro(control_time), unit: 'µs' },
+    { name: 'woke late, most', value: micro(wake_late), unit: 'µs' },
   ];
 }
 

@@ -1,0 +1,49 @@
+import { expect, it } from 'vitest';
+import { checksOf, obstacle, type Situation } from './arm-checks';
+import { exampleStatus } from './example-status';
+
+const situation = (change: Partial<Situation> = {}): Situation => ({
+  status: exampleStatus({ holder: 'browser 1' }),
+  held: true,
+  gains: 'A of circle',
+  silent: '',
+  ...change,
+});
+const withSto = (sto: boolean | null) => {
+  const status = exampleStatus();
+  return { ...status, drives: status.drives.map((drive) => ({ ...drive, sto })) };
+};
+
+it('finds no obstacle when everything holds', () => {
+  expect(obstacle(situation())).toBe('');
+  expect(checksOf(situation()).map(({ holds }) => holds)).toEqual([true, true, true, true, true]);
+});
+
+it.each([
+  [{ silent: 'gone' }, 'does not answer'],
+  [{ status: exampleStatus({ state: 'offline' }) }, 'no link'],
+  [{ status: exampleStatus({ state: 'fault' }) }, 'Reset it first'],
+  [{ status: withSto(true) }, 'STO is active'],
+  [{ status: exampleStatus({}, { phase_locked: false }) }, 'in phase'],
+  [{ held: false }, 'Take control'],
+  [{ gains: '' }, 'no session'],
+] as const)('refuses to arm: %o', (change, reason) => {
+  expect(obstacle(situation(change as Partial<Situation>))).toContain(reason);
+  expect(
+    checksOf(situation(change as Partial<Situation>)).some(({ holds }) => holds === false),
+  ).toBe(true);
+});
+
+it('says where STO is not reported, and does not take that for a permission', () => {
+  const sto = checksOf(situation({ status: withSto(null) })).find(({ name }) => name === 'STO');
+  expect(sto).toMatchObject({ holds: null, text: 'not reported by the drives' });
+  expect(obstacle(situation({ status: withSto(null) }))).toBe('');
+});
+
+it('names who holds control', () => {
+  const status = exampleStatus({ holder: 'script' });
+  const control = checksOf(situation({ held: false, status })).find(
+    ({ name }) => name === 'control',
+  );
+  expect(control).toMatchObject({ holds: false, text: 'held by script' });
+});

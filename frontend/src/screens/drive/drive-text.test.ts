@@ -1,0 +1,81 @@
+import { describe, expect, it } from 'vitest';
+import {
+  ageText,
+  codeOf,
+  figuresText,
+  headline,
+  hex,
+  placeText,
+  stateText,
+  stoText,
+} from './drive-text';
+import { exampleDrive, exampleFault, exampleStatus } from './example-status';
+
+describe('the headline', () => {
+  it('names the state in words', () => {
+    const said = (state: string) => headline(exampleStatus({ state })).text;
+    expect(said('ready')).toBe('Ready to arm');
+    expect(said('holding')).toBe('Armed, at rest');
+    expect(said('moving')).toBe('Armed and moving');
+    expect(said('stopping')).toBe('Stopping');
+  });
+
+  it('names the drive, the axis or the link that failed', () => {
+    const fault = exampleFault();
+    const of = (change: object) =>
+      headline(exampleStatus({ state: 'fault', fault: { ...fault, ...change } })).text;
+    expect(of({})).toBe('Fault of axis y, no torque');
+    expect(of({ subject: 'drive', place: 5 })).toBe('Fault of drive 5, no torque');
+    expect(of({ subject: 'link', place: 0 })).toBe('Fault of the link, no torque');
+  });
+
+  it('is not ready while STO is active or the exchange is out of phase', () => {
+    const drives = exampleStatus().drives.map((drive) => ({ ...drive, sto: true }));
+    expect(headline(exampleStatus({ drives })).text).toBe('STO is active, no torque');
+    expect(headline(exampleStatus({}, { phase_locked: false })).text).toMatch(/^Waiting/);
+  });
+
+  it('says what bring-up does, and when there is no link', () => {
+    const offline = { state: 'offline', step: 'finding drives' };
+    expect(headline(exampleStatus(offline))).toMatchObject({ bad: false, note: 'finding drives' });
+    expect(headline(exampleStatus({ ...offline, problem: 'no answer' })).bad).toBe(true);
+    const ended = { state: 'offline', step: 'operational' };
+    expect(headline(exampleStatus(ended)).note).toBe('restart the server');
+  });
+});
+
+describe('a drive', () => {
+  it('has its state in words, with the code of a fault', () => {
+    expect(stateText(exampleDrive())).toBe('ready, no torque');
+    expect(stateText(exampleDrive({ state: 'fault', error: 0x2310 }))).toBe(
+      'fault 0x2310, latched',
+    );
+    expect(stateText(exampleDrive({ state: 'unknown' }))).toBe('unknown');
+  });
+
+  it('never claims that STO allows torque where it is not reported', () => {
+    expect([true, false, null].map((sto) => stoText(exampleDrive({ sto })))).toEqual([
+      'STO active',
+      'STO allows',
+      'not reported',
+    ]);
+  });
+});
+
+describe('a fault', () => {
+  it('has its place, its code and its figures', () => {
+    const { drives } = exampleStatus();
+    expect(placeText(exampleFault(), drives)).toBe('axis y');
+    const failed = exampleFault({ subject: 'drive', place: 5, code: 0x1000, error: 0x2310 });
+    expect(placeText(failed, drives)).toBe('drive 5, y b');
+    expect(codeOf(failed)).toBe('0x2310');
+    expect(codeOf(exampleFault())).toBe('0x8611');
+    expect(figuresText(exampleFault())).toBe('512 µm, limit 500 µm');
+    expect(figuresText(exampleFault({ value: null }))).toBe('');
+  });
+});
+
+it('writes words of registers and ages', () => {
+  expect(hex(0x218)).toBe('0x0218');
+  expect([0.4, 59, 90, 7300].map(ageText)).toEqual(['0 s', '59 s', '1 min', '2 h']);
+});
