@@ -3763,7 +3763,7 @@ export interface components {
             ticks?: number | null;
             /**
              * Reason
-             * @description Why ticks are missing
+             * @description Why ticks are missing, or drives stopped
              * @default
              */
             reason: string;
