@@ -53,6 +53,29 @@ def test_only_the_window_counts_and_itae_starts_with_it():
     assert x["itae"] == pytest.approx(2e-6 * CONTROL_PERIOD**2)
 
 
+def test_what_a_drive_does_not_measure_has_no_metric():
+    nothing = [math.nan] * 4
+    channels = {
+        "x.following_error": [1e-6, math.nan, 3e-6, 0.0],
+        "x.current_a": [1.0, 2.0, 3.0, 0.0],
+        **dict.fromkeys(("x.position", "x.velocity", "x.thrust"), nothing),
+    }
+    metrics = measure(channels, on_x([0, 1, 2, 3]))
+    x = metrics["axes"]["x"]
+    absent = {"max_abs_position_error", "max_abs_velocity", "rms_force", "max_abs_force"}
+    assert {name for name in absent if x[name] is not None} == set()
+    assert x["max_abs_following_error"] == pytest.approx(3e-6)
+    assert x["mean_following_error"] == pytest.approx((1 + 2 + 3 + 0) / 4 * 1e-6)  # a straight line
+    assert x["max_current"] == 3.0
+    json.dumps(metrics, allow_nan=False)
+
+
+def test_without_any_following_error_there_are_no_metrics():
+    metrics = measure({"x.following_error": [math.nan] * 3}, on_x([0, 1, 2]))
+    assert set(metrics["axes"]["x"].values()) == {None}
+    assert set(metrics["contour"].values()) == {None}
+
+
 def test_position_error_is_that_of_the_true_position():
     channels = {"x.position": [0.0, 0.001, 0.002], "x.following_error": [0.0, 0.0, 0.0]}
     x = measure(channels, on_x([0.0, 0.001, 0.00201]))["axes"]["x"]

@@ -102,9 +102,11 @@ class DriveMotion:
 
     @property
     def available(self) -> int:
-        """Ticks that have been recorded and not yet taken."""
+        """Ticks that have been recorded and not yet taken; the braking after its end is not."""
         number, end = self._link.recorded
-        return end - self.tick if self._begun and number == self._number else 0
+        if not self._begun or number != self._number:
+            return 0
+        return min(end, self.prepared.reference.ticks) - self.tick
 
     @property
     def failed_ticks(self) -> list[int | None]:
@@ -119,7 +121,7 @@ class DriveMotion:
         return self._link.fault()
 
     def begin(self) -> None:
-        """Approach the start of the trajectory, then follow it.
+        """Approach the start of the trajectory, follow it, and brake where it ends at speed.
 
         Raises
         ------
@@ -136,7 +138,9 @@ class DriveMotion:
         )
         position, velocity, acceleration, _ = self.timeline.at(0, self.prepared.reference.ticks)
         motion = np.stack((position, velocity, acceleration), axis=1)
-        whole = np.concatenate((approach, motion))
+        config = self._link.config
+        deceleration = np.array([getattr(config, axis).deceleration for axis in AXES])
+        whole = np.concatenate((approach, motion, braking(motion[-1], deceleration)))
         self._link.check_holding()  # before the gains of what moves now are replaced
         self._link.load(self._lanes)
         self._link.start(whole, len(approach), self._number)
@@ -204,6 +208,37 @@ def _measured(parameters: Array) -> Array:
     for path, value in _EXACT.items():
         lanes[parameter_row(path)] = value
     return lanes
+
+
+def braking(last: Array, deceleration: Array) -> Array:
+    """Return the reference that brings each axis to rest at its deceleration.
+
+    Parameters
+    ----------
+    last : ndarray, shape (3, 2)
+        Position, velocity, acceleration of x and y at the tick before.
+    deceleration : ndarray, shape (2,)
+        Of each axis, m/s^2.
+
+    Returns
+    -------
+    ndarray, shape (ticks, 3, 2)
+        As `minimum_jerk`; at rest at its last tick.
+    """
+    position, velocity, _ = last
+    rest = np.abs(velocity) / deceleration
+    ticks = int(np.ceil(np.max(rest) / CONTROL_PERIOD)) + 1
+    t = CONTROL_PERIOD * np.arange(1, ticks + 1)[:, None]
+    moved = np.minimum(t, rest)
+    slowing = np.sign(velocity) * deceleration
+    return np.stack(
+        (
+            position + velocity * moved - slowing * moved**2 / 2,
+            velocity - slowing * moved,
+            np.where(t < rest, -slowing, 0.0),
+        ),
+        axis=1,
+    )
 
 
 def minimum_jerk(start: Array, end: Array, *, velocity: Array, acceleration: Array) -> Array:

@@ -142,6 +142,15 @@ CONTOUR_DEFINITIONS: dict[str, Definition] = {
 """Metrics of a variant's contour, both axes together."""
 
 
+_OF_CHANNEL = {
+    "max_abs_position_error": "position",
+    "max_abs_velocity": "velocity",
+    "rms_force": "thrust",
+    "max_abs_force": "thrust",
+}
+"""Metrics of channels that only a simulation has."""
+
+
 class Hold(NamedTuple):
     """A standstill after a move of one axis: ticks from the window's start, length of the move."""
 
@@ -177,25 +186,31 @@ def variant_metrics(
     -------
     dict
         ``axes``, with one entry for each axis that moves, and ``contour``. Every value is a finite
-        number or None; all are None for a variant that diverged.
+        number or None: None where a drive does not measure its channel, and all of them for a
+        variant that diverged or of which no following error was measured. Between samples that
+        were not measured the metrics take straight lines.
     """
     record = recording.variants[name]
-    if record.diverged is not None:
+    diverged = record.diverged is not None
+    record = record.cut(window[0] - recording.first_tick, window[1] - recording.first_tick)
+    errors = np.stack([_channel(record, "following_error", axis) for axis in AXES], axis=1)
+    if diverged or not np.isfinite(errors).any(axis=0).all():
         nothing = dict.fromkeys(DEFINITIONS)
         return {
             "axes": {axis: dict(nothing) for axis in reference.moving},
             "contour": dict.fromkeys(CONTOUR_DEFINITIONS),
         }
-    record = record.cut(window[0] - recording.first_tick, window[1] - recording.first_tick)
     plain = tally_metrics(_tally(record, reference.position[slice(*window)]), window[1] - window[0])
-    errors = np.stack([_channel(record, "following_error", axis) for axis in AXES], axis=1)
     axes = {}
     for axis in reference.moving:
         index = AXES.index(axis)
         found = {name: float(values[index]) for name, values in plain.items()} | hold_metrics(
             errors[:, index], reference, axis, window, settling_band=settling_band
         )
-        axes[axis] = {name: found[name] for name in DEFINITIONS}
+        absent = {
+            each for each, channel in _OF_CHANNEL.items() if not _is_measured(record, channel, axis)
+        }
+        axes[axis] = {name: None if name in absent else found[name] for name in DEFINITIONS}
     distance = contour_error(reference.position, errors, window)
     contour = {"max": float(distance.max()), "rms": float(np.sqrt(np.mean(distance**2)))}
     return {"axes": axes, "contour": contour}
@@ -241,7 +256,7 @@ def _tally(record: VariantRecord, target: Array) -> Array:
                     record.channel("current_saturated", axis),
                 )
                 if name == "saturated"
-                else record.channel(name, axis)
+                else _whole(record.channel(name, axis))
             )
     tally = new_tally(WIDTH)
     count_ticks(samples, np.ascontiguousarray(target[:, None, :]), 0, tally)
@@ -249,7 +264,19 @@ def _tally(record: VariantRecord, target: Array) -> Array:
 
 
 def _channel(record: VariantRecord, name: str, axis: str) -> Array:
-    return record.channel(name, axis).astype(np.float64)
+    return _whole(record.channel(name, axis)).astype(np.float64)
+
+
+def _is_measured(record: VariantRecord, name: str, axis: str) -> bool:
+    return bool(np.isfinite(record.channel(name, axis)).any())
+
+
+def _whole(values: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return values with straight lines where a sample is NaN, or as they are if all are."""
+    known = np.flatnonzero(np.isfinite(values))
+    if len(known) in {0, len(values)}:
+        return values
+    return np.interp(np.arange(len(values)), known, values[known]).astype(np.float32)
 
 
 def _peak(values: Array) -> float:

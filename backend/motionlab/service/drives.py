@@ -184,6 +184,8 @@ class Drives:
         def arm() -> None:
             if self.link.state is not State.READY:  # gains of what moves stay as they are
                 raise LinkError(f"not possible while the link is {self.link.state.name.lower()}")
+            if not self.link.status(Status.PHASE_LOCKED):
+                raise LinkError("not yet in phase with SYNC0 of the drives: wait a moment")
             self.link.load(held_parameters(on_drives(load(), variant)))
             self.link.order(Order.ARM)
 

@@ -1,0 +1,31 @@
+"""The references that a motion on drives adds to its trajectory."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.drive.motion import braking, minimum_jerk
+
+
+def test_the_approach_goes_from_rest_to_rest_within_limits() -> None:
+    start, end = np.array([0.0, 0.02]), np.array([0.01, -0.03])
+    velocity, acceleration = np.array([0.05, 0.04]), np.array([2.0, 1.0])
+    reference = minimum_jerk(start, end, velocity=velocity, acceleration=acceleration)
+    np.testing.assert_array_equal(reference[0, 0], start)
+    assert np.abs(reference[-1, 0] - end).max() < 1e-6
+    assert (np.abs(reference[:, 1]).max(axis=0) <= velocity * (1 + 1e-9)).all()
+    assert (np.abs(reference[:, 2]).max(axis=0) <= acceleration * (1 + 1e-9)).all()
+
+
+@pytest.mark.parametrize("velocity", [(0.1, -0.05), (0.0, 0.2), (0.0, 0.0)])
+def test_a_motion_that_ends_at_speed_brakes(velocity: tuple[float, float]) -> None:
+    last = np.array([[0.01, 0.02], velocity, [0.0, 0.0]])
+    deceleration = np.array([3.0, 1.5])
+    reference = braking(last, deceleration)
+    np.testing.assert_allclose(reference[-1, 1], 0.0, atol=1e-15)
+    way = np.sign(velocity) * np.square(velocity) / (2 * deceleration)
+    np.testing.assert_allclose(reference[-1, 0] - last[0], way, atol=1e-12)
+    steps = np.diff(np.vstack((last[1], reference[:, 1])), axis=0)
+    assert (np.abs(steps) <= deceleration * CONTROL_PERIOD * (1 + 1e-9)).all()
