@@ -40,7 +40,8 @@ _sendto = _call("sendto", _word, _int, _word, _size, _int, _word, _int)
 
 _MONOTONIC, _REALTIME = time.CLOCK_MONOTONIC, time.CLOCK_REALTIME
 _ABSOLUTE = 1  # TIMER_ABSTIME
-_NO_WAIT = int(socket.MSG_DONTWAIT) | int(socket.MSG_NOSIGNAL)
+_NO_WAIT = int(socket.MSG_DONTWAIT)
+_SEND = _NO_WAIT | int(socket.MSG_NOSIGNAL)  # which raw sockets refuse where it is received
 _READABLE = 1  # POLLIN
 _ARRIVAL = 0x8907  # SIOCGSTAMPNS: when the last packet read from a socket had arrived
 _SECOND = 1_000_000_000
@@ -95,7 +96,7 @@ def wait_readable(descriptor: int, nanoseconds: int, clock: Clock) -> bool:
 @part
 def send(descriptor: int, data: NDArray[np.uint8], count: int) -> bool:
     """Send the first bytes of an array on a connected socket, without waiting."""
-    return _send(np.int32(descriptor), data.ctypes.data, count, np.int32(_NO_WAIT)) == count
+    return _send(np.int32(descriptor), data.ctypes.data, count, np.int32(_SEND)) == count
 
 
 @part
@@ -113,7 +114,7 @@ def send_to(
         np.int32(descriptor),
         data.ctypes.data,
         count,
-        np.int32(_NO_WAIT),
+        np.int32(_SEND),
         address.ctypes.data,
         np.int32(size),
     )

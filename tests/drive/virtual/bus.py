@@ -140,12 +140,26 @@ class Bus:
             fmmu(6 * node, 6, 0x1100, 2) + fmmu(OUTPUTS + 16 * node, 16, 0x1180, 1),
         )
 
+    def has_mail(self, node: int) -> bool:
+        return bool(self.number(node, REGISTER_SYNC_MANAGER + 13, 1) & 8)
+
+    def emergencies(self, node: int) -> list[tuple[int, int]]:
+        """Return error codes and registers of the emergencies that have come, and empty the box."""
+        found = []
+        while self.has_mail(node):
+            mail = self.read(node, 0x1080, 128)
+            assert mail[:8] == struct.pack("<HHBBH", 10, 0, 0, 3, 1 << 12)
+            found.append(struct.unpack_from("<HB", mail, 8))
+        return found
+
     def mail(self, node: int, body: bytes, kind: int = 3) -> bytes:
+        """Send a mail and return its answer; emergencies before it are lost."""
+        self.emergencies(node)
         self._counters[node] = counter = self._counters[node] % 7 + 1
         head = struct.pack("<HHBB", len(body), 0, 0, kind | counter << 4)
         self.write(node, 0x1000, (head + body).ljust(128, b"\0"))
         for _ in range(20_000):  # about a second where it runs in real time
-            if self.number(node, REGISTER_SYNC_MANAGER + 13, 1) & 8:
+            if self.has_mail(node):
                 break
         answer = self.read(node, 0x1080, 128)
         assert answer[5] >> 4 == counter

@@ -7,8 +7,9 @@ import struct
 import pytest
 
 from motionlab.drive import process_data as pd
+from motionlab.drive.ethercat import INIT
 from motionlab.drive.virtual.segment import Segment
-from tests.drive.virtual.bus import NODES, Bus, Refused
+from tests.drive.virtual.bus import NODES, PERIOD, Bus, Refused
 
 
 def u16(value: int) -> bytes:
@@ -66,7 +67,7 @@ def test_refusals(bus: Bus, index: int, subindex: int, data: bytes | None, code:
 
 
 @pytest.mark.parametrize(
-    ("command", "code"), [(0x60, 0x0504_0001), (0x00, 0x0504_0001), (0x50, 0x0601_0000)]
+    ("command", "code"), [(0x60, 0x0504_0001), (0x00, 0x0504_0001), (0x50, 0x0601_0004)]
 )
 def test_commands_that_are_not_offered(bus: Bus, command: int, code: int) -> None:
     bus.to_preop()
@@ -120,3 +121,60 @@ def test_live_objects(segment: Segment, bus: Bus) -> None:
         bus.upload(1, 0x608F, 1)  # it has no encoder
     segment.switch(sto=True)
     assert bus.upload(3, 0x60FD) == struct.pack("<I", 1 << 16)
+
+
+def test_an_emergency_tells_of_an_error_and_of_its_end(segment: Segment, bus: Bus) -> None:
+    bus.to_op()
+    bus.enable()
+    assert bus.emergencies(1) == []
+    segment.switch(fault={"node": 2, "code": 0x2310})
+    bus.periods(3)
+    assert bus.emergencies(0) == []
+    assert bus.emergencies(1) == [(0x2310, 1)]
+    bus.periods(3)
+    assert bus.emergencies(1) == []  # once
+    segment.switch(fault={"node": 2, "code": 0x3220})
+    bus.periods(3)
+    assert bus.emergencies(1) == []  # it has failed already
+    bus.control(0)
+    bus.control(pd.FAULT_RESET)
+    assert bus.emergencies(1) == [(0, 0)]
+
+
+def test_an_emergency_stands_in_front_of_no_answer(segment: Segment, bus: Bus) -> None:
+    bus.to_op()
+    bus.enable()
+    segment.switch(fault={"node": 1, "code": 0x2310})
+    bus.periods(3)
+    assert bus.has_mail(0)
+    assert bus.upload(0, 0x603F) == u16(0x2310)
+
+
+def test_no_emergency_before_preop(segment: Segment, bus: Bus) -> None:
+    bus.to_op()
+    segment.switch(encoder_loss="x")
+    bus.periods(3)
+    bus.request_all(INIT)
+    bus.to_preop()
+    assert bus.emergencies(0) == []  # what INIT threw away does not come again
+    assert bus.upload(0, 0x603F) == u16(0x7305)
+
+
+def test_synchronisation(bus: Bus) -> None:
+    bus.to_preop()
+    for index in (0x1C32, 0x1C33):
+        assert bus.upload(0, index, 2) == struct.pack("<I", PERIOD)
+        assert bus.upload(0, index, 4) == u16(0b111)
+        assert bus.upload(0, index, 5) == struct.pack("<I", 100_000)
+        bus.download(0, index, 2, struct.pack("<I", 1_000_000))
+        assert bus.upload(0, index, 2) == struct.pack("<I", 1_000_000)
+        bus.download(0, index, 2, struct.pack("<I", PERIOD))
+    assert bus.upload(0, 0x1C33, 1) == u16(34)
+    bus.download(0, 0x1C32, 1, u16(2))
+    bus.download(0, 0x1C33, 1, u16(2))
+    assert bus.upload(0, 0x1C33, 1) == u16(2)
+    with pytest.raises(Refused, match="0x06090030"):
+        bus.download(0, 0x1C33, 1, u16(3))  # there is no SYNC1
+    assert bus.upload(0, 0x60C2, 1) + bus.upload(0, 0x60C2, 2) == b"\x05\xfc"  # 5e-4 s
+    bus.download(0, 0x60C2, 1, b"\x0a")
+    assert bus.upload(0, 0x60C2, 1) == b"\x0a"

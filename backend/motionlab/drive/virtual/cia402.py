@@ -23,6 +23,7 @@ from motionlab.drive.virtual.layout import (
     JUMP_X,
     LAST_STEP,
     LIMITED,
+    MAILS,
     MAX_CURRENT,
     MAX_TORQUE,
     MODE_DISPLAY,
@@ -72,6 +73,7 @@ def fail(s: Arrays, n: int, code: int) -> None:
     if node[DRIVE_STATE] not in (FAULT_REACTION, FAULT):
         node[DRIVE_STATE] = FAULT_REACTION
         node[ERROR_CODE] = code
+        s.clock[MAILS] += 1  # there is an emergency to be sent
     release(s, n)
 
 
@@ -213,6 +215,7 @@ def step_drive(s: Arrays, n: int, time: int, elapsed: int, obey: bool) -> None:
         state = next_state(state, control, rising and not lost)
         if before == FAULT and state != FAULT:
             node[ERROR_CODE] = 0
+            s.clock[MAILS] += 1
     elif state not in (SWITCH_ON_DISABLED, FAULT):
         state = SWITCH_ON_DISABLED
     safe_off = s.switches[STO] > 0.0

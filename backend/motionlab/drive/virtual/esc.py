@@ -135,6 +135,7 @@ def _access_done(  # noqa: PLR0913, PLR0917 - an access: where, which way, when
             s.clock[MAILS] += 1
         else:
             s.nodes[n, ANSWER] = 0
+            s.clock[MAILS] += 1  # for what has waited for the room
 
 
 @part

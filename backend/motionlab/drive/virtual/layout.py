@@ -94,8 +94,11 @@ NEVER = 2**62
     MAX_SPEED,  # 6080, counts/s
     QUICK_STOP_DECELERATION,  # 6085, counts/s^2
     SYNC_ERROR_LIMIT,  # 10F1:02
+    CYCLE_TIME,  # 1C32:02, ns
+    INTERPOLATION_TIME,  # 60C2:01, in units of ...
+    INTERPOLATION_UNIT,  # ... ten to the power of 60C2:02, s
     OBJECT_COLUMNS,
-) = range(12)
+) = range(15)
 
 # Rows of `clock`
 LAST, PLANT_TIME, STEPS, MAILS, RANDOM, PERIODS, CLOCK_ROWS = range(7)

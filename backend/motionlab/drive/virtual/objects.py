@@ -16,11 +16,18 @@ from motionlab.drive.virtual.layout import Arrays
 # Abort codes, ETG.1000.6
 UNKNOWN_COMMAND = 0x0504_0001
 NOT_SUPPORTED = 0x0601_0000
-WRITE_ONLY, READ_ONLY = 0x0601_0001, 0x0601_0002
+READ_ONLY = 0x0601_0002
+NO_COMPLETE_ACCESS = 0x0601_0004
 NO_OBJECT, NO_SUBINDEX = 0x0602_0000, 0x0609_0011
 WRONG_LENGTH = 0x0607_0010
 OUT_OF_RANGE = 0x0609_0030
 NOT_IN_THIS_STATE = 0x0800_0022
+
+WITH_OUTPUTS = 34
+"""Object 1C33:01: inputs are latched when outputs arrive."""
+
+SYNC_TYPES = 0b111
+"""Objects 1C32:04 and 1C33:04: free running, by outputs, by SYNC0."""
 
 PROFILE = 402
 DEVICE_TYPE = PROFILE | 0x0002 << 16  # a servo drive
@@ -246,22 +253,35 @@ class Dictionary:
             self._needs_preop()
             settings[layout.SYNC_TYPE] = value
 
+        def set_input_type(value: int) -> None:
+            self._needs_preop()
+            if value not in (0, BY_OUTPUTS, BY_SYNC0, WITH_OUTPUTS):
+                raise Abort(OUT_OF_RANGE)  # inputs are latched when outputs act, by 1C32
+
+        def input_type() -> int:
+            return BY_SYNC0 if settings[layout.SYNC_TYPE] == BY_SYNC0 else WITH_OUTPUTS
+
+        def set_cycle(value: int) -> None:
+            settings[layout.CYCLE_TIME] = value
+
+        self._items[0x1C32, 1] = Item(
+            "u2", lambda: int(settings[layout.SYNC_TYPE]), set_type, 0, BY_SYNC0
+        )
+        self._items[0x1C33, 1] = Item("u2", input_type, set_input_type, 0, WITH_OUTPUTS)
         for index in (0x1C32, 0x1C33):
             self._array(index, 32)
-            write = set_type if index == 0x1C32 else lambda _: None
-            self._items[index, 1] = Item(
-                "u2",
-                lambda: int(settings[layout.SYNC_TYPE]),
-                write,
+            self._items[index, 2] = Item(
+                "u4",
+                lambda: int(node[layout.SYNC_CYCLE] or settings[layout.CYCLE_TIME]),
+                set_cycle,
                 0,
-                BY_SYNC0 if index == 0x1C32 else 34,
+                2**32 - 1,
             )
-            self._items[index, 2] = Item("u4", lambda: int(node[layout.SYNC_CYCLE]))
-            self._constant(index, 4, "u2", 1 << BY_OUTPUTS - 1 | 1 << BY_SYNC0)
+            self._constant(index, 4, "u2", SYNC_TYPES)
             self._constant(index, 5, "u4", layout.STEP_NS)
             self._constant(index, 6, "u4", 0)
             self._live(index, "u2", layout.MISSED, 11)
-            self._items[index, 32] = Item("u1", lambda: 0)
+            self._constant(index, 32, "u1", 0)
 
     def _add_profile(self, resolution: float) -> None:
         s, n = self._s, self._n
@@ -291,6 +311,7 @@ class Dictionary:
         for index, subindex, kind, column, low, high in _SETTINGS:
             self._setting(index, subindex, kind, column, low, high)
         self._array(0x607D, 2)
+        self._array(0x60C2, 2)
         if resolution:
             self._array(0x608F, 2)
             self._constant(0x608F, 1, "u4", round(1e-3 / resolution))  # counts in ...
@@ -314,6 +335,8 @@ _SETTINGS = (
     (0x6080, 0, "u4", layout.MAX_SPEED, 0, 2**32 - 1),
     (0x6085, 0, "u4", layout.QUICK_STOP_DECELERATION, 0, 2**32 - 1),
     (0x6087, 0, "u4", layout.TORQUE_SLOPE, 1000, 10_000_000),
+    (0x60C2, 1, "u1", layout.INTERPOLATION_TIME, 1, 255),
+    (0x60C2, 2, "i1", layout.INTERPOLATION_UNIT, -128, 63),
 )
 DEFAULTS = {
     layout.SYNC_TYPE: BY_OUTPUTS,
@@ -327,6 +350,9 @@ DEFAULTS = {
     layout.MAX_SPEED: 2**32 - 1,
     layout.QUICK_STOP_DECELERATION: 2**32 - 1,
     layout.SYNC_ERROR_LIMIT: 4,
+    layout.CYCLE_TIME: layout.CONTROL_PERIOD_NS,
+    layout.INTERPOLATION_TIME: 5,
+    layout.INTERPOLATION_UNIT: -4,
 }
 """Settings of a node after INIT."""
 

@@ -17,7 +17,8 @@ TYPES = {"u1": 0x05, "i1": 0x02, "u2": 0x06, "i2": 0x03, "u4": 0x07, "i4": 0x04}
 _STRINGS, _GENERAL, _FMMU, _SYNC_MANAGERS, _TX_PDO, _RX_PDO, _END = 10, 30, 40, 41, 50, 51, 0xFFFF
 _COE = 0x04  # of the mailbox protocols
 _SDO = 0x01  # of CoE: service data objects, without information about them
-_NAMES = ("Drives", "Virtual current drive", "Outputs", "Inputs")
+_NAMES = ("Virtual current drive", "Drives", "Outputs", "Inputs")
+"""Texts; the first is that of the device, which some masters read without looking it up."""
 
 
 def slave_information(vendor: int, product: int, revision: int, serial: int) -> bytes:
@@ -33,7 +34,7 @@ def slave_information(vendor: int, product: int, revision: int, serial: int) -> 
     names = [*_NAMES, *(entry.name for entry in (*OUTPUTS, *INPUTS) if entry.index)]
     strings = bytes([len(names)]) + b"".join(bytes([len(n)]) + n.encode() for n in names)
     # Indices of group, picture, order and name; CoE, FoE, EoE, SoE, profile channels; ports.
-    general = struct.pack("<4Bx5B", 1, 0, 1, 2, _SDO, 0, 0, 0, 1).ljust(16, b"\0")
+    general = struct.pack("<4Bx5B", 2, 0, 1, 1, _SDO, 0, 0, 0, 1).ljust(16, b"\0")
     general = (general + struct.pack("<H", 0x0011)).ljust(32, b"\0")
     managers = b"".join(
         struct.pack("<HHBBBB", start, length, control, 0, 1, kind)
