@@ -30,8 +30,9 @@ ERROR = "B.x.following_error"
 
 
 @pytest.fixture
-def two(page: Page, server: Server) -> Iterator[list[str]]:
-    """Two kept simulations, which are gone afterwards."""
+def two(page: Page, server: Server, refusals: list[str]) -> Iterator[list[str]]:
+    """Two kept simulations, which are gone afterwards, even while the page reads their curves."""
+    refusals.append("404")
     kept = [
         keep(page, server, name="shipped"),
         keep(page, server, name="stiffer", set={GAIN: 312e3}),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import struct
+import tracemalloc
 import zlib
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -24,7 +25,7 @@ from motionlab.runs.exports import Selection, Source, check_selection, export
 from motionlab.runs.import_document import Import, ImportOptions
 from motionlab.runs.imports import Measurement, read_measurement
 from motionlab.runs.library import Library
-from motionlab.runs.measured_file import read_file
+from motionlab.runs.measured_file import FileColumn, MeasuredFile, read_file
 from motionlab.runs.measurements import import_file
 from motionlab.runs.run import RunDetail
 from motionlab.runs.sample_times import sample_times
@@ -520,6 +521,32 @@ def test_a_preview_and_a_problem_keep_nothing(library: Library, tmp_path: Path) 
 
 
 # -- files that would take far more memory than they have bytes -----------------------------------
+
+
+@pytest.mark.parametrize("resample", [None, 900.0])
+def test_a_measurement_is_held_once_beside_its_file(resample: float | None) -> None:
+    """Columns become samples one after the other; a hundred of 80 kB would be 8 MB at once."""
+    rows, count = 10_000, 100
+    columns = [FileColumn("time [s]", "s", np.arange(rows) / 1000)]
+    columns += [FileColumn(f"extra {i} [m]", "m", np.full(rows, 1.0 * i)) for i in range(count)]
+    file = MeasuredFile("csv", columns)
+    tracemalloc.start()
+    try:
+        made = read_measurement(file, ImportOptions(resample=resample))
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert len(made.values) == count
+    assert peak < 1.5 * count * rows * np.dtype(np.float32).itemsize
+
+
+def test_gaps_count_as_numbers(given: Given) -> None:
+    times = np.arange(500_000) / 1000
+    times[250_000:] += 5000.0
+    header = ",".join(["t [s]", *(f"c{i} [m]" for i in range(8))])
+    text = lines(*(f"{t:.3f},1,1,1,1,1,1,1,1" for t in times), header=header)
+    with pytest.raises(ConfigError, match="too many samples with its gaps"):
+        given(text)
 
 
 def element(kind: int, content: bytes) -> bytes:

@@ -169,7 +169,7 @@ def test_a_measurement_is_previewed_corrected_and_kept(client: httpx.Client) -> 
         (CSV, {"map": ["x_ref=x.position_reference", "x_act=M.x.thrust"]}, "map.1", "another unit"),
         (CSV, {"decimal": "comma"}, "file", "no line of numbers"),
         (CSV, {"delimiter": "dot"}, "delimiter", ""),
-        (CSV, {"rate": -1}, "rate", "greater than 0"),
+        (CSV, {"rate": -1}, "rate", "out of range"),
         (CSV, {"rate": "nan"}, "rate", ""),
         ("x\n1\n2\n", {}, "file", "no column of time"),
         (b"PAR1" + bytes(100), {}, "file", "is no Parquet file"),

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,13 +28,14 @@ from motionlab.runs.import_document import (
     FIRST_SHOWN,
     GAPS_SHOWN,
     RATE_MAX,
+    VALUES_MAX,
     Import,
     ImportedColumn,
     ImportedGap,
     ImportOptions,
 )
 from motionlab.runs.measured_file import FileColumn, MeasuredFile, refused
-from motionlab.runs.sample_times import Grid, resampled, sample_times
+from motionlab.runs.sample_times import Grid, resampled, resampled_ticks, sample_times
 
 _RESERVED = {"tick", "time"}
 _NAME_MAX = 100
@@ -80,6 +82,11 @@ class _Column:
     mapped: int = -1  # number of the mapping that says so
 
     @property
+    def values(self) -> NDArray[np.float64]:
+        """Values in SI."""
+        return self.factor * self.source.values
+
+    @property
     def si(self) -> str:
         found = si_of(self.unit) if self.unit else None
         return found[0] if found else ""
@@ -87,6 +94,8 @@ class _Column:
 
 def read_measurement(file: MeasuredFile, options: ImportOptions) -> Measurement:
     """Return the samples of a file, and a document of all that was guessed and done.
+
+    The columns of the file are empty afterwards.
 
     Where ``problems`` of the document is not empty there are no samples: the document is a preview.
 
@@ -136,35 +145,46 @@ def read_measurement(file: MeasuredFile, options: ImportOptions) -> Measurement:
             "the rate to resample to"
         )
         return Measurement(document, 0.0, None)
-    values = {name: column.factor * column.source.values for column, name in data}
-    for axis in AXES:
-        _derive_error(values, axis, document)
     measurement = Measurement(document, grid.period, file.begun)
-    if options.resample is not None:
-        period = 1.0 / options.resample
-        document.resampled, document.rate = document.rate, options.resample
-        values = resampled(grid, values, period)
-        measurement.period = period
-        ticks = len(next(iter(values.values())))
+    errors = _missing_errors(data)
+    document.derived = list(errors)
+    count = len(data) + len(errors)
+    spread: Callable[[NDArray[np.float64]], NDArray[np.float64]] = grid.placed
+    if options.resample is None:
+        measurement.gaps, document.ticks = grid.gaps, grid.ticks
+        if grid.ticks * count > VALUES_MAX:
+            raise refused("has too many samples with its gaps", grid.ticks * count)
     else:
-        values = {name: grid.placed(each) for name, each in values.items()}
-        measurement.gaps = grid.gaps
-        ticks = grid.ticks
-    document.ticks, document.duration = ticks, ticks * measurement.period
+        document.resampled, document.rate = document.rate, options.resample
+        measurement.period = period = 1.0 / options.resample
+        document.ticks = ticks = resampled_ticks(grid, period, count)
+        spread = partial(resampled, grid, period=period, ticks=ticks)
+    document.duration = document.ticks * measurement.period
+    samples = {
+        name: _stored(name, spread(reference.values - measured.values))
+        for name, (reference, measured) in errors.items()
+    }
+    for column, name in data:
+        samples[name] = _stored(name, spread(column.values))
+        column.source.values = np.empty(0)  # of a long file, at most one column is there twice
     own = {
         name: (column.unit, f"column {column.source.header!r} of the file")
         for column, name in data
         if not column.channel
     }
-    ordered = [name for name in TARGETS if name in values] + [n for n in values if n in own]
-    for name in ordered:
+    for name in [n for n in TARGETS if n in samples] + [n for n in samples if n in own]:
         target = TARGETS.get(name) if name not in own else None
         measurement.columns[name] = own[name] if target is None else (target.unit, target.meaning)
-        with np.errstate(over="ignore"):
-            measurement.values[name] = values[name].astype(np.float32)
-        if np.isinf(measurement.values[name]).any():
-            raise refused(f"column {name!r} has a number that float32 cannot hold")
+        measurement.values[name] = samples[name]
     return measurement
+
+
+def _stored(name: str, values: NDArray[np.float64]) -> NDArray[np.float32]:
+    with np.errstate(over="ignore"):
+        samples = values.astype(np.float32)
+    if np.isinf(samples).any():
+        raise refused(f"column {name!r} has a number that float32 cannot hold")
+    return samples
 
 
 def _check_rates(options: ImportOptions) -> None:
@@ -342,10 +362,13 @@ def _describe_times(document: Import, grid: Grid, file: MeasuredFile) -> None:
     document.ticks, document.duration = grid.ticks, grid.ticks * grid.period
 
 
-def _derive_error(values: dict[str, NDArray[np.float64]], axis: str, document: Import) -> None:
-    """Add the following error, reference less measured position, where it is not measured."""
-    reference, measured = f"{axis}.position_reference", f"{VARIANT}.{axis}.position_measured"
-    error = f"{VARIANT}.{axis}.following_error"
-    if error not in values and reference in values and measured in values:
-        values[error] = values[reference] - values[measured]
-        document.derived.append(error)
+def _missing_errors(data: Sequence[tuple[_Column, str]]) -> dict[str, tuple[_Column, _Column]]:
+    """Return reference and measured position of each following error that is not in the file."""
+    columns = {name: column for column, name in data}
+    found = {}
+    for axis in AXES:
+        reference, measured = f"{axis}.position_reference", f"{VARIANT}.{axis}.position_measured"
+        error = f"{VARIANT}.{axis}.following_error"
+        if error not in columns and reference in columns and measured in columns:
+            found[error] = columns[reference], columns[measured]
+    return found

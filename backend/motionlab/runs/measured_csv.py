@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import codecs
+import contextlib
 import csv
-import io
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -213,50 +214,58 @@ class _Reader:
 
     def read(self, path: Path, encoding: str, wanted: list[int]) -> dict[int, NDArray[np.float64]]:
         """Return the values of the wanted columns."""
-        names = [str(index) for index in range(self._form.width)]
         parts: dict[int, list[NDArray[np.float64]]] = {index: [] for index in wanted}
         rows = 0
         try:
-            stream = arrow_csv.open_csv(
-                self._opened(path, encoding),
-                read_options=arrow_csv.ReadOptions(
-                    use_threads=False,
-                    block_size=_BLOCK,
-                    skip_rows=self._first - 1,
-                    column_names=names,
-                ),
-                parse_options=arrow_csv.ParseOptions(
-                    delimiter=self._form.delimiter,
-                    ignore_empty_lines=False,
-                    invalid_row_handler=self._invalid,
-                ),
-                convert_options=arrow_csv.ConvertOptions(
-                    column_types=dict.fromkeys(names, pa.string()),
-                    include_columns=[str(index) for index in wanted],
-                    strings_can_be_null=False,
-                ),
-            )
-            for batch in stream:
-                for index, column in zip(wanted, batch.columns, strict=True):
-                    parts[index].append(self._numbers(index, column, rows))
-                rows += batch.num_rows
-                if rows * len(wanted) > self._values_max:
-                    raise _refused(f"has more than {self._values_max} numbers")
+            with self._opened(path, encoding) as source:
+                for batch in self._batches(source, wanted):
+                    for index, column in zip(wanted, batch.columns, strict=True):
+                        parts[index].append(self._numbers(index, column, rows))
+                    rows += batch.num_rows
+                    if rows * len(wanted) > self._values_max:
+                        raise _refused(f"has more than {self._values_max} numbers")
         except pa.ArrowInvalid as error:
             if self._bad is None:
                 raise _refused(f"cannot be read: {error}") from None
         if self._bad is not None:
             raise self._bad
-        values = {index: np.concatenate(arrays) for index, arrays in parts.items()}
-        filled = np.flatnonzero(np.any([np.isfinite(v) for v in values.values()], axis=0))
-        end = filled[-1] + 1 if filled.size else 0  # empty lines follow
+        values: dict[int, NDArray[np.float64]] = {}
+        filled = np.zeros(rows, dtype=bool)
+        for index in wanted:
+            values[index] = np.concatenate(parts.pop(index))
+            filled |= np.isfinite(values[index])
+        end = int(np.flatnonzero(filled)[-1]) + 1 if filled.any() else 0  # empty lines follow
         return {index: array[:end] for index, array in values.items()}
 
-    def _opened(self, path: Path, encoding: str) -> Any:
-        if encoding in {"utf-8", "utf-8-sig"}:
-            return str(path)
-        content = path.read_bytes().decode(encoding, errors="replace").encode()
-        return io.BytesIO(content)
+    @contextlib.contextmanager
+    def _opened(self, path: Path, encoding: str) -> Iterator[Any]:
+        """Give the file in UTF-8, converted as it is read."""
+        with path.open("rb") as file:
+            plain = encoding in {"utf-8", "utf-8-sig"}
+            yield file if plain else codecs.EncodedFile(file, "utf-8", encoding, errors="replace")
+
+    def _batches(self, source: Any, wanted: list[int]) -> Iterator[pa.RecordBatch]:
+        """Yield the texts of the wanted columns, block by block."""
+        names = [str(index) for index in range(self._form.width)]
+        yield from arrow_csv.open_csv(
+            source,
+            read_options=arrow_csv.ReadOptions(
+                use_threads=False,
+                block_size=_BLOCK,
+                skip_rows=self._first - 1,
+                column_names=names,
+            ),
+            parse_options=arrow_csv.ParseOptions(
+                delimiter=self._form.delimiter,
+                ignore_empty_lines=False,
+                invalid_row_handler=self._invalid,
+            ),
+            convert_options=arrow_csv.ConvertOptions(
+                column_types=dict.fromkeys(names, pa.string()),
+                include_columns=[str(index) for index in wanted],
+                strings_can_be_null=False,
+            ),
+        )
 
     def _invalid(self, row: Any) -> str:
         """Skip an empty line; refuse any other line of another number of fields."""

@@ -132,7 +132,7 @@ def _result(values: dict[str, NDArray[np.float32]], period: float) -> dict[str, 
 
 def _picture(values: dict[str, NDArray[np.float32]]) -> dict[str, list[int]]:
     ticks = len(next(iter(values.values())))
-    path, error = np.zeros((2, ticks)), np.zeros((2, ticks))
+    path, error = np.zeros((2, 2, ticks), dtype=np.float32)
     referred = False
     known = False
     for row, axis in enumerate(AXES):

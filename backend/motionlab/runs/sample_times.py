@@ -18,6 +18,8 @@ _UNEVEN_GAP = 5.0  # as _GAP, of samples that are that far off
 _SPARSE = 20  # samples of equal steps for one in the file, at most
 _PERIOD_LEAST = 1e-9  # s
 _DURATION_MAX = 1e9  # s
+_AT_SAMPLE = 1e-9  # share of a step within which an instant is that of a sample
+_BLOCK = 1 << 18  # instants that are interpolated at once
 _ROUND = 1e-4  # relative distance at which a rate is taken for a whole number of Hz
 
 
@@ -128,24 +130,30 @@ def _fitted(
         typical = float(times[-1] - times[0]) / len(steps)
         resolution = float(np.min(steps[steps > 0]))
     period = float(np.mean(steps[steps <= limit * typical + resolution]))
-    counts, places = np.ones(len(steps)), np.arange(len(times))
+    places, apart, counts = np.arange(len(times)), np.empty(0, np.int64), np.empty(0, np.int64)
     for _ in range(3):
-        counts = np.where(steps > limit * period + resolution, np.rint(steps / period), 1.0)
-        if counts.sum() > max(_SPARSE * len(times), 1000):
+        apart = np.flatnonzero(steps > limit * period + resolution)
+        widths = np.rint(steps[apart] / period)
+        if len(steps) + np.sum(widths - 1) > max(_SPARSE * len(times), 1000):
             row = int(np.argmax(steps)) + 1
             raise refused(
                 f"{place(row)}: the gap before it is longer than all samples can be, at "
                 f"{1 / period:.6g} Hz: cut the file, or map another column to time",
                 float(steps[row - 1]),
             )
-        places = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+        counts = widths.astype(np.int64)
+        places[:] = 1
+        places[0] = 0
+        places[apart + 1] = counts
+        np.cumsum(places, out=places)
         period = _whole_rate(_slope(places, times), int(places[-1]))
     if int(places[-1]) >= VALUES_MAX:
         raise refused("has too many samples with its gaps")
-    offsets = times - places * period
-    jitter = float(np.max(np.abs(offsets - np.median(offsets))))
-    starts = np.flatnonzero(counts > 1)
-    gaps = [(int(places[i]) + 1, int(counts[i]) - 1) for i in starts]
+    offsets = places * -period
+    offsets += times
+    offsets -= np.median(offsets)
+    jitter = float(np.max(np.abs(offsets, out=offsets)))
+    gaps = [(int(places[i]) + 1, int(n) - 1) for i, n in zip(apart, counts, strict=True) if n > 1]
     return Grid(period, places, times, jitter, gaps, limit * period + resolution, resolution)
 
 
@@ -163,40 +171,65 @@ def _whole_rate(period: float, steps: int) -> float:
     return period
 
 
-def resampled(
-    grid: Grid, values: dict[str, NDArray[np.float64]], period: float
-) -> dict[str, NDArray[np.float64]]:
-    """Return values at other equal steps, by linear interpolation; not across gaps.
+def resampled_ticks(grid: Grid, period: float, columns: int) -> int:
+    """Return the number of samples at other equal steps.
 
     Parameters
     ----------
     grid : Grid
         Of the file.
-    values : dict of str to ndarray
-        Samples of the file.
     period : float
         Time between two of the wanted steps, s.
+    columns : int
+        Columns that are resampled.
 
     Raises
     ------
     ConfigError
         If there would be too many samples.
     """
-    times = grid.times - grid.times[0]
-    count = int(np.floor(times[-1] / period * (1 + 1e-12))) + 1
-    if count * len(values) > VALUES_MAX or count < 2:
-        bounds: dict[str, float] = {"minimum": 2, "maximum": VALUES_MAX // len(values)}
+    count = int(np.floor((grid.times[-1] - grid.times[0]) / period * (1 + 1e-12))) + 1
+    if count * columns > VALUES_MAX or count < 2:
+        bounds: dict[str, float] = {"minimum": 2, "maximum": VALUES_MAX // columns}
         raise ConfigError(FieldError("resample", "gives too many samples", count, bounds=bounds))
-    wanted = np.minimum(np.arange(count) * period, times[-1])
-    right = np.clip(np.searchsorted(times, wanted, "right"), 1, len(times) - 1)
-    left = right - 1
-    width = times[right] - times[left]
-    share = np.divide(wanted - times[left], width, out=np.zeros(count), where=width > 0)
-    across = (width > grid.longest) & (share > 1e-9) & (share < 1 - 1e-9)
-    found = {}
-    for name, each in values.items():
-        low, high = each[left], each[right]
-        mixed = low + share * (high - low)
-        mixed = np.where(share <= 1e-9, low, np.where(share >= 1 - 1e-9, high, mixed))
-        found[name] = np.where(across, np.nan, mixed)
+    return count
+
+
+def resampled(
+    grid: Grid, values: NDArray[np.float64], period: float, ticks: int
+) -> NDArray[np.float64]:
+    """Return values at other equal steps, by linear interpolation; not across gaps.
+
+    Parameters
+    ----------
+    grid : Grid
+        Of the file.
+    values : ndarray of float64
+        Samples of the file.
+    period : float
+        Time between two of the wanted steps, s.
+    ticks : int
+        Number of wanted steps.
+    """
+    found = np.empty(ticks)
+    for start in range(0, ticks, _BLOCK):
+        steps = np.arange(start, min(start + _BLOCK, ticks), dtype=np.float64)
+        found[start : start + len(steps)] = _interpolated(grid, values, period * steps)
     return found
+
+
+def _interpolated(
+    grid: Grid, values: NDArray[np.float64], at: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return values at times from the first sample."""
+    first, last = grid.times[0], grid.times[-1]
+    times = np.minimum(at + first, last)
+    right = np.clip(np.searchsorted(grid.times, times, "right"), 1, len(grid.times) - 1)
+    left = right - 1
+    width = grid.times[right] - grid.times[left]
+    share = np.divide(times - grid.times[left], width, out=np.zeros(len(at)), where=width > 0)
+    low, high = values[left], values[right]
+    mixed = low + share * (high - low)
+    mixed = np.where(share <= _AT_SAMPLE, low, np.where(share >= 1 - _AT_SAMPLE, high, mixed))
+    across = (width > grid.longest) & (share > _AT_SAMPLE) & (share < 1 - _AT_SAMPLE)
+    return np.where(across, np.nan, mixed)

@@ -30,7 +30,8 @@ from motionlab.service.workers.worker import Call
 router = APIRouter(prefix="/runs", tags=["runs"], route_class=JsonRoute)
 
 _IMPORT_SECONDS = 120.0
-_EXPANSION = 16  # memory for reading a file, in sizes of it
+_EXPANSION = 8  # memory for reading a file, in sizes of it
+_NUMBER_BYTES = 24  # at most, for each number that is read
 _EXAMPLE = "time [s],x_ref [mm],x_act [mm]\n0.0000,0.000,0.001\n0.0005,0.010,0.009\n"
 
 
@@ -200,7 +201,7 @@ async def _receive(request: Request, path: Path, held: contextlib.ExitStack) -> 
 def _import(call: Call, path: str, size: int, options: ImportOptions, preview: bool) -> Import:
     from motionlab.runs.measurements import import_file
 
-    call.hold(min(_EXPANSION * size, 2 * 8 * VALUES_MAX))
+    call.hold(min(_EXPANSION * size, _NUMBER_BYTES * VALUES_MAX))
     kept_in = None if preview else library()
     document, _ = import_file(Path(path), options, library=kept_in, name="measurement")
     if document.problems and not preview:

@@ -10,7 +10,7 @@ import {
   swapped,
   type How,
 } from './compare-request';
-import { shareNone, withVariant } from './compared-variants';
+import { lettersOf, shareNone, withoutVariants, withVariant } from './compared-variants';
 import {
   beyondText,
   countsOf,
@@ -216,4 +216,16 @@ it('places of the axis are instants, and excursions are found', () => {
   expect(window.instantsOf({ from: 0, to: 99 })).toEqual({ from: 100, to: 140 });
   expect(window.excursions()).toEqual([{ from: 1, to: 3 }]);
   expect(window.extent('baseline')).toBeNull();
+});
+
+it('a run without channels of a variant says so', () => {
+  const columns = (...names: string[]) => ({ columns: names.map((name) => ({ name })) });
+  expect(lettersOf(columns('B.x.thrust', 'A.x.thrust', 'A.y.thrust', 'M.Temp'))).toEqual([
+    'A',
+    'B',
+  ]);
+  expect(lettersOf(columns('x.position_reference', 'Temp'))).toEqual([]);
+  expect(withoutVariants(['A'], ['M'])).toBe('');
+  expect(withoutVariants(['A'], [])).toContain('2 has no channels of a variant');
+  expect(withoutVariants([], [])).toContain('1 and 2 have no channels');
 });

@@ -1,6 +1,22 @@
 /** Which variant of 2 is compared with which of 1. */
 
+import type { RunDetail } from '../../../app/api/types';
+
 type Letters = Readonly<Record<string, string>>;
+
+/** Letters of the variants that have channels; a measurement of references alone has none. */
+export function lettersOf({ columns }: Pick<RunDetail, 'columns'>): string[] {
+  const letters = columns.map(({ name = '' }) => /^([A-Z])\.[xy]\./.exec(name)?.[1] ?? '');
+  return [...new Set(letters)].filter((letter) => letter !== '').sort();
+}
+
+/** Why no variant of 2 can be compared with one of 1; empty where one can. */
+export function withoutVariants(baseline: readonly string[], candidate: readonly string[]): string {
+  const without = [baseline, candidate].flatMap(({ length }, i) => (length === 0 ? [i + 1] : []));
+  if (without.length === 0) return '';
+  const who = without.length === 2 ? '1 and 2 have' : `${without[0]} has`;
+  return `${who} no channels of a variant, so only channels of the same name are compared.`;
+}
 
 /** Whether every variant of 2 would miss its channels in 1: no letter is in both. */
 export function shareNone(baseline: readonly string[], candidate: readonly string[]): boolean {

@@ -9,6 +9,7 @@ import { compareRuns, getRun } from '../../../app/runs/runs-api';
 import { runs } from '../runs.svelte';
 import { baseline } from '../baseline.svelte';
 import { bodyOf, EXACT, howOf, swapped, type How, type Rule } from './compare-request';
+import { lettersOf } from './compared-variants';
 import { VERDICTS, type Sorting, type Verdict } from './compare-table';
 
 /** What is drawn at first, where both have it. */
@@ -35,7 +36,12 @@ class ComparisonOfTwo {
   private opened = $state(false);
   /** The two that `how` was chosen for. */
   private chosenFor = '';
-  private readonly questions = new LatestWins<Question>((question) => this.read(question));
+  /** The two that `answer` is about. */
+  private answered = '';
+  private readonly questions = new LatestWins<Question>(async (question) => {
+    await this.read(question);
+    this.busy = this.questions.superseded;
+  });
 
   /** 1 and 2, while they are compared. */
   readonly pair = $derived.by((): readonly [string, string] | null => {
@@ -43,13 +49,13 @@ class ComparisonOfTwo {
     return this.opened && a !== undefined && b !== undefined && more.length === 0 ? [a, b] : null;
   });
 
-  /** Letters of the variants of 1 and of 2, as far as they are known. */
-  readonly variantsOfBoth = $derived.by((): readonly [readonly string[], readonly string[]] => {
-    const [one, two] = (this.pair ?? []).map(
-      (id) => this.details.find((run) => run.id === id)?.variants ?? [],
-    );
-    return [one ?? [], two ?? []];
-  });
+  /** Letters of the variants of 1 and of 2; null until they are known. */
+  readonly variantsOfBoth = $derived.by(
+    (): readonly [readonly string[], readonly string[]] | null => {
+      const [one, two] = (this.pair ?? []).map((id) => this.details.find((run) => run.id === id));
+      return one && two ? [lettersOf(one), lettersOf(two)] : null;
+    },
+  );
 
   /** Takes what the address says. */
   readAddress(): void {
@@ -104,8 +110,9 @@ class ComparisonOfTwo {
     this.tell();
   }
 
-  /** Asks the server again. */
+  /** Asks the server again. Verdicts of another pair are not shown meanwhile. */
   ask(a: string, b: string, how: How): void {
+    if (this.answered !== `${a} ${b}`) this.answer = null;
     this.busy = true;
     this.questions.push({ a, b, how });
   }
@@ -116,23 +123,28 @@ class ComparisonOfTwo {
   }
 
   private async read({ a, b, how }: Question): Promise<void> {
+    const asked = () => this.pair?.[0] === a && this.pair[1] === b;
     try {
+      // Kept also of runs whose comparison is refused; that refusal may come first, and these
+      // details once another pair is compared.
       const details = Promise.all([this.detail(a), this.detail(b)]).then((both) => {
-        this.details = both; // also of runs whose comparison is refused
+        if (asked()) this.details = both;
       });
       const [answer] = await Promise.all([compareRuns({ a, b, ...bodyOf(how) }), details]);
+      if (!asked()) return;
       this.answer = answer;
+      this.answered = `${a} ${b}`;
       this.problem = '';
       this.fieldProblems = {};
       if (!answer.channels.some(({ verdict }) => verdict === this.verdict)) this.verdict = '';
       this.chooseChannel(answer);
     } catch (error) {
+      if (!asked()) return;
       // Verdicts of other runs or another question are none of this one.
       this.answer = null;
       this.fieldProblems = problemsOf(error);
       this.problem = Object.keys(this.fieldProblems).length > 0 ? '' : errorText(error);
     }
-    this.busy = this.questions.superseded;
   }
 
   private async detail(id: string): Promise<RunDetail> {
