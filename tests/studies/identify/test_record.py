@@ -11,6 +11,8 @@ import pytest
 from motionlab.cli import main
 from motionlab.config.plant import FrictionConfig
 from motionlab.errors import ConfigError, ExperimentFailed
+from motionlab.runs.library import library
+from motionlab.runs.run import new_id
 from motionlab.studies.identify.dispatch import identified, plan_of, planned
 from motionlab.studies.identify.document import AxisIdentification, Parameter
 from motionlab.studies.identify.record_identify import to_apply
@@ -180,6 +182,7 @@ def test_what_cannot_be_identified_from_is_refused(tmp_path: Path) -> None:
         ({"bandwidth": 200.0}, "x", "record.bandwidth", "too large for a rate of 2000 Hz"),
         ({"variant": "B"}, "x", "record.variant", "is no variant of the run"),
         ({"start": 100.0}, "x", "record.start", "leaves nothing"),
+        ({"start": 1.0, "end": 1.01}, "x", "record.end", "less than a period of the filter"),
         ({"force": "M.x.force_command"}, "both", "axis", "of one axis"),
     ],
 )
@@ -199,6 +202,25 @@ def test_a_run_that_is_not_there_or_too_slow(tmp_path: Path) -> None:
     slow = {name: values[::50] for name, values in channels().items()}
     with pytest.raises(ConfigError, match="sampled too slowly"):
         planned(read_request({"run": imported(tmp_path, slow)}))
+
+
+@pytest.mark.parametrize("samples", [2, 39, 40, 41, 80])
+def test_a_short_run_is_refused_and_not_an_error(tmp_path: Path, samples: int) -> None:
+    run = imported(tmp_path, {name: values[:samples] for name, values in channels().items()})
+    refusal = ExperimentFailed if samples * PERIOD >= 0.02 else ConfigError
+    with pytest.raises(refusal, match=r"too little sliding|less than a period of the filter"):
+        found(run)
+
+
+def test_a_run_that_is_deleted_or_still_recorded(tmp_path: Path) -> None:
+    run = imported(tmp_path, channels())
+    begun = library().complete(run).model_copy(update={"id": new_id(), "state": "recording"})
+    library().index.put(begun)
+    with pytest.raises(ConfigError, match="is being recorded: it can be read when"):
+        planned(read_request({"run": begun.id}))
+    library().delete(run)
+    with pytest.raises(ConfigError, match="it is deleted"):
+        planned(read_request({"run": run}))
 
 
 def test_the_plan_and_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

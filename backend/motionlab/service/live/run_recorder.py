@@ -40,8 +40,8 @@ if TYPE_CHECKING:
 _PERIOD = 0.4  # s between two batches, so that less than a second is lost by a kill
 _SHARE = 4  # of the ring: a batch is taken at the latest when so much of it is new
 _PENDING_MAX = 128_000_000  # bytes that wait for the disk
-_TIDY_PERIOD = 30.0  # s
-_RECOVER_TURNS = 20  # tidyings until what could not be made a run is tried again
+_TIDY_PERIOD = 10.0  # s
+_RECOVER_TURNS = 60  # tidyings until what could not be made a run is tried again
 _CLOSE_SECONDS = 1.5  # for what waits when the server ends
 _FINISH_SECONDS = 600.0
 _LISTED_SECONDS = 10.0  # that a request waits for a run to be in the index
@@ -188,6 +188,8 @@ class RunRecorder:
         self._loop = asyncio.get_running_loop()
         self._tasks: dict[str, asyncio.Task[None]] = {}
         self._unlisted: dict[str, asyncio.Event] = {}  # announced, not yet in the index
+        # What the index could not take: runs that are recorded, and those that have ended (None).
+        self._missed: dict[str, tuple[_Record, RunDetail | None]] = {}
         self._items: deque[_Item] = deque()
         self._pending = 0
         self._closed = False
@@ -323,7 +325,8 @@ class RunRecorder:
                     await asyncio.wait([before])
                 record.changes_wait = False  # what comes from now on may be too late for this call
                 try:
-                    await self._worked(function, *arguments, light=light)
+                    done = await self._worked(function, *arguments, light=light)
+                    self._note_missed(record, function, arguments, done=done)
                 finally:
                     if (unlisted := self._unlisted.pop(record.id, None)) is not None:
                         unlisted.set()
@@ -338,25 +341,54 @@ class RunRecorder:
         if self._tasks.get(run_id) is task:
             del self._tasks[run_id]
 
+    def _note_missed(
+        self,
+        record: _Record,
+        function: Callable[..., None],
+        arguments: tuple[Any, ...],
+        *,
+        done: bool,
+    ) -> None:
+        """Keep in mind what a call about a run has failed to put into the index."""
+        if done and function is not _changes_listed:
+            self._missed.pop(record.id, None)
+        elif not done and function is _finished:
+            self._missed[record.id] = record, None
+        elif not done and function is not _changes_listed:
+            self._missed[record.id] = record, arguments[0]
+
     async def _tidy(self) -> None:
-        """Make runs of what killed servers recorded, and remove deleted ones, now and then."""
+        """Make runs of what killed servers recorded, and remove deleted ones, now and then.
+
+        What the index could not take while it was out of reach follows once it answers.
+        """
         while True:
             if await asyncio.to_thread(_has_spools, self._root):
                 await self._worked(_recovered)
             for _ in range(_RECOVER_TURNS):
-                await self._worked(_purged, light=True)
+                if await self._worked(_purged, light=True) and self._missed:
+                    break
+                await asyncio.sleep(_TIDY_PERIOD)
+            missed, self._missed = self._missed, {}
+            for record, run in missed.values():
+                if run is not None:
+                    self._call(record, _listed_again, run, light=True)
+            if missed:
                 await asyncio.sleep(_TIDY_PERIOD)
 
     async def _worked(
         self, function: Callable[..., None], *arguments: Any, light: bool = False
-    ) -> None:
+    ) -> bool:
+        """Have a worker carry something out; return whether it could."""
         try:
             answer = await self._workers.run(
                 function, *arguments, light=light, seconds=_FINISH_SECONDS
             )
             answer.close()
-        except (MotionLabError, HTTPException) as error:  # tried again by the next server
+        except (MotionLabError, HTTPException) as error:  # tried again later
             _LOG.warning("runs: %s", getattr(error, "detail", None) or error)
+            return False
+        return True
 
 
 def _note_gap(record: _Record, end: int) -> None:
@@ -374,6 +406,13 @@ def _has_spools(root: Path) -> bool:
 
 def _put(_: Call, run: RunDetail) -> None:
     library().index.put(run)
+
+
+def _listed_again(_: Call, run: RunDetail) -> None:
+    """Put a run into the index that lacks it, unless it has ended meanwhile."""
+    if library().index.get(run.id) is None and any(library().spools.glob(f"{run.id}*")):
+        library().index.put(run)
+        library().list_changes(run.id)
 
 
 def _changes_listed(_: Call, run_id: str) -> None:

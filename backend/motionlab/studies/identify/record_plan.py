@@ -141,6 +141,16 @@ def plan_record(request: IdentifyRequest, source: Source | None = None) -> Recor
                 bounds={"minimum": 0.0, "exclusive_maximum": run.ticks * run.period},
             )
         )
+    if (last - first) * run.period < 1.0 / bandwidth:
+        raise ConfigError(
+            FieldError(
+                "run" if (first, last) == (0, run.ticks) else "record.end",
+                "leaves less than a period of the filter to identify from",
+                float(f"{(last - first) * run.period:.4g}"),
+                unit="s",
+                bounds={"minimum": 1.0 / bandwidth},
+            )
+        )
     if last - first > SAMPLES_MAX:
         longest = SAMPLES_MAX * run.period
         raise ConfigError(
