@@ -76,6 +76,8 @@ class DriveMotion:
         self._link = link
         self._number = number
         self._begun = self._stopping = False
+        self._ended = False
+        self._fault: FaultNow | None = None
         _, self._scenario, parameters = ready(prepared.epochs)[0]
         self._lanes = _measured(parameters[0])
 
@@ -92,8 +94,9 @@ class DriveMotion:
     @property
     def stopped(self) -> bool:
         """Whether the motion ended before its end, and all its samples have been taken."""
+        self._note_end()
         early = self._stopping or self.tick != self.timeline.end
-        return self._begun and early and not self._moving and self.available == 0
+        return self._ended and early and self.available == 0
 
     @property
     def braking(self) -> bool:
@@ -117,8 +120,9 @@ class DriveMotion:
 
     @property
     def fault(self) -> FaultNow | None:
-        """The fault that is latched; None without one."""
-        return self._link.fault()
+        """The fault that ended the motion; None without one."""
+        self._note_end()
+        return self._fault
 
     def begin(self) -> None:
         """Approach the start of the trajectory, follow it, and brake where it ends at speed.
@@ -182,6 +186,11 @@ class DriveMotion:
         """Brake to rest and switch the torque off."""
         self._stopping = True
         self._link.stop()
+
+    def _note_end(self) -> None:
+        """Keep how the motion ended: a fault may be reset later, or another one come."""
+        if self._begun and not self._ended and not self._moving:
+            self._ended, self._fault = True, self._link.fault()
 
     @property
     def _moving(self) -> bool:

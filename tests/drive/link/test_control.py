@@ -9,7 +9,7 @@ import pytest
 
 from motionlab.config.load import load_scenario
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.drive.link.cycle import UNKNOWN
+from motionlab.drive.link.commanding import UNKNOWN
 from motionlab.drive.motion import held_parameters, on_drives
 from motionlab.kernel.layout import INPUT_ROWS, STATE_ROWS, state_row
 from motionlab.kernel.tick import run_lanes

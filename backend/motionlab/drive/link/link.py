@@ -10,6 +10,7 @@ import sys
 import threading
 import time
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
 from motionlab.config.drive import DriveConfig
+from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.drive.faults import DRIVE_ERRORS, DRIVE_FAULT, FAULTS, OF_AN_AXIS
 from motionlab.drive.link.carrier import LinkError
@@ -38,6 +40,7 @@ _HEARTBEAT = 0.1  # s
 _ORDER_TIMEOUT = 1.0  # s; the loop answers within a period
 _REPORTS_KEPT = 100
 _END_TIMEOUT = 5.0  # s
+_ENDED = "the drive loop has ended: reset begins it anew"
 _WITH_TORQUE = {State.HOLDING, State.MOVING, State.STOPPING}
 
 
@@ -83,7 +86,8 @@ class DriveLink:
         self.reports: deque[dict[str, Any]] = deque(maxlen=_REPORTS_KEPT)
         self.problem = ""
         self.found: list[dict[str, Any]] = []
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()
+        self._stops = threading.Lock()
         self._closed = threading.Event()
         descriptor = create()
         self._shared = attach(descriptor)
@@ -154,28 +158,41 @@ class DriveLink:
             sequence = int(command[Command.SEQUENCE]) + 1
             command[Command.ORDER] = order
             command[Command.SEQUENCE] = sequence
-            deadline = time.monotonic() + _ORDER_TIMEOUT
-            while self._shared.status[Status.DONE] != sequence:
-                if self.ended:
-                    raise LinkError("the drive loop has ended: reset begins it anew")
-                if time.monotonic() > deadline:
-                    command[Command.ORDER] = Order.NONE  # nothing is carried out that late
-                    raise LinkError("the drive loop does not answer: it is bringing the drives up")
-                time.sleep(CONTROL_PERIOD)
+            try:
+                self._await(lambda: self._shared.status[Status.DONE] == sequence)
+            except LinkError:
+                command[Command.ORDER] = Order.NONE  # nothing is carried out that late
+                raise
             refused = self._shared.status[Status.REFUSED]
+        if refused and order == Order.ARM and self.state == State.READY:
+            error = abs(self.status(Status.PHASE_ERROR)) * 1e-3
+            raise LinkError(
+                f"not in phase with SYNC0 yet: {error:.0f} \u00b5s, below 50 \u00b5s for 0.2 s needed"
+            )
         if refused:
             raise LinkError(f"not possible while the link is {self.state.name.lower()}")
 
     def stop(self) -> None:
         """Brake to rest, then switch the torque off; returns at once, whatever else goes on."""
-        self._shared.command[Command.STOPS] += 1
+        with self._stops:
+            self._shared.command[Command.STOPS] += 1
 
     def load(self, parameters: NDArray[np.float64]) -> None:
-        """Put controller parameters in effect from the next tick on, all at once."""
-        command = self._shared.command
-        other = 1 - int(command[Command.PARAMETERS])
-        self._shared.parameters[other] = parameters
-        command[Command.PARAMETERS] = other
+        """Put controller parameters in effect from the next tick on, all at once.
+
+        Raises
+        ------
+        LinkError
+            If the loop goes on with the set before the present one: it does not answer.
+        """
+        with self._lock:
+            command = self._shared.command
+            present = int(command[Command.PARAMETERS])
+            self._await(
+                lambda: self.state not in _WITH_TORQUE or self.status(Status.PARAMETERS) == present
+            )
+            self._shared.parameters[1 - present] = parameters
+            command[Command.PARAMETERS] = 1 - present
 
     def start(self, reference: NDArray[np.float64], first: int, number: int) -> None:
         """Begin a motion.
@@ -188,19 +205,21 @@ class DriveLink:
             First tick that is recorded; what precedes it is the approach.
         number : int
             Number of the motion; grows from one to the next.
+
+        Raises
+        ------
+        LinkError
+            If it is too long or beyond a limit, or the drives do not hold their position.
         """
-        if len(reference) > RUN_TICKS_MAX:
-            raise LinkError(
-                f"the motion takes {len(reference) * CONTROL_PERIOD:.0f} s; "
-                f"at most {RUN_TICKS_MAX * CONTROL_PERIOD:.0f} s"
-            )
-        self.check_holding()
-        self._shared.reference[: len(reference)] = reference
-        command = self._shared.command
-        command[Command.RUN_TICKS] = len(reference)
-        command[Command.RUN_FIRST] = first
-        command[Command.RUN] = number
-        self.order(Order.START)
+        check_reference(reference, self.config)
+        with self._lock:
+            self.check_holding()
+            self._shared.reference[: len(reference)] = reference
+            command = self._shared.command
+            command[Command.RUN_TICKS] = len(reference)
+            command[Command.RUN_FIRST] = first
+            command[Command.RUN] = number
+            self.order(Order.START)
 
     def check_holding(self) -> None:
         """Refuse unless the drives hold their position.
@@ -271,6 +290,16 @@ class DriveLink:
             self._process.kill()
             self._process.wait()
 
+    def _await(self, condition: Callable[[], bool]) -> None:
+        """Wait for something that the loop does within a period."""
+        deadline = time.monotonic() + _ORDER_TIMEOUT
+        while not condition():
+            if self.ended:
+                raise LinkError(_ENDED)
+            if time.monotonic() > deadline:
+                raise LinkError("the drive loop does not answer: it is bringing the drives up")
+            time.sleep(CONTROL_PERIOD)
+
     def _beat(self) -> None:
         while not self._closed.wait(_HEARTBEAT):
             self._shared.command[Command.HEARTBEAT] = time.monotonic_ns()
@@ -285,3 +314,43 @@ class DriveLink:
                 elif report.get("step") == "operational":
                     self.problem = ""
                     self.found = report["found"]
+        if not self._closed.is_set():
+            self.problem = _ENDED
+
+
+def check_reference(reference: NDArray[np.float64], config: DriveConfig) -> None:
+    """Refuse a motion that is too long, or beyond the limits of position and speed.
+
+    Parameters
+    ----------
+    reference : ndarray, shape (ticks, 3, 2)
+        Position, velocity, acceleration of x and y.
+    config : DriveConfig
+        Its limits.
+
+    Raises
+    ------
+    LinkError
+        Saying which limit.
+    """
+    if len(reference) > RUN_TICKS_MAX:
+        raise LinkError(
+            f"the motion takes {len(reference) * CONTROL_PERIOD:.0f} s; "
+            f"at most {RUN_TICKS_MAX * CONTROL_PERIOD:.0f} s"
+        )
+    if not np.isfinite(reference).all():
+        raise LinkError("the motion has a reference that is not a number")
+    for i, name in enumerate(AXES):
+        axis = getattr(config, name)
+        least, most = reference[:, 0, i].min(), reference[:, 0, i].max()
+        speed = np.abs(reference[:, 1, i]).max()
+        if least < axis.position_min or most > axis.position_max:
+            raise LinkError(
+                f"the motion goes from {least * 1e3:.2f} to {most * 1e3:.2f} mm in {name}; "
+                f"allowed {axis.position_min * 1e3:.2f} to {axis.position_max * 1e3:.2f} mm"
+            )
+        if speed > axis.velocity_max:
+            raise LinkError(
+                f"the motion is up to {speed * 1e3:.0f} mm/s fast in {name}; "
+                f"at most {axis.velocity_max * 1e3:.0f} mm/s"
+            )

@@ -26,16 +26,8 @@ from motionlab.drive.libc import new_clock
 from motionlab.drive.link.bring_up import Segment
 from motionlab.drive.link.bus import Bus, cyclic_bus
 from motionlab.drive.link.carrier import Carrier, LinkError
-from motionlab.drive.link.cycle import (
-    BRING_UP,
-    GONE,
-    HEARTBEAT,
-    QUITTING,
-    Layout,
-    Memory,
-    new_memory,
-    run,
-)
+from motionlab.drive.link.cycle import BRING_UP, GONE, HEARTBEAT, QUITTING, RESETTING, run
+from motionlab.drive.link.memory import Count, Layout, new_memory
 from motionlab.drive.link.shared import Command, Order, Shared, State, Status, attach
 
 _LOCK_ALL = 1 | 2  # MCL_CURRENT, MCL_FUTURE
@@ -149,6 +141,7 @@ class Loop:
                 status[Status.REFUSED] = order not in {Order.RESET, Order.QUIT}
                 status[Status.DONE] = command[Command.SEQUENCE]
                 if order in {Order.RESET, Order.QUIT}:
+                    self._memory.count[Count.RESETTING] = RESETTING
                     return order == Order.RESET
             time.sleep(_POLL)
 
@@ -202,8 +195,7 @@ def compile_loop(config: DriveConfig) -> None:
     near, far = socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)
     with near, far:
         bus: Bus = cyclic_bus(near.fileno(), b"", new_clock(), clocks=True)
-        loop_memory: Memory = new_memory()
-        run(bus, layout_of(config, 0), arrays, loop_memory)
+        run(bus, layout_of(config, 0), arrays, new_memory())
 
 
 def _prepare_real_time(priority: int, shared: Shared) -> None:

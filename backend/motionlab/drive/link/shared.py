@@ -53,7 +53,7 @@ class Order(enum.IntEnum):
 class Command(enum.IntEnum):
     """Numbers that the commanding process writes."""
 
-    HEARTBEAT = 0  # time of the monotonic clock, ns
+    HEARTBEAT = 0  # the machine's monotonic time, ns
     ORDER = 1
     RUN_TICKS = 2  # length of the motion to start
     RUN_FIRST = 3  # its first tick that is recorded; before it is the approach
@@ -75,7 +75,7 @@ class Status(enum.IntEnum):
     RUN = 6  # number of the present motion
     LATE = 7  # cycles whose answer came after their period
     LATE_RUN = 8  # longest run of such cycles
-    MISSED = 9  # cycles without a good answer
+    MISSED = 9  # cycles without good inputs, or whose outputs not every drive took
     MISSED_NOW = 10  # in a row, at the moment
     LOST_SENDS = 11  # frames that the socket did not take
     WORKING_COUNTER = 12  # of the latest inputs and outputs
@@ -84,13 +84,14 @@ class Status(enum.IntEnum):
     PHASE_LOCKED = 15
     ROUND_TRIP = 16  # ns
     CONTROL_TIME = 17  # longest, ns
-    UPDATED = 18  # time of the monotonic clock, ns
+    UPDATED = 18  # the machine's monotonic time at the end of the latest cycle, ns
     PRIORITY = 19  # under SCHED_FIFO; 0 without
     MEMORY_LOCKED = 20
     WAKE_LATE = 21  # longest, ns
     REFUSED = 22  # whether the latest order was refused in the state of the loop
     STOPS_SEEN = 23
-    NODE_STATUS = 24  # status words
+    PARAMETERS = 24  # which of the two sets the loop reads
+    NODE_STATUS = 25  # status words
     NODE_ERROR = NODE_STATUS + NODES  # error codes
     NODE_TORQUE = NODE_ERROR + NODES  # per mille
     COUNT = NODE_TORQUE + NODES

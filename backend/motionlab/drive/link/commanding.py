@@ -1,0 +1,220 @@
+"""What the loop commands: the reference, the controller's half of the tick, outputs, samples.
+
+The controller is the simulation's own compiled tick: its lanes hold the measured position in place
+of the machine, and what it computes of the machine is thrown away.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.drive import faults
+from motionlab.drive.libc import part
+from motionlab.drive.link.bus import Bus, set_output
+from motionlab.drive.link.memory import Count, Layout, Memory, enter, latch, with_torque
+from motionlab.drive.link.shared import RING_TICKS, Command, Figure, Shared, State, Status
+from motionlab.drive.process_data import (
+    CYCLIC_TORQUE,
+    DISABLE_VOLTAGE,
+    ENABLED,
+    FAULT_RESET,
+    NODES,
+    SHUTDOWN,
+    SWITCHED_ON,
+)
+from motionlab.kernel.layout import Inputs, state_row
+from motionlab.kernel.tick import run_lanes
+from motionlab.lanes import WIDTH
+from motionlab.telemetry.channels import Sample
+
+ARMING = 2_000  # cycles until every drive must have enabled operation
+REST = 100  # cycles at rest before a stop switches the torque off
+
+_POSITION = state_row("plant.p")
+_FAILED = state_row("failed")
+_ROW = {name: row for row, name in enumerate(Inputs._fields)}
+_P_REF, _V_REF, _A_REF = _ROW["p_ref"], _ROW["v_ref"], _ROW["a_ref"]
+_COLUMN = {name: row for row, name in enumerate(Sample._fields)}
+_CURRENT = _COLUMN["current_a"]
+_CURRENT_COMMAND = _COLUMN["current_command_a"]
+_ERROR = _COLUMN["following_error"]
+_MEASURED = _COLUMN["position_measured"]
+_VELOCITY = _COLUMN["velocity_measured"]
+UNKNOWN = tuple(
+    _COLUMN[name]
+    for name in (
+        "position",
+        "velocity",
+        "acceleration",
+        "friction",
+        "bristle",
+        "thrust",
+        "normal_force",
+    )
+)
+"""Channels of the simulated machine, which nothing measures on a drive; they are NaN."""
+
+
+@part
+def enable(shared: Shared, memory: Memory) -> None:
+    """Begin to hold the position once every drive has enabled operation."""
+    enabled = 0
+    for node in range(NODES):
+        if shared.status[Status.NODE_STATUS + node] & 0x6F == 0x27:
+            enabled += 1
+    if enabled < NODES:
+        memory.count[Count.SINCE] += 1
+        if memory.count[Count.SINCE] > ARMING:
+            latch(shared, faults.NOT_ENABLED, 0, enabled, NODES)
+        return
+    memory.state[:] = 0.0
+    memory.state[_FAILED] = -1.0
+    memory.outside[:] = 0
+    memory.velocity[:] = 0.0
+    memory.reference[:] = 0.0
+    for axis in range(2):
+        memory.reference[0, axis] = memory.position[axis]
+    enter(shared, State.HOLDING)
+
+
+@part
+def _advance_reference(layout: Layout, shared: Shared, memory: Memory) -> None:
+    """Advance the reference by one tick along the motion, or while it brakes."""
+    count, status, reference = memory.count, shared.status, memory.reference
+    if status[Status.STATE] == State.MOVING:
+        tick = count[Count.RUN_TICK]
+        if tick < shared.command[Command.RUN_TICKS]:
+            reference[:] = shared.reference[tick]
+        else:
+            reference[1:] = 0.0
+            count[Count.RECORDING] = 0
+            enter(shared, State.HOLDING)
+        return
+    if status[Status.STATE] == State.HOLDING:
+        return
+    moving = False
+    for axis in range(2):
+        v = reference[1, axis]
+        change = min(layout.deceleration[axis] * CONTROL_PERIOD, abs(v))
+        after = v - np.sign(v) * change
+        reference[0, axis] += 0.5 * (v + after) * CONTROL_PERIOD
+        reference[1, axis] = after
+        reference[2, axis] = (after - v) / CONTROL_PERIOD
+        moving = moving or after != 0.0
+    count[Count.SINCE] = 0 if moving else count[Count.SINCE] + 1
+    if count[Count.SINCE] > REST:
+        enter(shared, State.READY)
+
+
+@part
+def control(good: bool, layout: Layout, shared: Shared, memory: Memory) -> None:
+    """Compute the commands of one tick, and keep its sample while a motion is recorded.
+
+    Without inputs the last command is held, and the controller goes on from the position that the
+    last velocity leads to.
+    """
+    count, status = memory.count, shared.status
+    _advance_reference(layout, shared, memory)
+    if not with_torque(shared):
+        return
+    state, inputs, samples = memory.state, memory.inputs, memory.samples
+    for axis in range(2):
+        position = memory.position[axis]
+        if not good:
+            position += count[Count.MISSED] * CONTROL_PERIOD * memory.velocity[axis]
+        for lane in range(axis, WIDTH, 2):
+            state[_POSITION, lane] = position
+        inputs[0, _P_REF, axis] = memory.reference[0, axis]
+        inputs[0, _V_REF, axis] = memory.reference[1, axis]
+        inputs[0, _A_REF, axis] = memory.reference[2, axis]
+    chosen = shared.command[Command.PARAMETERS]
+    status[Status.PARAMETERS] = chosen  # the other set may be overwritten from here on
+    run_lanes(shared.parameters[chosen], state, inputs, samples, None)
+    for axis in range(2):
+        error = np.float64(samples[0, _ERROR, axis])
+        shared.figures[Figure.FOLLOWING_ERROR + axis] = error
+        shared.figures[Figure.REFERENCE + axis] = memory.reference[0, axis]
+        memory.outside[axis] = memory.outside[axis] + 1 if abs(error) > layout.window[axis] else 0
+        if memory.outside[axis] > layout.window_cycles[axis]:
+            latch(shared, faults.FOLLOWING_ERROR, axis + 1, error, layout.window[axis])
+        elif state[_FAILED, axis] >= 0.0:
+            latch(shared, faults.DIVERGED, axis + 1, error, 0.0)
+    if good:
+        _command_currents(layout, shared, memory)
+    _keep_sample(good, layout, shared, memory)
+
+
+@part
+def _command_currents(layout: Layout, shared: Shared, memory: Memory) -> None:
+    """Turn the controller's currents into per mille of rated, positive and within limits."""
+    for node in range(NODES):
+        axis = layout.axis[node]
+        row = _CURRENT_COMMAND + layout.phase[node]
+        current = np.float64(memory.samples[0, row, axis])
+        if not np.isfinite(current):
+            latch(shared, faults.NOT_A_NUMBER, node + 1, 0.0, 0.0)
+            memory.torque[node] = 0
+            continue
+        current = min(max(current, 0.0), layout.current_max[axis])
+        memory.torque[node] = np.int64(np.rint(1000.0 * current / layout.rated[node]))
+
+
+@part
+def _keep_sample(good: bool, layout: Layout, shared: Shared, memory: Memory) -> None:
+    """Put a sample into the ring, with currents of the drives and NaN for what is not measured."""
+    count, status, command = memory.count, shared.status, shared.command
+    tick = count[Count.RUN_TICK]
+    if not count[Count.RECORDING] or tick >= command[Command.RUN_TICKS]:
+        return
+    count[Count.RUN_TICK] += 1
+    recorded = tick - command[Command.RUN_FIRST]
+    if recorded < 0:
+        return
+    sample = memory.samples[0]
+    for node in range(NODES):
+        actual = status[Status.NODE_TORQUE + node] * layout.rated[node] * 1e-3
+        sample[_CURRENT + layout.phase[node], layout.axis[node]] = actual
+    place = recorded % RING_TICKS
+    for axis in range(2):
+        shared.samples[place, :, axis] = sample[:, axis]
+        for row in UNKNOWN:
+            shared.samples[place, row, axis] = np.nan
+        if not good:
+            shared.samples[place, _MEASURED, axis] = np.nan
+            shared.samples[place, _ERROR, axis] = np.nan
+            shared.samples[place, _VELOCITY, axis] = np.nan
+    status[Status.END] = recorded + 1
+
+
+@part
+def all_off(bus: Bus) -> None:
+    """Write outputs without torque."""
+    for node in range(NODES):
+        set_output(bus, node, DISABLE_VOLTAGE, 0, CYCLIC_TORQUE)
+
+
+@part
+def fill_outputs(bus: Bus, shared: Shared, memory: Memory) -> None:
+    """Write control words and torques: torque only where the loop means it and the drive has it."""
+    status, count = shared.status, memory.count
+    state = status[Status.STATE]
+    torque = with_torque(shared)
+    count[Count.RESETTING] = max(0, count[Count.RESETTING] - 1)
+    for node in range(NODES):
+        if not torque:
+            memory.torque[node] = 0
+        word = status[Status.NODE_STATUS + node]
+        if word & 0x4F == 0x08:
+            control = FAULT_RESET if count[Count.RESETTING] % 20 >= 10 else DISABLE_VOLTAGE
+        elif state == State.FAULT:
+            control = DISABLE_VOLTAGE
+        elif state < State.ARMING:
+            control = SHUTDOWN
+        elif word & 0x6F == 0x21:
+            control = SWITCHED_ON
+        elif word & 0x6B == 0x23:  # switched on, or enabled already
+            control = ENABLED
+        else:
+            control = SHUTDOWN
+        set_output(bus, node, control, memory.torque[node], CYCLIC_TORQUE)

@@ -1,0 +1,194 @@
+"""The loop and a virtual segment in lockstep: every cycle at its time, on any machine."""
+
+from __future__ import annotations
+
+import os
+import struct
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.config.load import load_scenario
+from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.drive.ethercat import Datagram, datagrams, frame
+from motionlab.drive.libc import new_clock
+from motionlab.drive.link import bring_up
+from motionlab.drive.link.bus import Inputs, cyclic_bus
+from motionlab.drive.link.carrier import Carrier, LinkError
+from motionlab.drive.link.cycle import act
+from motionlab.drive.link.memory import PERIOD, Count, new_memory
+from motionlab.drive.link.process import layout_of
+from motionlab.drive.link.shared import Command, Order, State, Status, attach, create
+from motionlab.drive.motion import held_parameters, on_drives
+from motionlab.drive.process_data import INPUT, NODES, OUTPUT
+from motionlab.drive.virtual.segment import Segment, default_drive
+
+SHIFT = 100_000
+"""ns from SYNC0 to the first frame; the second follows 50 us later."""
+
+_WRITE_HEADER = 12  # of frame and datagram
+
+
+class _Carrier:
+    """Exchanges of the bring-up, half a period of the segment apart."""
+
+    def __init__(self, segment: Segment) -> None:
+        self.segment = segment
+        self.now = 0
+
+    def exchange(self, *sent: Datagram, **_: Any) -> list[Datagram]:
+        self.now += PERIOD // 2
+        answer = self.segment.exchange(frame(sent), self.now)
+        if answer is None:
+            raise LinkError("no answer")
+        return list(datagrams(answer))
+
+
+class Lockstep:
+    """A loop, its drives in OP, and the frames between them.
+
+    Attributes
+    ----------
+    read_lost, write_lost : bool
+        Whether the first, and the second, frame of a cycle is lost on its way.
+    left : int
+        Why the loop was left, or 0.
+    """
+
+    def __init__(self, start: tuple[float, float] = (0.0, 0.0)) -> None:
+        self.config = default_drive()
+        self.segment = Segment(start=start)
+        self.memory = new_memory()
+        descriptor = create()
+        self.shared = attach(descriptor)
+        os.close(descriptor)
+        self.bus = cyclic_bus(-1, b"", new_clock(), clocks=True)
+        self.read_lost = self.write_lost = self.silent = False
+        self.left = 0
+        self.bring_up()
+        self.shared.parameters[:] = held_parameters(on_drives(load_scenario("circle"), "B"))
+
+    def bring_up(self) -> None:
+        """Bring the drives to OP, as the loop's process does."""
+        carrier = _Carrier(self.segment)
+        carrier.now = self.segment.arrays.clock[0]
+        master = bring_up.Segment(cast(Carrier, carrier), self.config)
+        master.bring_up()
+        self.layout = layout_of(self.config, master.sync_start)
+        payload = self.segment.exchange(bytes(self.bus.read), carrier.now + 1)
+        assert payload is not None
+        (system,) = struct.unpack("<q", list(datagrams(payload))[1].data)
+        late = (system - master.sync_start - SHIFT) % PERIOD
+        self.now = carrier.now + 1 - late
+        self.shared.status[Status.PHASE_LOCKED] = 1
+        self.shared.status[Status.FAULT] = 0
+        self.shared.status[Status.STATE] = State.READY
+        self.memory.count[Count.CYCLE] = 0
+        self.written, self.left = -1, 0
+
+    @property
+    def state(self) -> State:
+        return State(int(self.shared.status[Status.STATE]))
+
+    @property
+    def fault(self) -> tuple[int, int]:
+        """Code, and the drive or axis."""
+        status = self.shared.status
+        return int(status[Status.FAULT]), int(status[Status.FAULT_PLACE])
+
+    @property
+    def outputs(self) -> NDArray[Any]:
+        """What the loop wants the drives to get."""
+        data = self.bus.write[_WRITE_HEADER : _WRITE_HEADER + NODES * OUTPUT.itemsize]
+        return data.view(OUTPUT)
+
+    @property
+    def inputs(self) -> NDArray[Any]:
+        """What the drives said last."""
+        data = self.bus.answer[_WRITE_HEADER : _WRITE_HEADER + NODES * INPUT.itemsize]
+        return data.view(INPUT)
+
+    def cycle(self, count: int = 1) -> None:
+        """Let a number of cycles pass."""
+        for _ in range(count):
+            self.now += PERIOD
+            if not self.silent:
+                self.shared.command[Command.HEARTBEAT] = self.now
+            read = self._read()
+            self.left = act(read, self.now, self.bus, self.layout, self.shared, self.memory)
+            self.memory.count[Count.CYCLE] += 1
+            answer = None
+            if not self.write_lost:
+                answer = self.segment.exchange(bytes(self.bus.write), self.now + 50_000)
+            self.written = -1 if answer is None else next(datagrams(answer)).working_counter
+
+    def _read(self) -> Inputs:
+        answer = None
+        if not self.read_lost:
+            answer = self.segment.exchange(bytes(self.bus.read), self.now)
+        if answer is None:
+            return Inputs(False, 0, 0, 0, 300_000, self.written)
+        self.bus.answer[: len(answer)] = np.frombuffer(answer, np.uint8)
+        process_data, system_time, al_status = datagrams(answer)
+        return Inputs(
+            True,
+            process_data.working_counter,
+            int.from_bytes(al_status.data, "little"),
+            int.from_bytes(system_time.data, "little"),
+            20_000,
+            self.written,
+        )
+
+    def sleep(self, periods: int) -> None:
+        """Have the loop sleep through some periods."""
+        self.now += periods * PERIOD
+        self.memory.count[Count.SKIPPED] = periods
+
+    def order(self, order: Order) -> bool:
+        """Give an order; return whether it was obeyed."""
+        command = self.shared.command
+        command[Command.ORDER] = order
+        command[Command.SEQUENCE] += 1
+        self.cycle()
+        return not self.shared.status[Status.REFUSED]
+
+    def arm(self) -> None:
+        """Have the drives hold their position."""
+        assert self.order(Order.ARM)
+        self.cycle(20)
+        assert self.state == State.HOLDING
+
+    def follow(self, reference: NDArray[np.float64]) -> None:
+        """Begin a motion, recorded from its first tick on."""
+        self.shared.reference[: len(reference)] = reference
+        self.shared.command[Command.RUN_TICKS] = len(reference)
+        self.shared.command[Command.RUN_FIRST] = 0
+        self.shared.command[Command.RUN] += 1
+        assert self.order(Order.START)
+
+    def line(self, speed: float = 0.05, ticks: int = 2000) -> None:
+        """Begin a motion in x: up to a speed within 0.1 s, and on at that speed."""
+        v = speed * np.minimum(np.arange(ticks) * CONTROL_PERIOD / 0.1, 1.0)
+        reference = np.zeros((ticks, 3, 2))
+        reference[:, 0, 0] = np.cumsum(v) * CONTROL_PERIOD
+        reference[:, 1, 0] = v
+        reference[:, 2, 0] = np.gradient(v) / CONTROL_PERIOD
+        reference[:, 0] += self.memory.reference[0]
+        self.follow(reference)
+
+    def moving(self) -> None:
+        """Be on the way along x, at 50 mm/s."""
+        self.arm()
+        self.line()
+        self.cycle(400)
+        assert self.state == State.MOVING
+        assert (self.outputs["torque"] > 0).any()
+
+    def stop(self) -> None:
+        """As anyone may."""
+        self.shared.command[Command.STOPS] += 1
+
+    def without_torque(self) -> bool:
+        """Return whether no torque is commanded."""
+        return not self.outputs["torque"].any()
