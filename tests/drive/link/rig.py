@@ -74,13 +74,19 @@ class Rig:
         """Let nothing be wrong any more, and have the drives operational without torque."""
         link = self.link
         self.drive.switch(clear=True)
-        self.wait(lambda: link.state != State.OFFLINE or bool(link.problem), "up")
         link.stop()
-        self.until(State.READY, State.FAULT, State.OFFLINE)
-        if link.state in {State.FAULT, State.OFFLINE}:
-            link.order(Order.RESET)
-        self.until(State.READY)
-        self.wait(lambda: link.status(Status.PHASE_LOCKED) == 1, "in phase")
+        sound = 0
+
+        def is_sound() -> bool:
+            nonlocal sound
+            down = link.state == State.OFFLINE and bool(link.problem)
+            if link.state == State.FAULT or down:
+                link.order(Order.RESET)
+            locked = link.status(Status.PHASE_LOCKED) == 1
+            sound = sound + 1 if link.state == State.READY and locked else 0
+            return sound > 20  # drives that stood still may tell late that they left OP
+
+        self.wait(is_sound, "ready")
 
     def arm(self) -> None:
         """Have the drives hold their position."""

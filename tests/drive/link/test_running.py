@@ -88,7 +88,7 @@ def test_unplugged_in_motion_it_stops_and_moves_only_after_reset_and_arm(rig: Ri
     rig.take(motion)
     assert motion.stopped
     assert motion.failed_ticks == [motion.tick]
-    assert 1500 < motion.tick < motion.timeline.end
+    assert 1500 < motion.tick < motion.prepared.reference.ticks
 
     rig.drive.switch(clear=True)
     time.sleep(0.2 * SLOW)
@@ -127,7 +127,7 @@ def test_stop_brakes_a_motion_and_ends_it(rig: Rig) -> None:
     samples = rig.take(motion)
     assert motion.stopped
     assert motion.failed_ticks == [None]
-    assert len(samples) == motion.tick < motion.timeline.end
+    assert len(samples) == motion.tick < motion.prepared.reference.ticks
     assert waited(lambda: de_energised(rig.drive))
 
 

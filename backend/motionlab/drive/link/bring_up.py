@@ -19,6 +19,7 @@ from motionlab.drive.ethercat import (
     AL_ERROR,
     AL_STATES,
     APWR,
+    ARMW,
     BRD,
     BWR,
     FPRD,
@@ -26,6 +27,7 @@ from motionlab.drive.ethercat import (
     INIT,
     LRD,
     LWR,
+    NOP,
     OP,
     PREOP,
     REGISTER_AL_CONTROL,
@@ -80,6 +82,7 @@ _SII_WORDS_MAX = 0x800
 _MAILBOX_OUT, _MAILBOX_IN, _BUFFERED_OUT, _BUFFERED_IN = 0x26, 0x22, 0x64, 0x20
 _ACTIVE_SYNC0 = 0x03
 _START_AHEAD = 100_000_000  # ns until the first SYNC0
+_SETTLE = 20_000_000  # ns of SYNC0 before OP is asked for
 _PERIOD = round(CONTROL_PERIOD * 1e9)
 _SYNC0, _SM_EVENT = 2, 1  # 1C32:01
 _MILLI = 1000.0
@@ -185,18 +188,19 @@ class Segment:
     def operate(self) -> None:
         """Exchange process data without torque until every drive is in OP."""
         outputs = struct.pack("<HhbB", 0, 0, CYCLIC_TORQUE, 0) * NODES
-        begun = time.monotonic()
-        asked, deadline = False, begun + _STATE_TIMEOUT
-        slow = self.config.link.slow
-        clocks_run = begun + (2e-9 * slow * _START_AHEAD if self.sync_start else 0.0)
+        deadline = time.monotonic() + _STATE_TIMEOUT
+        asked = False
+        distribute = ARMW if self.sync_start else NOP
         while True:
             answer = self.carrier.exchange(
                 Datagram(LRD, INPUTS_AT, 0, bytes(NODES * INPUT_BYTES)),
                 Datagram(LWR, OUTPUTS_AT, 0, outputs),
                 Datagram(BRD, 0, REGISTER_AL_STATUS, bytes(2)),
+                Datagram(distribute, 0, REGISTER_DC_SYSTEM_TIME, bytes(8)),
             )
+            clocks_run = int.from_bytes(answer[3].data, "little") >= self.sync_start + _SETTLE
             counters = answer[0].working_counter, answer[1].working_counter
-            if not asked and counters[1] == NODES and time.monotonic() > clocks_run:
+            if not asked and counters[1] == NODES and (clocks_run or not self.sync_start):
                 self._broadcast(REGISTER_AL_CONTROL, OP)
                 asked = True
             (status,) = struct.unpack("<H", answer[2].data)

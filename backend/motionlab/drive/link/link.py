@@ -167,7 +167,8 @@ class DriveLink:
         if refused and order == Order.ARM and self.state == State.READY:
             error = abs(self.status(Status.PHASE_ERROR)) * 1e-3
             raise LinkError(
-                f"not in phase with SYNC0 yet: {error:.0f} \u00b5s, below 50 \u00b5s for 0.2 s needed"
+                f"not in phase with SYNC0 yet: {error:.0f} \u00b5s; "
+                "below 50 \u00b5s for 0.2 s is needed"
             )
         if refused:
             raise LinkError(f"not possible while the link is {self.state.name.lower()}")
