@@ -16,7 +16,7 @@ import { errorText } from '../../app/error-text';
 import { differing, sourceOf, wholeOf } from '../../app/jobs/job-request';
 import { JobStore } from '../../app/jobs/job-store.svelte';
 import { LatestWins } from '../../app/latest-wins';
-import { load, save } from '../../app/storage';
+import { fromAddress, load, save, setAddress } from '../../app/storage';
 import { app, type Mode } from '../../app/store.svelte';
 import {
   bodyOf,
@@ -134,7 +134,16 @@ class Experiment {
     await app.try(async () => {
       if (this.form.source !== '') await this.choose(this.form.source);
       await this.job.resume();
+      this.takeRecord();
     });
+  }
+
+  /** Takes the run that another screen's link names, once. */
+  private takeRecord(): void {
+    const run = fromAddress('record');
+    if (run === null) return;
+    setAddress({ record: '' });
+    this.change({ by: 'run', run, runVariant: '', position: '', force: '' });
   }
 
   change(changes: Partial<ExperimentForm>): void {
