@@ -26,7 +26,7 @@ def add(commands: Any) -> None:
         description="Run a virtual drive: a software EtherCAT segment of six CiA 402 current "
         "drives with a simulated motor behind them, in UDP packets or on a network card. It is a "
         "test double, no EtherCAT device. It runs until interrupted.",
-        epilog="While it runs, motionlab vdrive --switch drop=0.05 loses 5 %% of its frames, and "
+        epilog="While it runs, motionlab vdrive --switch drop=0.05 loses 5 % of its frames, and "
         "--switch clear=true ends that; docs/drive-virtual.md has all switches.",
     )
     parser.add_argument("--motor", default="nominal", help="shipped motor (%(default)s)")
@@ -72,7 +72,7 @@ def add(commands: Any) -> None:
         "--priority",
         type=int,
         choices=range(100),
-        default=0,
+        default=70,
         metavar="0..99",
         help="of the answering thread under SCHED_FIFO, if allowed; 0 does without (%(default)s)",
     )

@@ -280,7 +280,7 @@ class Drives:
 
     def _loop_figures(self) -> LoopFigures:
         status = self.link.status
-        updated = status(Status.UPDATED)
+        updated, slow = status(Status.UPDATED), self.config.link.slow
         return LoopFigures(
             cycles=status(Status.CYCLES),
             late=status(Status.LATE),
@@ -295,7 +295,7 @@ class Drives:
             control_time=status(Status.CONTROL_TIME) * 1e-9,
             period=CONTROL_PERIOD,
             recent=self._history.recent(),
-            age=max(0.0, time.monotonic() - updated * 1e-9) if updated else None,
+            age=max(0.0, time.monotonic() - updated * slow * 1e-9) if updated else None,
             priority_wanted=self.config.link.priority,
             priority=status(Status.PRIORITY),
             memory_locked=bool(status(Status.MEMORY_LOCKED)),
