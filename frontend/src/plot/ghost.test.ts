@@ -59,7 +59,7 @@ it('the movers of a ghost share the magnification, which leaves room for both', 
   const range = { from: 0, to: 8 };
   const alone = new PlaneView(canvas, ['B']);
   alone.draw(source(0.001), range, 8);
-  const ghost = new GhostPath(source(0.01), 'B', 0, 'long');
+  const ghost = new GhostPath(source(0.01), 'B', 'long');
   const both = new PlaneView(canvas, ['B']);
   calls.length = 0;
   both.draw(source(0.001), range, 8, [ghost]);

@@ -2,7 +2,6 @@
 
 import type { AxisScale } from './axis-scale';
 import type { Canvas } from './canvas';
-import type { Ink } from './palette';
 import type { Plane } from './plane';
 import type { Range } from './range';
 import type { SampleSource } from './source';
@@ -10,12 +9,12 @@ import { SourceCurve } from './source-curve';
 import type { Trace } from './scope-chart';
 import type { Dash } from './types';
 import { nextVersion, type PathUnderlay, type Underlay } from './underlay';
+import { looksOf } from './variant-looks';
 
 const STRENGTH = 0.6;
 /** Bins for each pixel: what lies behind is drawn for half the price. */
 const COARSER = 0.5;
 const POINTS = 1000;
-const INKS: readonly Ink[] = ['a', 'b'];
 
 export class GhostCurve implements Underlay {
   readonly version = nextVersion();
@@ -47,11 +46,9 @@ export class GhostPath implements PathUnderlay {
   private range: Range = { from: 0, to: 0 };
   private largest = 0;
 
-  /** @param place 0 for the first variant, 1 for the second: its hue */
   constructor(
     private readonly source: SampleSource,
     private readonly variant: string,
-    private readonly place: number,
     private readonly dash: Dash,
   ) {}
 
@@ -84,7 +81,7 @@ export class GhostPath implements PathUnderlay {
   draw(canvas: Canvas, plane: Plane, factor: number, at: number): void {
     const { c } = canvas;
     const { points } = this;
-    const ink = INKS[this.place] ?? 'text';
+    const { ink = 'text' } = looksOf(this.variant);
     if (!points) return;
     c.globalAlpha = STRENGTH;
     canvas.pen(ink, 1.25, this.dash);

@@ -72,9 +72,9 @@ export function movers(
     if (!source) return [];
     const drawn = paths.get(run);
     if (drawn?.source === source) return drawn.list;
-    const list = variants.flatMap((variant, i) =>
+    const list = variants.flatMap((variant) =>
       source.has(`${variant}.x.following_error`)
-        ? [new GhostPath(source, variant, i, dashOf(run))]
+        ? [new GhostPath(source, variant, dashOf(run))]
         : [],
     );
     paths.set(run, { source, list });

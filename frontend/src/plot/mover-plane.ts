@@ -9,13 +9,13 @@ import { Plane } from './plane';
 import { roundStep, type Range } from './range';
 import type { SampleSource } from './source';
 import type { PathUnderlay } from './underlay';
+import { looksOf } from './variant-looks';
 
 const POINTS = 1000;
 const MARGIN = 0.04;
 /** The largest error is drawn about this long, as a share of the path's size. */
 const SHARE = 0.18;
 const MARK_SPACING = 70;
-const INKS: readonly Ink[] = ['a', 'b'];
 
 interface Extent {
   x: Range;
@@ -75,10 +75,11 @@ export class PlaneView {
     canvas.clipped(plane.box, () => {
       this.path(this.reference, 'reference', 1);
       for (const each of underlays) each.draw(canvas, plane, this.factor, at);
-      this.variants.slice(0, 2).forEach((_, i) => {
+      this.variants.slice(0, 2).forEach((variant, i) => {
         const mover = this.movers[i] as Trail;
-        this.path(mover, INKS[i] as Ink, 1.75);
-        if (i === 1) this.markers(mover, INKS[i] as Ink);
+        const { ink = 'text', marker } = looksOf(variant);
+        this.path(mover, ink, 1.75);
+        if (marker) this.markers(mover, ink);
       });
       this.places(source, at);
     });
@@ -192,11 +193,11 @@ export class PlaneView {
     const y = source.at('y.position_reference', at);
     if (!Number.isFinite(x) || !Number.isFinite(y)) return;
     this.dot(x, y, 3.5, 'reference');
-    this.variants.slice(0, 2).forEach((variant, i) => {
+    this.variants.slice(0, 2).forEach((variant) => {
       const ex = source.at(`${variant}.x.following_error`, at);
       const ey = source.at(`${variant}.y.following_error`, at);
       if (!Number.isFinite(ex) || !Number.isFinite(ey)) return;
-      this.dot(x - this.factor * ex, y - this.factor * ey, 5, INKS[i] as Ink);
+      this.dot(x - this.factor * ex, y - this.factor * ey, 5, looksOf(variant).ink ?? 'text');
     });
   }
 

@@ -42,10 +42,10 @@ const PHASES: readonly ({ phase: string } & Look)[] = [
 
 /** Traces of one channel for A and B. */
 function both(variants: readonly string[], rest: string): Trace[] {
-  return variants.slice(0, 2).map((variant, i) => ({
+  return variants.slice(0, 2).map((variant) => ({
     column: `${variant}.${rest}`,
     label: variant,
-    ...looksOf(i),
+    ...looksOf(variant),
   }));
 }
 

@@ -9,7 +9,8 @@ const LOOKS: readonly Look[] = [
   { ink: 'phase-b', dash: 'dot' },
 ];
 
-/** The look of the first variant, the second and so on: markers tell B from A without colour. */
-export function looksOf(variant: number): Look {
-  return LOOKS[variant % LOOKS.length] as Look;
+/** The look of a variant by its letter, alone or among others: markers tell B from A without colour. */
+export function looksOf(variant: string): Look {
+  const place = Math.max(0, (variant.codePointAt(0) ?? 65) - 65);
+  return LOOKS[place % LOOKS.length] as Look;
 }

@@ -37,6 +37,10 @@ it('differences have name, unit and numbers of the screen', () => {
     text: '200.3 → 312 N/mm',
   });
   expect(differing({ path, shipped: null, value: 312_000 }).text).toBe('none → 312 N/mm');
+  expect(differing({ path: 'variants.A', shipped: '{…}', value: null })).toEqual({
+    name: 'A',
+    text: 'left out',
+  });
 });
 
 it('says what a run is where no field differs', () => {

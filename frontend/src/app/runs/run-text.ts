@@ -67,6 +67,8 @@ export interface Differing {
 }
 
 export function differing({ path, shipped, value }: RunDifference): Differing {
+  const variant = /^variants\.([A-Z])$/.exec(path)?.[1];
+  if (variant) return { name: variant, text: value === null ? 'left out' : 'added' };
   const { unit } = fieldOf(path);
   const of = (each: unknown) => (each === null ? 'none' : show(path, each as Value));
   return { name: nameOf(path), text: `${of(shipped)} → ${of(value)} ${unit}`.trimEnd() };

@@ -64,7 +64,11 @@ export function scopesOf(run: RunDetail, channel: string): Scope[] {
   const scope = (title: string, name: string): Scope => {
     const places = [...run.variants.map((variant) => `${variant}.${name}`), name];
     const traces = places
-      .map((column, i) => ({ column, label: run.variants[i] ?? name, ...looksOf(i) }))
+      .map((column, i) => ({
+        column,
+        label: run.variants[i] ?? name,
+        ...looksOf(run.variants[i] ?? 'A'),
+      }))
       .filter(({ column }) => units.has(column));
     return { title, unit: units.get(traces[0]?.column ?? '') ?? '1', traces };
   };
