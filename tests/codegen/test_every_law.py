@@ -54,6 +54,15 @@ SWITCHES: dict[str, dict[str, Any]] = {
         f"{CONTROLLER}.compensation.law": "reversed-k",
         f"{CONTROLLER}.compensation.k_d_share": 1e-3,
     },
+    "force at its limit": {
+        f"{CONTROLLER}.compensation.law": "residual-k",
+        f"{CONTROLLER}.force_limit": 12.0,
+    },
+    "force at its limit, shared by force per ampere": {
+        f"{CONTROLLER}.force_limit": 12.0,
+        f"{CONTROLLER}.sharing.law": "force-per-ampere",
+    },
+    "currents at their limit": {f"{CONTROLLER}.current_limit": 3.5},
     "estimate not added": {
         f"{CONTROLLER}.compensation.law": "lugre-observer",
         f"{CONTROLLER}.compensation.enabled": False,
