@@ -17,6 +17,7 @@ from tests.bench.cluster import on_cluster
 from tests.bench.command import command
 from tests.bench.controllers import controllers
 from tests.bench.coverage import coverage
+from tests.bench.drive import drive
 from tests.bench.hold import hold
 from tests.bench.identify import identify
 from tests.bench.machine import AVX2_ENVIRONMENT, description, load
@@ -55,6 +56,7 @@ _LAB: dict[str, Callable[[], Iterator[Row]]] = {
     "plots": plots,
     "scene": scene,
     "hold": hold,
+    "drive": drive,
     "runs": runs,
     "runs-index": runs_index,
 }

@@ -20,11 +20,15 @@ from numpy.typing import NDArray
 _numba: Any = numba  # whose types do not name all that it exports
 _int, _word, _size = types.int32, types.intp, types.uintp
 
+_PLAIN = {_int: ctypes.c_int32, _word: ctypes.c_int64, _size: ctypes.c_uint64}
+
 
 def _call(name: str, result: Any, *arguments: Any) -> Any:
     """Return a function of the C library for compiled code, or for Python where nothing is."""
     if _numba.config.DISABLE_JIT:
-        return getattr(ctypes.CDLL(None), name)
+        function = getattr(ctypes.CDLL(None), name)
+        function.restype, *function.argtypes = (_PLAIN[kind] for kind in (result, *arguments))
+        return lambda *given: function(*map(int, given))
     return types.ExternalFunction(name, result(*arguments))
 
 
@@ -33,7 +37,7 @@ _clock_nanosleep = _call("clock_nanosleep", _int, _int, _int, _word, _word)
 _ppoll = _call("ppoll", _int, _word, _size, _word, _word)
 _send = _call("send", _word, _int, _word, _size, _int)
 _recv = _call("recv", _word, _int, _word, _size, _int)
-_ioctl = _call("ioctl", _int, _int, types.int64, _word)
+_ioctl = _call("ioctl", _int, _int, _word, _word)
 _write = _call("write", _word, _int, _word, _size)
 _recvfrom = _call("recvfrom", _word, _int, _word, _size, _int, _word, _word)
 _sendto = _call("sendto", _word, _int, _word, _size, _int, _word, _int)

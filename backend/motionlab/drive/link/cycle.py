@@ -100,6 +100,7 @@ def act(  # noqa: PLR0913, PLR0917 - all that a cycle touches
     if with_torque(shared):
         control(good, layout, shared, memory)
     spent = now(bus.clock) - begun
+    status[Status.CONTROL_LAST] = spent
     status[Status.CONTROL_TIME] = max(status[Status.CONTROL_TIME], spent)
     fill_outputs(bus, shared, memory)
     return 0

@@ -91,7 +91,8 @@ class Status(enum.IntEnum):
     REFUSED = 22  # whether the latest order was refused in the state of the loop
     STOPS_SEEN = 23
     PARAMETERS = 24  # which of the two sets the loop reads
-    NODE_STATUS = 25  # status words
+    CONTROL_LAST = 25  # time of the latest control half, ns
+    NODE_STATUS = 26  # status words
     NODE_ERROR = NODE_STATUS + NODES  # error codes
     NODE_TORQUE = NODE_ERROR + NODES  # per mille
     COUNT = NODE_TORQUE + NODES
