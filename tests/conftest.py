@@ -34,6 +34,8 @@ def _nothing_of_the_user(tmp_path_factory: pytest.TempPathFactory) -> Iterator[N
 
 
 MAY_TAKE_TWO = {
+    "drive/link/test_motion.py": "a machine that stands still for 60 ms ends a motion on drives",
+    "drive/link/test_running.py": "a machine that stands still for 60 ms ends a motion on drives",
     "e2e/test_scene.py": "the 3-D view is drawn by software beside its server",
     "runs/test_recording.py": "disks are filled and made read-only under servers that end",
     "service/test_slow_clients.py": "what a slow client loses depends on when its process runs",

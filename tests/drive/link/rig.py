@@ -21,7 +21,7 @@ from motionlab.kernel.layout import SAMPLE_ROWS
 from motionlab.lanes import WIDTH
 from motionlab.simulation.prepare import prepare
 
-SLOW = 4
+SLOW = 6
 PATIENCE = 60.0  # s
 CIRCLE: dict[str, Any] = {"trajectory.laps": 1, "trajectory.lead_in": 0.5}
 

@@ -27,6 +27,7 @@ def test_the_circle_is_followed_as_in_the_simulation(rig: Rig) -> None:
     rig.arm()
     motion = rig.motion()
     samples = rig.take(motion)
+    assert motion.fault is None
     assert motion.tick == motion.timeline.end == len(samples)
     assert motion.failed_ticks == [None]
     assert not motion.stopped
