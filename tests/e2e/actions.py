@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from playwright.sync_api import Locator, Page, expect
 
+from motionlab.drive.virtual.process import VirtualDrive
 from tests.e2e.conftest import PATIENCE, ROOT, Server
 
 LONG = PATIENCE
@@ -142,3 +144,11 @@ def serious(page: Page, within: str = "") -> list[tuple[str, str]]:
         if violation["impact"] in {"serious", "critical"}
         for node in violation["nodes"]
     ]
+
+
+def link_file(drive: VirtualDrive, folder: Path, *, slow: int = 1) -> Path:
+    """Write the shipped drive link with the port and the pace of a virtual drive that runs."""
+    shipped = (ROOT / "configs" / "drives" / "virtual.toml").read_text()
+    file = folder / "link.toml"
+    file.write_text(shipped.replace("port = 34980", f"port = {drive.port}\nslow = {slow}"))
+    return file

@@ -62,11 +62,14 @@ class Server:
     ----------
     data : Path
         Folder of what it keeps, and of what it writes to stderr.
+    *options : str
+        Of the command.
     **variables : str
         Of its environment.
     """
 
-    def __init__(self, data: Path, **variables: str) -> None:
+    def __init__(self, data: Path, *options: str, **variables: str) -> None:
+        self._options = options
         self._variables = variables
         self._process: subprocess.Popen[bytes] | None = None
         self._data = data
@@ -85,6 +88,7 @@ class Server:
 
     def start(self) -> None:
         command = [sys.executable, "-m", "motionlab", "serve", "--port", str(self.port)]
+        command += self._options
         environment = {k: v for k, v in os.environ.items() if k != "MOTIONLAB_TOKEN"}
         environment |= {"MOTIONLAB_DATA": str(self._data)} | self._variables
         told = self._data / "stderr.txt"  # a pipe that nobody reads would fill up and block it

@@ -13,7 +13,8 @@ from urllib.parse import urlencode
 
 from playwright.sync_api import Browser, expect, sync_playwright
 
-from tests.e2e.actions import API, LONG, region, state
+from motionlab.drive.virtual.process import VirtualDrive
+from tests.e2e.actions import API, LONG, link_file, region, state
 from tests.e2e.conftest import CHROMIUM, FLAGS, ROOT, SOFTWARE_GL, Server
 
 DOCS = ROOT / "docs"
@@ -214,6 +215,24 @@ def _compare(browser: Browser, server: Server) -> None:
     page.close()
 
 
+def _drive(browser: Browser, _: Server) -> None:
+    """Take control of a virtual drive in real time, arm it, and let a drive fail."""
+    with VirtualDrive(priority=70) as drive, tempfile.TemporaryDirectory() as folder:
+        server = Server(Path(folder), "--drive", str(link_file(drive, Path(folder))))
+        page = browser.new_page(viewport={"width": 1440, "height": 900}, color_scheme="light")
+        page.goto(f"{server.url}/?screen=drive")
+        headline = region(page, "State").get_by_role("status")
+        expect(headline).to_have_text("Ready to arm", timeout=180_000)
+        page.wait_for_timeout(60_000)  # The figures are those of a minute.
+        page.get_by_role("button", name="Take control").click()
+        drive.switch(fault={"node": 5, "code": 0x2310})
+        expect(headline).to_contain_text("Fault of drive 5", timeout=LONG)
+        page.wait_for_timeout(1500)
+        page.screenshot(path=DOCS / "drive-light.png")
+        page.close()
+        server.stop()
+
+
 _TAKES: dict[str, tuple[Callable[[Browser, Server], None], tuple[str, ...]]] = {
     "lab": (_lab, ("lab-light.png", "lab-dark.png")),
     "trajectories": (_trajectories, ("trajectories-light.png",)),
@@ -225,6 +244,7 @@ _TAKES: dict[str, tuple[Callable[[Browser, Server], None], tuple[str, ...]]] = {
         _motor,
         ("motor-sizing-light.png", "motor-field-dark.png", "motor-sharing-light.png"),
     ),
+    "drive": (_drive, ("drive-light.png",)),
     "paper": (_paper, ("paper-light.png",)),
     "view3d": (_view3d, ("3d-view.png",)),
 }

@@ -94,6 +94,7 @@ class BusFacts(BaseModel):
 
     carrier: str
     place: str = Field(description="Address and port, or network card")
+    slow: int = Field(description="How many times slower than real time link and drives run")
     distributed_clocks: bool
     watchdog: float = Field(description="Of the drives, s")
     loss: float = Field(description="Without an answer for this long the loop latches a fault, s")
@@ -235,6 +236,7 @@ class Drives:
             bus=BusFacts(
                 carrier=bus.carrier,
                 place=bus.interface or f"{bus.address}:{bus.port}",
+                slow=bus.slow,
                 distributed_clocks=bus.distributed_clocks,
                 watchdog=bus.watchdog,
                 loss=bus.loss,

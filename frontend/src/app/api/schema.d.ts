@@ -2215,6 +2215,11 @@ export interface components {
              * @description Address and port, or network card
              */
             place: string;
+            /**
+             * Slow
+             * @description How many times slower than real time link and drives run
+             */
+            slow: number;
             /** Distributed Clocks */
             distributed_clocks: boolean;
             /**

@@ -68,6 +68,7 @@ export function exampleStatus(
     bus: {
       carrier: 'udp',
       place: '127.0.0.1:34980',
+      slow: 1,
       distributed_clocks: true,
       watchdog: 0.02,
       loss: 0.01,
