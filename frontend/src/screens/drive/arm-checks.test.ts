@@ -1,5 +1,5 @@
 import { expect, it } from 'vitest';
-import { checksOf, obstacle, type Situation } from './arm-checks';
+import { checksOf, lasting, obstacle, type Situation } from './arm-checks';
 import { exampleStatus } from './example-status';
 
 const situation = (change: Partial<Situation> = {}): Situation => ({
@@ -32,6 +32,12 @@ it.each([
   expect(
     checksOf(situation(change as Partial<Situation>)).some(({ holds }) => holds === false),
   ).toBe(true);
+});
+
+it('waits for the phase, which comes back by itself', () => {
+  const status = exampleStatus({}, { phase_locked: false });
+  expect(lasting(situation({ status }))).toBe('');
+  expect(lasting(situation({ held: false }))).toBe('Take control first.');
 });
 
 it('says where STO is not reported, and does not take that for a permission', () => {

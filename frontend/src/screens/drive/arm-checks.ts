@@ -34,13 +34,19 @@ export function checksOf({ status, held, gains, silent }: Situation): Check[] {
 
 /** Why arming is not possible now, in a sentence; empty when it is. */
 export function obstacle(situation: Situation): string {
+  const { state, loop } = situation.status;
+  const phase = 'The exchange is not yet in phase with SYNC0.';
+  return lasting(situation) || (state === 'ready' && !loop.phase_locked ? phase : '');
+}
+
+/** The same but for the phase, which comes back by itself: the question waits for it. */
+export function lasting(situation: Situation): string {
   const { status, held } = situation;
   if (['arming', 'holding', 'moving', 'stopping'].includes(status.state)) return '';
   if (situation.silent !== '') return 'The server does not answer.';
   if (status.state === 'offline') return 'There is no link to the drives.';
   if (status.state === 'fault') return 'A fault is latched. Reset it first.';
   if (stoCheck(status).holds === false) return 'STO is active. Release the emergency stop first.';
-  if (!status.loop.phase_locked) return 'The exchange is not yet in phase with SYNC0.';
   if (!held) return 'Take control first.';
   if (situation.gains === '') return 'The Lab has no session whose gains could hold the position.';
   return '';
