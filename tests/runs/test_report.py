@@ -21,6 +21,7 @@ from motionlab.runs.comparing import Comparing
 from motionlab.runs.import_document import ImportOptions
 from motionlab.runs.library import library
 from motionlab.runs.measurements import import_file
+from motionlab.runs.report.plane import plane
 from motionlab.runs.report.recipe import recipe
 from motionlab.runs.report.reports import comparison_report, run_report
 from motionlab.runs.run import Event, RunDetail
@@ -251,10 +252,28 @@ def test_a_comparison(kept: RunDetail) -> None:
 def test_many_variants_stay_within_the_size() -> None:
     """26 variants, whose plots draw fewer bins each."""
     controller = load_scenario("circle").model_dump(mode="json")["variants"]["B"]
-    letters = [chr(ord("C") + i) for i in range(10)]
+    letters = [chr(ord("C") + i) for i in range(24)]
     many = keep({f"variants.{letter}": controller for letter in letters})
     page = Page(run_report(many.id))
     assert "more variants are not drawn" in page.whole
+    assert "lines, which are not printed" in page.whole
+    assert ("class", "long") in page.attributes
+
+
+def test_a_run_of_one_tick_and_one_that_diverged(kept: RunDetail) -> None:
+    moment = library().get(kept.id).model_copy(update={"id": keep().id, "ticks": 1})
+    rewrite(moment, lambda table: table.slice(0, 1))
+    library().index.put(moment)
+    page = Page(run_report(moment.id))
+    assert "1 sample of" in page.whole
+    still = np.array([[0.015], [0.0]])
+    picture = ElementTree.fromstring(str(plane(still, {"A": 0.0 * still}, {})))
+    labels = [text.text or "" for text in picture.iter(f"{SVG}text")]
+    assert max(map(len, labels)) <= len("\N{MINUS SIGN}14.995 mm")
+    gone = Page(run_report(keep({"divergence_error": 1e-5}).id))
+    assert "diverged at" in gone.whole
+    check_nothing_is_loaded(gone)
+    assert len(Page(comparison_report(moment.id, kept.id, Comparing())).svgs) > 0
 
 
 def test_refusals_of_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

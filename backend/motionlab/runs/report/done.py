@@ -33,6 +33,7 @@ EVENTS_MAX = 200
 """Rows of the table of events."""
 _FIELDS_MAX = 24
 _DASH = "\u2013"
+_PRINTED_LINES = 150  # of a file; a longer one stands in the report alone
 
 
 class Happened(NamedTuple):
@@ -202,6 +203,7 @@ def again(run: RunDetail, scenario: Scenario | None) -> Markup:
 
 def record(run: RunDetail, digest: str) -> Markup:
     """Return hashes, version and size of a run."""
+    samples = "1 sample" if run.ticks == 1 else f"{run.ticks:,} samples"
     maps = [
         (f"force map at {place}", f"{entry.get('name', '')} {entry.get('digest', '')}")
         for place, entry in run.maps.items()
@@ -215,7 +217,7 @@ def record(run: RunDetail, digest: str) -> Markup:
             ("model", run.model or "none: measured"),
             ("processor", run.processor or _DASH),
             *maps,
-            ("telemetry", f"{run.ticks:,} samples of {len(run.columns)} channels at {rate}"),
+            ("telemetry", f"{samples} of {len(run.columns)} channels at {rate}"),
             ("its Parquet file", f"{run.size:,} bytes, SHA-256 {digest}"),
             *_imported(run.result.get("import")),
         ]
@@ -299,6 +301,9 @@ def _set(values: dict[str, Any], previous: dict[str, Any]) -> Markup:
 
 
 def _code(what: str, text: str) -> Markup:
+    if (lines := text.count("\n")) > _PRINTED_LINES:
+        note = element("div", f"{lines:,} lines, which are not printed.", class_="printed")
+        return element("div", element("div", what), note, element("pre", text, class_="long"))
     return element("div", element("div", what), element("pre", text), class_="together")
 
 

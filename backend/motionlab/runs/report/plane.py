@@ -30,6 +30,7 @@ _SIDE = 380
 _MARGIN = 0.08
 _SHARE = 0.15  # of the path's size: the largest error in the picture, at most
 _MARKERS = 9
+_LEAST = 1e-3  # extent of the picture in distances from the centre: labels have few digits
 
 
 def magnification(size: float, error: float) -> float:
@@ -83,7 +84,8 @@ def _axes(points: Values, top: float) -> tuple[Axis, Axis]:
     """Return axes on which a metre is as long in x as in y."""
     low, high = np.nanmin(points, axis=1), np.nanmax(points, axis=1)
     width, height = RIGHT - LEFT, _SIDE
-    needed = np.maximum((1.0 + 2.0 * _MARGIN) * (high - low), 1e-9)
+    least = max(1e-9, _LEAST * float(np.max(np.abs([low, high]))))
+    needed = np.maximum((1.0 + 2.0 * _MARGIN) * (high - low), least)
     per_metre = min(width / needed[0], height / needed[1])
     height = max(120.0, min(height, per_metre * needed[1]))
     middle = (low + high) / 2.0

@@ -48,6 +48,7 @@ dd { margin: 0; overflow-wrap: anywhere; }
 .note { white-space: pre-line; }
 pre { margin: 4px 0 10px; padding: 8px 10px; border: 1px solid var(--line); border-radius: 4px;
   font: 12px/1.45 ui-monospace, monospace; white-space: pre-wrap; overflow-wrap: anywhere; }
+.printed { display: none; }
 code { font: 12px ui-monospace, monospace; }
 sub, sup { font-size: 75%; line-height: 0; }
 figure { margin: 10px 0 18px; }
@@ -80,6 +81,8 @@ _PRINT = """
   thead { display: table-header-group; }
   tr, figure, dt, dd, .together { break-inside: avoid; }
   pre { font-size: 8pt; }
+  .long { display: none; }
+  .printed { display: block; color: var(--quiet); }
   .pair, .beside { grid-template-columns: 1fr 1fr; margin-block: 4px; }
   .beside dl { grid-template-columns: 22mm minmax(0, 1fr); gap: 1px 8px; font-size: 9pt; }
   .verdicts { font-size: 7.5pt; line-height: 1.2; }
