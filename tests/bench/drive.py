@@ -203,7 +203,7 @@ def _link() -> tuple[Timing, float, float, int]:
             _await(lambda: link.state == State.READY and link.status(Status.PHASE_LOCKED) == 1)
             link.load(held_parameters(on_drives(load_scenario("circle"), "B")))
             link.order(Order.ARM)
-            _await(lambda: link.state == State.HOLDING)
+            _await(lambda: link.state in {State.HOLDING, State.FAULT})
             cycles, late = link.status(Status.CYCLES), link.status(Status.LATE)
             trips = link.round_trips
             control = []

@@ -361,15 +361,19 @@ def test_nothing_arms_out_of_phase_or_moves_without_being_armed(loop: Lockstep) 
     assert_off(loop)
 
 
-def test_long_out_of_phase_is_a_fault_a_moment_is_not(loop: Lockstep) -> None:
+def test_out_of_phase_for_long_is_a_fault_and_a_late_exchange_is_not(loop: Lockstep) -> None:
     loop.moving()
     read = loop._read()
     late = read._replace(system_time=loop.layout.sync_start + loop.layout.sync_shift + PERIOD // 3)
     args = loop.layout, loop.shared, loop.memory
-    for _ in range(PHASE_CYCLES - 1):
+    for k in range(PHASE_CYCLES):
+        _follow_clock(late if k % 10 == 0 else read, *args)
+    assert loop.shared.status[Status.PHASE_LOCKED] == 1
+    for _ in range(PHASE_CYCLES):
         _follow_clock(late, *args)
     assert loop.state == State.MOVING
-    _follow_clock(late, *args)
+    for _ in range(100):
+        _follow_clock(late, *args)
     assert loop.fault == (faults.PHASE, 0)
 
 

@@ -28,7 +28,7 @@ from motionlab.drive.process_data import NODES
 ANSWER = 6 * PERIOD // 10  # ns after the start of a period, until which an answer is waited for
 HEARTBEAT = 500_000_000  # ns of the machine's time without one until a motion is stopped
 RESETTING = 40  # cycles in which a reset of the drives is asked for, twice
-PHASE_LIMIT = PERIOD // 10  # ns, within which the exchange is in phase
+PHASE_LIMIT = PERIOD // 10  # ns of mean error, within which the exchange is in phase
 PHASE_CYCLES = 400  # cycles within it until it is locked, or out of it until that is a fault
 PULL = 2_000  # ns; most that a period is made longer or shorter to follow the clock of the drives
 
@@ -198,11 +198,12 @@ def _follow_clock(read: Inputs, layout: Layout, shared: Shared, memory: Memory) 
     phase = (read.system_time - shift + PERIOD // 2) % PERIOD - PERIOD // 2
     status[Status.PHASE_ERROR] = phase
     before = count[Count.IN_PHASE]
-    inside = abs(phase) < PHASE_LIMIT
+    count[Count.PHASE] += (abs(phase) - count[Count.PHASE]) // 64  # one late exchange is no phase
+    inside = count[Count.PHASE] < PHASE_LIMIT
     count[Count.IN_PHASE] = max(before, 0) + 1 if inside else min(before, 0) - 1
     if count[Count.IN_PHASE] >= PHASE_CYCLES:
         status[Status.PHASE_LOCKED] = 1
-    elif with_torque(shared):  # a single late exchange is no harm
+    elif with_torque(shared):
         if count[Count.IN_PHASE] <= -PHASE_CYCLES:
             latch(shared, faults.PHASE, 0, phase * 1e-9, PHASE_LIMIT * 1e-9)
     elif status[Status.STATE] == State.READY:

@@ -73,6 +73,7 @@ class Count(enum.IntEnum):
     LATE_RUN = 8
     IN_PHASE = 9  # cycles in a row in phase; below 0 out of it
     RECORDING = 10
+    PHASE = 11  # phase error, its magnitude averaged over about 64 cycles, ns
 
 
 def new_memory() -> Memory:
