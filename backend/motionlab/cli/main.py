@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from motionlab import __version__
 from motionlab.cli import (
     compare,
+    drive,
     exchange,
     export_controller,
     replay,
@@ -35,6 +36,7 @@ _COMMANDS = (
     export_controller,
     study,
     serve,
+    drive,
     vdrive,
 )
 """In the order of the help page."""

@@ -82,7 +82,7 @@ def recording(
     failed: dict[str, int | None] = {}
     first = int(file.read_row_group(0, columns=["tick"])["tick"][0].as_py()) + start
     recorded = ~np.isnan(samples[0])  # what is missing for all is a gap of the recording
-    for name in variants:
-        missing = np.flatnonzero(np.isnan(samples[rows[f"{name}.x.position"]]) & recorded)
+    for name in variants:  # the command is there also where drives measure nothing
+        missing = np.flatnonzero(np.isnan(samples[rows[f"{name}.x.force_command"]]) & recorded)
         failed[name] = first + int(missing[0]) if missing.size else None
     return as_recording(first, samples, failed)

@@ -121,6 +121,11 @@ class DriveSession(Session):
             self._failed = self._motion.failed_ticks
             self._untold = True
 
+    @property
+    def _record_state(self) -> tuple[str | None, str]:
+        """The run, also once it is complete: no other one follows it in this session."""
+        return (None, "") if self._record is None else (self._record.kept, self._record.problem)
+
     def _machine(self) -> DriveMotion:
         return self._motion
 

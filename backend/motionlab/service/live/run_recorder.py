@@ -123,6 +123,12 @@ class SessionRecorder:
         return record.id
 
     @property
+    def kept(self) -> str | None:
+        """Identifier of the run, also once it is complete; none while nothing was written."""
+        record = self._record
+        return None if record is None or record.spool is None else record.id
+
+    @property
     def problem(self) -> str:
         """Why nothing can be recorded at the moment; empty when all is well."""
         return "" if self._record is None else self._record.problem

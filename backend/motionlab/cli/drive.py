@@ -1,0 +1,237 @@
+"""The command ``motionlab drive``: drives of a running server."""
+
+from __future__ import annotations
+
+import argparse
+import getpass
+import json
+import sys
+import time
+from typing import TYPE_CHECKING, Any
+
+from motionlab.cli.exit_codes import DONE, FAILED
+from motionlab.cli.lab_server import ADDRESS, HeldLease, LabServer, ServerRefused
+from motionlab.studies.options import add_json, add_set, source
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+EXAMPLES = """\
+examples:
+  motionlab drive status
+  motionlab drive reset
+  motionlab drive run circle --variant B --arm
+  motionlab drive stop
+
+The server needs --drive; docs/drive.md. stop needs no control: it is for everybody.
+"""
+_POLL = 0.1  # s
+_UP_TIME = 60.0  # s, for drives to come up, to enable, to come to rest
+_WRITTEN = 20  # turns of this, until the recording of a short motion has begun
+_MICRO = 1e6
+
+
+def add(commands: Any) -> None:
+    """Add ``motionlab drive``."""
+    parser = commands.add_parser(
+        "drive",
+        help="show, stop, arm and move the drives of a server",
+        description="Show, stop, arm and move the drives of a running server.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    orders = parser.add_subparsers(title="orders", metavar="ORDER", required=True)
+
+    def order(name: str, command: Callable[[argparse.Namespace], int], told: str) -> Any:
+        added = orders.add_parser(name, help=told, description=f"{told[0].upper()}{told[1:]}.")
+        added.add_argument(
+            "--server", metavar="URL", default=ADDRESS, help="the server (%(default)s)"
+        )
+        added.set_defaults(command=command)
+        return added
+
+    add_json(order("status", _status, "show link, drives and faults"))
+    order("stop", _stop, "brake to rest and switch the torque off; needs no control")
+    order("disarm", _disarm, "switch the torque off at once")
+    order("reset", _reset, "clear a fault, or bring the drives up again; never arms")
+    moving = order(
+        "arm", _arm, "switch the torque on and hold the position until interrupted, then stop"
+    )
+    _add_scenario(moving)
+    moving = order("run", _run, "carry out one variant of a scenario on the drives, then stop")
+    _add_scenario(moving)
+    moving.add_argument("--arm", action="store_true", help="switch the torque on before")
+    add_json(moving)
+
+
+def _add_scenario(parser: Any) -> None:
+    parser.add_argument("scenario", metavar="SCENARIO", help="shipped scenario, or a .toml file")
+    parser.add_argument("--variant", metavar="NAME", help="which of its variants, such as B")
+    add_set(parser, "change a field of it (repeatable)")
+
+
+def _status(options: argparse.Namespace) -> int:
+    status = LabServer(options.server).call("GET", "/drive")
+    print(json.dumps(status) if options.json else _in_words(status))
+    return FAILED if status["state"] in {"offline", "fault"} else DONE
+
+
+def _stop(options: argparse.Namespace) -> int:
+    status = LabServer(options.server).call("POST", "/drive/stop")
+    print(f"STOP given; the drives were {status['state']}")
+    return DONE
+
+
+def _disarm(options: argparse.Namespace) -> int:
+    server = LabServer(options.server)
+    with _control(server) as lease:
+        print(server.call("POST", "/drive/disarm", headers=lease.headers)["state"])
+    return DONE
+
+
+def _reset(options: argparse.Namespace) -> int:
+    server = LabServer(options.server)
+    with _control(server) as lease:
+        server.call("POST", "/drive/reset", headers=lease.headers)
+        problem = _settled(server, {"ready"})
+    print(problem or "ready", file=sys.stderr if problem else sys.stdout)
+    return FAILED if problem else DONE
+
+
+def _arm(options: argparse.Namespace) -> int:
+    server = LabServer(options.server)
+    with _control(server) as lease:
+        _switch_on(server, lease, _request(options))
+        print("holding: Ctrl-C stops, and switches the torque off", flush=True)
+        while True:
+            status = server.call("GET", "/drive")
+            if status["state"] != "holding":
+                print(f"motionlab: {_ended(status)}", file=sys.stderr)
+                return FAILED
+            time.sleep(_POLL)
+
+
+def _run(options: argparse.Namespace) -> int:
+    server = LabServer(options.server)
+    request = _request(options)
+    with _control(server) as lease:
+        if options.arm:
+            _switch_on(server, lease, request)
+        session = server.call("POST", "/drive/motions", request, lease.headers)
+        place = f"/sessions/{session['id']}"
+        while (session := server.call("GET", place))["state"] in {"playing", "stopping"}:
+            time.sleep(_POLL)
+        for _ in range(_WRITTEN):
+            if session["run"] is not None:
+                break
+            time.sleep(_POLL)
+            session = server.call("GET", place)
+        metrics = server.call("GET", f"{place}/metrics")
+        status = server.call("GET", "/drive")
+        server.call("DELETE", place)
+    done = session["state"] == "finished"
+    if options.json:
+        print(json.dumps({"run": session["run"], "state": session["state"], **metrics}))
+    else:
+        print("\n".join([f"run {session['run'] or 'not recorded'}", *_figures(metrics)]))
+    if not done:
+        print(f"motionlab: {_ended(status)}", file=sys.stderr)
+    return DONE if done else FAILED
+
+
+def _control(server: LabServer) -> HeldLease:
+    return HeldLease(server, f"{getpass.getuser()}, command line"[:40])
+
+
+def _request(options: argparse.Namespace) -> dict[str, Any]:
+    """Return a scenario, its changes and a variant, as the server takes them."""
+    from motionlab.config.changes import parse_assignments
+    from motionlab.config.load import load_scenario
+    from motionlab.config.shipped import names
+
+    variant = {} if options.variant is None else {"variant": options.variant}
+    changes = parse_assignments(options.assignments)
+    if options.scenario in names("scenarios"):
+        return {"scenario": options.scenario, "set": changes, **variant}
+    scenario = load_scenario(source(options), changes)
+    return {"scenario": scenario.model_dump(mode="json"), **variant}
+
+
+def _switch_on(server: LabServer, lease: HeldLease, request: dict[str, Any]) -> None:
+    server.call("POST", "/drive/arm", {**request, "confirm": True}, lease.headers)
+    if problem := _settled(server, {"holding"}):
+        raise ServerRefused(problem)
+
+
+def _settled(server: LabServer, states: set[str]) -> str:
+    """Wait for one of some states; return why it does not come, or nothing."""
+    deadline = time.monotonic() + _UP_TIME
+    told = ""
+    while True:
+        status = server.call("GET", "/drive")
+        if status["state"] in states and (status["state"] != "ready" or _in_phase(status)):
+            return ""
+        if status["fault"] or (status["problem"] and status["problem"] == told):
+            return _ended(status)
+        if time.monotonic() > deadline:
+            return f"the drives are still {status['state']}"
+        told = status["problem"]
+        time.sleep(1.0 if told else _POLL)  # a problem of before goes once the drives are up
+
+
+def _in_phase(status: dict[str, Any]) -> bool:
+    return status["loop"]["phase_locked"]
+
+
+def _ended(status: dict[str, Any]) -> str:
+    """Return why drives do not move."""
+    if fault := status["fault"]:
+        figures = ""
+        if fault["value"] is not None:
+            figures = f": {fault['value']:.4g} {fault['unit']}, limit {fault['limit']:.4g}"
+        return f"fault 0x{fault['code']:04X}, {fault['name']}{figures}. {fault['remedy']}"
+    return status["problem"] or f"stopped; the drives are {status['state']}"
+
+
+def _in_words(status: dict[str, Any]) -> str:
+    kind = "virtual drive" if status["virtual"] else "drives"
+    loop = status["loop"]
+    lines = [
+        f"{status['title']} ({kind}): {status['state']}",
+        f"control: {status['holder'] or 'no one'}",
+    ]
+    if status["fault"] or status["problem"]:
+        lines.append(_ended(status))
+    lines += [
+        f"  {each['axis']} {each['phase']}  {each['state']:24} 0x{each['status_word']:04X}"
+        f"  {each['current']:7.3f} A  {each['error_name']}".rstrip()
+        for each in status["drives"]
+    ]
+    lines += [
+        f"  {each['axis']}  {1e3 * each['position']:10.4f} mm, following error "
+        f"{_MICRO * each['following_error']:.3g} um"
+        for each in status["axes"]
+    ]
+    lines.append(
+        f"loop: {loop['cycles']} cycles, {loop['late']} late, {loop['missed']} without an answer"
+    )
+    return "\n".join(lines)
+
+
+def _figures(metrics: dict[str, Any]) -> list[str]:
+    """Return the main metrics of a motion."""
+    lines = []
+    for name, variant in metrics["variants"].items():
+        for axis, found in variant["axes"].items():
+            shown = [
+                ("max abs following error", "max_abs_following_error", _MICRO, "um"),
+                ("RMS following error", "rms_following_error", _MICRO, "um"),
+                ("RMS current", "rms_current", 1.0, "A"),
+            ]
+            lines += [
+                f"  {name} {axis}  {title:25} {factor * found[key]:8.3g} {unit}"
+                if found[key] is not None
+                else f"  {name} {axis}  {title:25} not measured"
+                for title, key, factor, unit in shown
+            ]
+    return lines

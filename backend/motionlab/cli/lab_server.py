@@ -1,0 +1,148 @@
+"""Calls of a running server, for commands that work on one."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import os
+import threading
+import urllib.error
+import urllib.request
+from collections.abc import Mapping
+from http import HTTPStatus
+from types import TracebackType
+from typing import Any
+
+from motionlab.errors import ConfigError, FieldError, MotionLabError
+
+ADDRESS = "http://127.0.0.1:8000"
+_TIMEOUT = 30.0  # s
+_BEATS = 4  # of a heartbeat, in the time after which a lease ends
+
+
+class ServerRefused(MotionLabError):
+    """A server does not answer, or refuses a call; the message says why."""
+
+
+class LabServer:
+    """A running server.
+
+    Parameters
+    ----------
+    address : str
+        Such as ``http://127.0.0.1:8000``.
+    """
+
+    def __init__(self, address: str) -> None:
+        if not address.startswith(("http://", "https://")):
+            raise ConfigError(FieldError("--server", "is no address", address, f"as {ADDRESS}"))
+        self._address = address.rstrip("/")
+        token = os.environ.get("MOTIONLAB_TOKEN")
+        self._headers = {"Authorization": f"Bearer {token}"} if token else {}
+
+    def call(
+        self,
+        method: str,
+        path: str,
+        body: Mapping[str, Any] | None = None,
+        headers: Mapping[str, str] | None = None,
+    ) -> Any:
+        """Return the answer to a call below ``/api/v1``; None where it has no content.
+
+        Raises
+        ------
+        ServerRefused
+            If there is no answer, or the server refuses.
+        ConfigError
+            If it refuses a field.
+        """
+        data = None if body is None else json.dumps(body).encode()
+        kind = {} if data is None else {"Content-Type": "application/json"}
+        request = urllib.request.Request(
+            f"{self._address}/api/v1{path}",
+            data,
+            {**self._headers, **kind, **(headers or {})},
+            method=method,
+        )
+        try:
+            with urllib.request.urlopen(request, timeout=_TIMEOUT) as answer:
+                return json.loads(answer.read() or "null")
+        except urllib.error.HTTPError as error:
+            raise _refusal(error) from None
+        except (OSError, http.client.HTTPException, ValueError) as error:
+            reason = getattr(error, "reason", None) or error
+            raise ServerRefused(f"{self._address} does not answer: {reason}") from None
+
+
+class HeldLease:
+    """The lease of a server's drives, kept by a heartbeat while a block lasts.
+
+    Parameters
+    ----------
+    server : LabServer
+        Which server.
+    holder : str
+        Name that others see.
+
+    Attributes
+    ----------
+    headers : dict of str to str
+        What commands need.
+    """
+
+    def __init__(self, server: LabServer, holder: str) -> None:
+        self._server = server
+        self._holder = holder
+        self._over = threading.Event()
+        self.headers: dict[str, str] = {}
+
+    def __enter__(self) -> HeldLease:
+        """Take it.
+
+        Raises
+        ------
+        ServerRefused
+            If somebody else holds it.
+        """
+        answer = self._server.call("POST", "/drive/lease", {"holder": self._holder})
+        self.headers = {"Lease": answer["lease"]}
+        self._beating = threading.Thread(target=self._beat, args=(answer["seconds"] / _BEATS,))
+        self._beating.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        """Give it up: armed drives stop."""
+        self._over.set()
+        self._beating.join()
+        try:
+            self._server.call("DELETE", "/drive/lease", headers=self.headers)
+        except ServerRefused:
+            if error is None:
+                raise
+
+    def _beat(self, seconds: float) -> None:
+        while not self._over.wait(seconds):
+            try:
+                self._server.call("PUT", "/drive/lease", headers=self.headers)
+            except ServerRefused:  # the next command says so
+                return
+
+
+def _refusal(error: urllib.error.HTTPError) -> MotionLabError:
+    """Return what a problem document says."""
+    try:
+        problem = json.loads(error.read())
+        detail, fields = str(problem["detail"]), problem["errors"]
+    except (ValueError, KeyError, TypeError, OSError):
+        return ServerRefused(f"{error.url}: {error.code} {error.reason}")
+    if error.code == HTTPStatus.UNAUTHORIZED:
+        return ServerRefused(f"{detail}: set MOTIONLAB_TOKEN")
+    if error.code == HTTPStatus.UNPROCESSABLE_ENTITY and fields:
+        known = ("loc", "message", "value", "range", "unit")
+        return ConfigError(*(FieldError(**{name: each[name] for name in known}) for each in fields))
+    return ServerRefused(detail)

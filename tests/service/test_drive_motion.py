@@ -1,0 +1,254 @@
+"""Motions on a virtual drive through the server: one moves it, anyone may stop it."""
+
+from __future__ import annotations
+
+import csv
+import json
+import threading
+from collections.abc import Callable, Iterator
+from types import TracebackType
+from typing import Any
+
+import httpx
+import pytest
+
+from motionlab.cli.exit_codes import DONE, FAILED
+from motionlab.cli.main import main
+from motionlab.drive.lease import SECONDS
+from motionlab.drive.virtual.process import VirtualDrive
+from motionlab.service.settings import Settings
+from tests.drive.link.rig import SLOW, linked
+from tests.service.live import API, until
+from tests.service.openapi import Contract
+from tests.service.servers import PATIENCE, Server
+
+DRIVE = f"{API}/drive"
+SHORT = {
+    "trajectory.radius": 0.002,
+    "trajectory.frequency": 1.0,
+    "trajectory.laps": 1,
+    "trajectory.lead_in": 0.5,
+}
+MOTION = {"scenario": "circle", "variant": "B", "set": SHORT}
+LONG = MOTION | {"set": SHORT | {"trajectory.laps": 30}}
+SIMULATED_ONLY = ("position", "velocity", "acceleration", "friction", "bristle", "thrust")
+
+
+@pytest.fixture(scope="module")
+def virtual() -> Iterator[VirtualDrive]:
+    with VirtualDrive(priority=70, slow=SLOW) as drive:
+        yield drive
+
+
+@pytest.fixture(scope="module")
+def linked_server(virtual: VirtualDrive) -> Iterator[Server]:
+    server = Server(Settings(drive=linked(virtual)))
+    yield server
+    server.stop()
+
+
+@pytest.fixture
+def anyone(linked_server: Server, contract: Contract) -> Iterator[httpx.Client]:
+    """Return a client without the lease."""
+    hooks: dict[str, list[Any]] = {"response": [contract.check]}
+    with httpx.Client(base_url=linked_server.url, event_hooks=hooks, timeout=PATIENCE) as client:
+        yield client
+        client.post(f"{DRIVE}/stop")
+
+
+class Operator:
+    """Who holds the lease, with a heartbeat until the block ends."""
+
+    def __init__(self, client: httpx.Client) -> None:
+        self.client = client
+        self._silent = threading.Event()
+
+    def __enter__(self) -> Operator:
+        self.until(lambda status: status["holder"] is None)
+        answer = self.client.post(f"{DRIVE}/lease", json={"holder": "operator"})
+        self.lease = {"Lease": answer.json()["lease"]}
+        self._beating = threading.Thread(target=self._beat)
+        self._beating.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.fall_silent()
+        self.client.delete(f"{DRIVE}/lease", headers=self.lease)
+
+    def fall_silent(self) -> None:
+        self._silent.set()
+        self._beating.join()
+
+    def _beat(self) -> None:
+        while not self._silent.wait(SECONDS / 4):
+            self.client.put(f"{DRIVE}/lease", headers=self.lease)
+
+    def until(self, holds: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
+        """Wait for a state of the drives, and return it."""
+        found: dict[str, Any] = {}
+
+        def looks() -> bool:
+            found.update(self.client.get(DRIVE).json())
+            return holds(found)
+
+        until(looks)
+        return found
+
+    def arm(self) -> None:
+        """Have the drives hold their position, whatever was before."""
+        status = self.until(lambda status: status["state"] != "offline" or status["problem"] != "")
+        if status["state"] in {"fault", "offline"}:
+            self.client.post(f"{DRIVE}/reset", headers=self.lease)
+        self.until(lambda status: status["state"] == "ready" and status["loop"]["phase_locked"])
+        body = {**MOTION, "confirm": True}
+        answer = self.client.post(f"{DRIVE}/arm", json=body, headers=self.lease)
+        assert answer.status_code == 200, answer.text
+        self.until(lambda status: status["state"] in {"holding", "fault"})
+
+    def begin(self, motion: dict[str, Any]) -> str:
+        """Begin a motion and return the path of its session, once it is being recorded."""
+        answer = self.client.post(f"{DRIVE}/motions", json=motion, headers=self.lease)
+        assert answer.status_code == 201, answer.text
+        path = answer.headers["location"]
+        until(lambda: self.client.get(path).json()["tick"] > 0)
+        return path
+
+
+@pytest.fixture
+def operator(anyone: httpx.Client) -> Iterator[Operator]:
+    with Operator(anyone) as operator:
+        yield operator
+
+
+def ended(client: httpx.Client, path: str) -> dict[str, Any]:
+    """Return a session that has come to its end."""
+    until(lambda: client.get(path).json()["state"] in {"finished", "stopped"})
+    until(lambda: client.get(path).json()["run"] is not None)
+    return client.get(path).json()
+
+
+def kept(client: httpx.Client, run: str) -> dict[str, Any]:
+    """Return a run whose recording is complete."""
+    until(lambda: client.get(f"{API}/runs/{run}").json()["state"] == "complete")
+    return client.get(f"{API}/runs/{run}").json()
+
+
+def test_a_motion_is_recorded_as_a_run_on_drives(operator: Operator, anyone: httpx.Client) -> None:
+    operator.arm()
+    path = operator.begin(MOTION)
+    for call, body in (
+        ("play", {}),
+        ("pause", None),
+        ("step", {"ticks": 1}),
+        ("reset", None),
+        ("undo", None),
+        ("push", {"axis": "x", "force": 1.0}),
+    ):
+        assert anyone.post(f"{path}/{call}", json=body).status_code == 409, call
+    changes = {"set": {"variants.B.controller.x.k_p": 1e5}}
+    assert anyone.patch(f"{path}/parameters", json=changes).status_code == 409
+    again = anyone.post(f"{DRIVE}/motions", json=MOTION, headers=operator.lease)
+    assert again.json()["detail"] == "not possible while the link is moving"
+    session = ended(anyone, path)
+    assert session["state"] == "finished", anyone.get(DRIVE).json()["fault"]
+    assert session["drive"] == "Virtual drive"
+    run = kept(anyone, session["run"])
+    assert (run["kind"], run["name"]) == ("drive", "circle B on Virtual drive")
+    assert run["ticks"] == session["ends"]
+    assert 0 < run["metrics"]["B.x.max_abs_following_error"] < 100e-6
+    for metrics in (run["result"], anyone.get(f"{path}/metrics").json()):
+        found = metrics["variants"]["B"]["axes"]["x"]
+        assert found["max_current"] > 0.1
+        assert found["max_abs_position_error"] is found["max_abs_force"] is None
+    listed = anyone.get(f"{API}/runs", params={"q": "kind:drive"}).json()["runs"]
+    assert run["id"] in {each["id"] for each in listed}
+    refused = anyone.post(f"{API}/runs/{run['id']}/replay")
+    assert "measured on drives" in refused.json()["detail"]
+    names = [f"B.x.{name}" for name in (*SIMULATED_ONLY, "following_error")]
+    text = anyone.get(
+        f"{API}/runs/{run['id']}/telemetry", params={"format": "csv", "columns": ",".join(names)}
+    ).text
+    *_, last = csv.DictReader(text.splitlines())
+    assert {last[f"B.x.{name}"] for name in SIMULATED_ONLY} <= {"", "nan", "NaN"}
+    assert abs(float(last["B.x.following_error"])) < 100e-6
+
+
+@pytest.mark.parametrize("how", ["drive", "session"])
+def test_anyone_stops_a_motion(operator: Operator, anyone: httpx.Client, how: str) -> None:
+    operator.arm()
+    path = operator.begin(LONG)
+    for call in ("disarm", "reset", "motions", "arm"):
+        answer = anyone.post(
+            f"{DRIVE}/{call}", json={**MOTION, "confirm": True}, headers={"Lease": "not it"}
+        )
+        assert answer.status_code in {409, 422}, call
+    assert anyone.get(DRIVE).json()["state"] == "moving"
+    assert anyone.post(f"{DRIVE}/stop" if how == "drive" else f"{path}/stop").status_code == 200
+    status = operator.until(lambda status: status["state"] in {"ready", "fault"})
+    assert status["state"] == "ready", status["fault"]
+    session = ended(anyone, path)
+    assert session["state"] == "stopped"
+    events = kept(anyone, session["run"])["events"]
+    assert [event["kind"] for event in events] == ["stop"]
+    answer = anyone.post(f"{DRIVE}/motions", json=MOTION, headers=operator.lease)
+    assert answer.json()["detail"] == "not possible while the link is ready"  # never by itself
+
+
+def test_who_falls_silent_is_stopped_then_free(operator: Operator, anyone: httpx.Client) -> None:
+    operator.arm()
+    path = operator.begin(LONG)
+    operator.fall_silent()
+    status = operator.until(lambda status: status["state"] != "moving")
+    assert status["state"] in {"stopping", "ready"}, status["fault"]
+    assert ended(anyone, path)["state"] == "stopped"
+    operator.until(lambda status: status["state"] == "ready" and status["holder"] is None)
+
+
+def test_the_command_line(
+    anyone: httpx.Client, linked_server: Server, capsys: pytest.CaptureFixture[str]
+) -> None:
+    at = ["--server", linked_server.url]
+    changes = [f"--set={path}={value}" for path, value in SHORT.items()]
+    run = ["drive", "run", "circle", "--variant", "B", *changes]
+    with Operator(anyone) as operator:
+        operator.arm()
+        assert main([*run, "--arm", *at]) == FAILED
+        assert "'operator' controls the drives" in capsys.readouterr().err
+        assert main(["drive", "disarm", *at]) == FAILED
+        path = operator.begin(LONG)
+        assert main(["drive", "stop", *at]) == DONE  # without the lease
+        assert ended(anyone, path)["state"] == "stopped"
+    operator.until(lambda status: status["holder"] is None and status["state"] == "ready")
+    assert main([*run, *at]) == FAILED
+    assert "while the link is ready" in capsys.readouterr().err
+    assert main([*run, "--arm", "--json", *at]) == DONE
+    told = json.loads(capsys.readouterr().out)
+    assert told["state"] == "finished"
+    assert kept(anyone, told["run"])["kind"] == "drive"
+    operator.until(lambda status: status["state"] == "ready")
+    assert main(["drive", "status", *at]) == DONE
+    assert capsys.readouterr().out.startswith("Virtual drive (virtual drive): ready\n")
+    assert main(["drive", "reset", *at]) == DONE
+    nowhere = ["--server", "http://127.0.0.1:9"]
+    assert main(["drive", "stop", *nowhere]) == FAILED
+    assert "does not answer" in capsys.readouterr().err
+
+
+def test_drives_of_another_identity(virtual: VirtualDrive) -> None:
+    config = linked(virtual)
+    first, *others = config.nodes
+    stranger = first.model_copy(update={"product": 0x5002})
+    server = Server(Settings(drive=config.model_copy(update={"nodes": (stranger, *others)})))
+    try:
+        with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
+            until(lambda: client.get(DRIVE).json()["problem"] != "")
+            status = client.get(DRIVE).json()
+    finally:
+        server.stop()
+    assert status["problem"] == "nodes.0.product: drive 1 is 0x5001, 0x5002 expected"
+    assert status["state"] == "offline"
