@@ -3,7 +3,7 @@
 import { TokenPrompt } from './api/access-token.svelte';
 import { Api, ApiError } from './api/client';
 import { difference, ofTrajectory, withChanges } from './api/scenario-paths';
-import type { Changes, Scenario, Value } from './api/types';
+import type { Changes, Metrics, Scenario, Value } from './api/types';
 import { Catalogue } from './catalogue.svelte';
 import { DriveLink } from './drive/drive-link.svelte';
 import { errorText, fileErrorText } from './error-text';
@@ -303,9 +303,9 @@ export class Store {
   }
 
   /** Takes what belongs to another session. */
-  async afterLoad(): Promise<void> {
+  async afterLoad(earlier: Metrics['variants'] = {}): Promise<void> {
     this.undo.clear();
-    this.metrics.clear();
+    this.metrics.clear(earlier);
     await this.catalogue.loadShipped(this.session.info?.scenario.name ?? '');
   }
 }

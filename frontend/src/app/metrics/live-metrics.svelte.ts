@@ -8,6 +8,8 @@ import type { SessionStore } from '../session/session.svelte';
 export class LiveMetrics {
   /** null before there is a window to measure. */
   current = $state.raw<Metrics | null>(null);
+  /** Of motions on drives that came before the present one, which has one variant. */
+  private earlier: Metrics['variants'] = {};
   private readonly queue = new LatestWins<null>(() => this.ask());
 
   constructor(
@@ -20,8 +22,9 @@ export class LiveMetrics {
     this.queue.push(null);
   }
 
-  clear(): void {
+  clear(earlier: Metrics['variants'] = {}): void {
     this.current = null;
+    this.earlier = earlier;
   }
 
   private async ask(): Promise<void> {
@@ -34,7 +37,8 @@ export class LiveMetrics {
     try {
       const metrics = await this.api.metrics(id);
       if (id !== this.session.id) return;
-      this.current = Object.keys(metrics.variants).length > 0 ? metrics : null;
+      const variants = { ...this.earlier, ...metrics.variants };
+      this.current = Object.keys(metrics.variants).length > 0 ? { ...metrics, variants } : null;
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
       // Too early for a window. Without a server, what was measured last stays.

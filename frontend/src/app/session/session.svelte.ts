@@ -41,11 +41,17 @@ export class SessionStore {
   connection = $state<Connection>('connecting');
   speed = $state(1);
   readonly moments = new Moments();
+  /** The one that a motion on drives has; empty for a simulation, which has them all. */
+  variant = $state('');
   /** Set between pressing STOP and the server's answer. */
   stopping = $state(false);
   /** Why there is no session on the server just now; empty while there is one. */
   missing = $state('There is no session yet: the server has not answered.');
   client: StreamClient | null = null;
+  /** The session to go back to from a motion on drives; empty while one is shown. */
+  private home = '';
+  /** Of a motion on drives, which has one variant: the scenario that the controls go on showing. */
+  private whole: Scenario | null = null;
   private subscription: Subscription = { columns: [], differences: [] };
   /** Whether the last requested session was created; pending until the server has answered. */
   private making = Promise.resolve(true);
@@ -87,10 +93,12 @@ export class SessionStore {
   private async find(): Promise<void> {
     if (fromAddress('scenario') !== null && (await this.openLinked())) return;
     const id = fromAddress('session') ?? keptSessions()[0];
-    if (id === undefined) {
-      await this.create({});
-      return;
-    }
+    if (id === undefined) await this.create({});
+    else await this.show(id);
+  }
+
+  /** Shows a session as this browser left it; makes it again where the server no longer has it. */
+  private async show(id: string): Promise<void> {
     const kept = recall(id);
     try {
       const info = await this.api.session(id);
@@ -99,6 +107,20 @@ export class SessionStore {
       if (!(error instanceof ApiError) || error.status !== 404) throw error;
       await this.recreate(kept);
     }
+  }
+
+  /** Shows a motion on drives; what the controls show stays, and is still the session's of before. */
+  showMotion(motion: SessionInfo): void {
+    if (!this.info || !this.base) return;
+    if (this.home === '') this.home = this.id;
+    const { base, draft, paths } = this;
+    this.whole = this.info.scenario;
+    this.adopt(motion, { base, draft, paths });
+  }
+
+  /** Goes back from a motion on drives to the session that it was begun from. */
+  async leaveMotion(): Promise<void> {
+    if (this.home !== '') await this.show(this.home);
   }
 
   /** Makes the session that the address describes; false where that is damaged or refused. */
@@ -146,7 +168,8 @@ export class SessionStore {
 
   /** Makes a session; the present one ends unless it has other viewers. */
   private async make(request: ScenarioRequest, own: Partial<Own>): Promise<void> {
-    const before = this.id;
+    // A motion on drives is not ended by that.
+    const before = this.home || this.id;
     const info = await this.api.create(request);
     const alone = before !== '' && (await this.alone(before).catch(() => false));
     this.adopt(info, own);
@@ -164,7 +187,20 @@ export class SessionStore {
 
   subscribe(subscription: Subscription): void {
     this.subscription = subscription;
-    this.client?.subscribe(subscription);
+    this.client?.subscribe(this.streamed);
+  }
+
+  /** What there is of the subscription: a motion on drives has the channels of one variant. */
+  private get streamed(): Subscription {
+    const { columns, differences } = this.subscription;
+    const { variant } = this;
+    if (variant === '') return this.subscription;
+    return {
+      columns: columns.filter(
+        (column) => /^[xy]\./.test(column) || column.startsWith(`${variant}.`),
+      ),
+      differences,
+    };
   }
 
   async play(): Promise<void> {
@@ -223,7 +259,7 @@ export class SessionStore {
   /** Takes other what-if changes. */
   setDraft(draft: Changes): void {
     this.draft = draft;
-    if (this.id !== '') rememberDraft(this.id, draft);
+    if (this.id !== '') rememberDraft(this.home || this.id, draft);
   }
 
   /** Keeps the name of a what-if path. */
@@ -242,23 +278,31 @@ export class SessionStore {
   private update(info: SessionInfo): void {
     if (info.id !== this.info?.id || info.revision < this.info.revision) return;
     this.moments.noteChanges(info, this.info);
-    this.info = info;
+    this.info = this.shown(info);
     this.keep();
+  }
+
+  private shown(info: SessionInfo): SessionInfo {
+    return this.whole ? { ...info, scenario: this.whole } : info;
   }
 
   private adopt(info: SessionInfo, own: Partial<Own>): void {
     this.client?.close();
     this.moments.noteChanges(info, null);
-    this.info = info;
+    if (!info.drive) [this.home, this.whole] = ['', null];
+    this.variant = info.drive ? (Object.keys(info.scenario.variants)[0] ?? '') : '';
+    this.info = this.shown(info);
     this.base = own.base ?? info.base;
     this.draft = own.draft ?? {};
     this.paths = own.paths ?? [];
     this.speed = info.state === 'playing' ? info.speed : (own.speed ?? 1);
     this.missing = '';
     this.moments.forgetPushes();
-    setAddress({ session: info.id });
-    this.keep();
-    rememberDraft(info.id, this.draft);
+    if (this.home === '') {
+      setAddress({ session: info.id });
+      this.keep();
+      rememberDraft(info.id, this.draft);
+    }
     const protocol = location.protocol === 'https:' ? 'wss' : 'ws';
     this.client = new StreamClient(
       `${protocol}://${location.host}${info.stream}`,
@@ -271,13 +315,13 @@ export class SessionStore {
       },
       { seconds: KEPT, alive: () => this.alive(info.id) },
     );
-    this.client.subscribe(this.subscription);
+    this.client.subscribe(this.streamed);
     this.client.connect();
   }
 
   private keep(): void {
     const { id, start, base, paths, speed } = this;
-    if (start && base) remember({ id, scenario: start, base, paths, speed });
+    if (start && base && this.home === '') remember({ id, scenario: start, base, paths, speed });
   }
 
   /** Whether the session is still there; makes it again when the server has lost it. */

@@ -48,13 +48,14 @@ export const SCENE_KEYS: KeyTable = {
 /** Returns what the keys of the Lab do. */
 export function labActions(): Record<string, () => void> {
   const { session } = app;
+  const drive = parts.drive?.driveRuns.machine === 'drive' ? parts.drive.driveRuns : null;
   const speed = (factor: number) => {
     void app.try(() => session.setSpeed(session.speed * factor));
   };
   const scopes = SCOPES.map((scope, i) => [String(i + 1), () => view.toggle(scope.id)] as const);
   return {
     ...Object.fromEntries(scopes),
-    ' ': () => void app.playOrPause(),
+    ' ': () => void (drive ? app.try(() => drive.run()) : app.playOrPause()),
     s: () => void app.step(1),
     S: () => void app.step(LONG_STEP),
     r: () => void app.reset(),

@@ -1,5 +1,6 @@
 /** Parts of the Lab that are loaded when they are first wanted; null until then. */
 
+import type * as drive from './drive/part';
 import type * as study from './montecarlo/part';
 import type * as overlay from './overlay/part';
 import { app } from '../../app/store.svelte';
@@ -8,6 +9,7 @@ import { fromAddress, load } from '../../app/storage';
 class Parts {
   study = $state.raw<typeof study | null>(null);
   overlay = $state.raw<typeof overlay | null>(null);
+  drive = $state.raw<typeof drive | null>(null);
 
   /** Loads what the address or this browser has used before. */
   start(): void {
@@ -23,6 +25,12 @@ class Parts {
   loadOverlay = () =>
     app.try(async () => {
       this.overlay ??= await import('./overlay/part');
+    });
+
+  /** Where the server has a drive link. */
+  loadDrive = () =>
+    app.try(async () => {
+      this.drive ??= await import('./drive/part');
     });
 
   /** Opens the sheet with runs to draw behind the curves. */

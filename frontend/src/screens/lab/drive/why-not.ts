@@ -1,0 +1,42 @@
+/** Why the Lab cannot move the drives. */
+
+import type { DriveStatus } from '../../../app/api/types';
+
+export interface Asked {
+  status: DriveStatus | null;
+  /** Why the server does not answer; empty when it does. */
+  silent: string;
+  /** Whether this browser holds control. */
+  held: boolean;
+  /** The variant that moves; empty while none does. */
+  moving: string;
+}
+
+/** Returns the reason, to stand beside the button; empty where it can be pressed. */
+export function whyNot({ status, silent, held, moving }: Asked): string {
+  if (silent !== '') return `No answer from the server: ${silent}`;
+  if (!status) return 'Asking for the drives.';
+  if (moving !== '') return `${moving} moves. STOP ends it.`;
+  if (!held) {
+    return status.holder === null
+      ? 'Take control of the drives first.'
+      : `${status.holder} controls the drives.`;
+  }
+  switch (status.state) {
+    case 'holding':
+      return '';
+    case 'offline':
+      return status.problem === '' ? 'The drives are not up yet.' : `No drives: ${status.problem}.`;
+    case 'fault':
+      return `Fault: ${status.fault?.name ?? 'see the Drive screen'}. Reset it first.`;
+    case 'ready':
+      return 'Arm the drives first.';
+    default:
+      return `The drives are ${status.state}.`;
+  }
+}
+
+/** Returns the label of the button: which variants run, in turn. */
+export function runText(variants: readonly string[]): string {
+  return `Run ${variants.join(', then ')} on the drive`;
+}
