@@ -11,6 +11,7 @@ import httpx
 import pytest
 import yaml
 
+from motionlab.config.drive import load_drive
 from motionlab.errors import ConfigError
 from motionlab.service import app
 from motionlab.service.serve import serve
@@ -74,6 +75,18 @@ def test_the_cluster_is_closed():
         tls = service["environment"]
         assert tls["DASK_DISTRIBUTED__COMM__REQUIRE_ENCRYPTION"] == "true"
         assert sum(key.endswith(("__CERT", "__KEY", "__CA_FILE")) for key in tls) == 7
+
+
+def test_the_virtual_drive_answers_the_lab_alone():
+    drive = COMPOSE["services"]["vdrive"]
+    assert drive["profiles"] == ["drive"]
+    assert drive["network_mode"] == "service:lab"
+    assert not {"ports", "networks"} & drive.keys()
+    assert drive["read_only"] is True
+    assert drive["cap_drop"] == ["ALL"]
+    assert drive["command"].split() == ["motionlab", "vdrive"]
+    assert LAB["environment"]["MOTIONLAB_DRIVE"] == "${MOTIONLAB_DRIVE:-}"
+    assert load_drive("virtual").link.address == "127.0.0.1"
 
 
 def test_the_user_is_not_root_and_owns_the_volume():

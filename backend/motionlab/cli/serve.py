@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-from pathlib import Path
 from typing import Any
 
 from motionlab.cli.exit_codes import DONE
@@ -34,9 +33,9 @@ def add(commands: Any) -> None:
     )
     parser.add_argument(
         "--drive",
-        type=Path,
         metavar="FILE",
-        help="link to real or virtual drives, as configs/drives/virtual.toml; docs/drive.md",
+        help="link to drives, as configs/drives/virtual.toml, or virtual for that one "
+        "(MOTIONLAB_DRIVE); docs/drive.md",
     )
     add_scheduler(parser)
     parser.set_defaults(command=_serve)

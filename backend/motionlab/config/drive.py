@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 import tomllib
 from collections import Counter
 from dataclasses import replace
@@ -14,12 +15,15 @@ from pydantic import Field, ValidationError, model_validator
 from motionlab.config.bounds import FILE_MAX, check_depth, check_toml
 from motionlab.config.planar import AXES
 from motionlab.config.quantity import OURS, Config, Whole, quantity
+from motionlab.config.shipped import config_root
 from motionlab.config.validation_errors import field_errors
 from motionlab.errors import ConfigError, FieldError
 
 PHASES = ("a", "b", "c")
 LAYOUT = tuple(itertools.product(AXES, PHASES))
 """Axis and phase of every drive."""
+
+_NAME = re.compile(r"[a-z0-9-]+")
 
 Identity = Annotated[Whole, Field(ge=0, le=0xFFFF_FFFF)]
 
@@ -235,14 +239,16 @@ class DriveConfig(Config):
         )
 
 
-def load_drive(path: Path) -> DriveConfig:
-    """Return the drive link that a TOML file describes.
+def load_drive(name: Path | str) -> DriveConfig:
+    """Return the drive link that a TOML file describes, or a shipped one by its name.
 
     Raises
     ------
     ConfigError
         If it cannot be read; naming every field that is wrong, its value, range and unit.
     """
+    shipped = config_root() / "drives" / f"{name}.toml"
+    path = shipped if _NAME.fullmatch(str(name)) and shipped.is_file() else Path(name)
     try:
         with path.open("rb") as file:
             text = file.read(FILE_MAX + 1).decode()

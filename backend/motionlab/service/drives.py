@@ -197,6 +197,9 @@ class Drives:
         self.lease.check(token)
         if self.link.state in _TORQUE:
             self.link.stop()
+        elif self.link.state is not State.STOPPING:
+            self.lease.free()
+            return
         self.lease.end()
 
     def next_motion(self) -> int:

@@ -57,7 +57,7 @@ def serve(
     names: frozenset[str],
     scheduler: str | None = None,
     *,
-    drive: Path | None = None,
+    drive: str | None = None,
 ) -> None:
     """Serve until interrupted.
 
@@ -72,8 +72,8 @@ def serve(
         MOTIONLAB_HOSTS.
     scheduler : str, optional
         Where jobs are computed; that of MOTIONLAB_SCHEDULER when left out.
-    drive : Path, optional
-        File of a link to drives.
+    drive : str, optional
+        File of a link to drives, or the name of a shipped one; MOTIONLAB_DRIVE when left out.
 
     Raises
     ------
@@ -105,6 +105,7 @@ def serve(
         )
     with executing(scheduler):
         pass  # what is no scheduler is refused now
+    drive = drive or os.environ.get("MOTIONLAB_DRIVE") or None
     link = None if drive is None else load_drive(drive)
     names |= _names_in(os.environ.get("MOTIONLAB_HOSTS", ""))
     with _alone(data_root()):

@@ -1,0 +1,148 @@
+"""The circle on a virtual drive from the Lab: A, then B; without control one is refused."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import httpx
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from motionlab.drive.virtual.process import VirtualDrive
+from tests.drive.link.rig import SLOW
+from tests.e2e.actions import API, region, until
+from tests.e2e.conftest import PATIENCE, ROOT, START, Server
+
+SHORT = {
+    "trajectory.radius": 0.002,
+    "trajectory.frequency": 2.0,
+    "trajectory.laps": 1,
+    "trajectory.lead_in": 0.25,
+}
+RUN = "Run A, then B on the drive"
+
+
+@pytest.fixture(scope="module")
+def virtual() -> Iterator[VirtualDrive]:
+    with VirtualDrive(priority=70, slow=SLOW) as drive:
+        yield drive
+
+
+@pytest.fixture(scope="module")
+def server(virtual: VirtualDrive, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """A server that is linked to a virtual drive."""
+    folder = tmp_path_factory.mktemp("data")
+    text = (ROOT / "configs" / "drives" / "virtual.toml").read_text()
+    file = folder / "drive.toml"
+    file.write_text(text.replace("port = 34980", f"port = {virtual.port}\nslow = {SLOW}"))
+    server = Server(folder, "--drive", str(file))
+    try:
+        bring_up(f"{server.url}{API}/drive")
+        yield server
+    finally:
+        server.stop()
+
+
+def bring_up(calls: str) -> None:
+    """Wait until the drives are operational: the loop may have to be compiled."""
+    end = time.monotonic() + START
+    while not is_up(status := httpx.get(calls, timeout=START).json()):
+        assert time.monotonic() < end, status
+        if status["problem"] or status["fault"]:
+            lease = httpx.post(f"{calls}/lease", json={"holder": "test"}).json().get("lease", "")
+            httpx.post(f"{calls}/reset", headers={"Lease": lease})
+            httpx.delete(f"{calls}/lease", headers={"Lease": lease})
+        time.sleep(1.0)
+
+
+def is_up(status: dict[str, Any]) -> bool:
+    return status["state"] == "ready" and status["loop"]["phase_locked"]
+
+
+def drive(page: Page, server: Server) -> dict[str, Any]:
+    return page.request.get(f"{server.url}{API}/drive").json()
+
+
+def reaches(page: Page, server: Server, state: str) -> None:
+    """Wait for a state of the drives."""
+    until(page, f"the drives are {state}", lambda: drive(page, server)["state"] == state)
+
+
+def open_short_circle(page: Page, server: Server, laps: int = 1) -> None:
+    """Open the Lab on a circle that drives have done with soon, and choose the drive."""
+    body = {"scenario": "circle", "set": SHORT | {"trajectory.laps": laps}}
+    made = page.request.post(f"{server.url}{API}/sessions", data=body).json()
+    page.goto(f"{server.url}?session={made['id']}")
+    page.get_by_text("connected", exact=True).wait_for()
+    machine = region(page, "Scenario").get_by_role("radiogroup", name="Runs on")
+    machine.get_by_role("radio", name="Drive").click()
+
+
+def arm(page: Page, server: Server) -> None:
+    """Arm the drives on the Drive screen, and go back to the Lab."""
+    page.get_by_role("navigation").get_by_role("link", name="Drive").click()
+    begin = page.get_by_role("button", name="Arm…")
+    expect(begin).to_be_enabled()
+    begin.click()
+    question = page.get_by_role("alertdialog")
+    question.get_by_role("checkbox").check()
+    question.get_by_role("button", name="Arm", exact=True).click()
+    reaches(page, server, "holding")
+    page.get_by_role("navigation").get_by_role("link", name="Lab").click()
+
+
+def test_a_then_b_and_a_stop_by_somebody_else(
+    page: Page, server: Server, browser: Browser, refusals: list[str]
+) -> None:
+    refusals.append("409")
+    open_short_circle(page, server)
+    scenario = region(page, "Scenario")
+    expect(scenario.get_by_role("button", name=RUN)).to_be_disabled()
+    expect(scenario).to_contain_text("Take control of the drives first.")
+    expect(scenario).to_contain_text("A and B run one after the other")
+    scenario.get_by_role("link", name="Drive screen").click()
+    page.get_by_role("button", name="Take control").click()
+    arm(page, server)
+
+    scenario.get_by_role("button", name=RUN).click()
+    expect(scenario.get_by_role("button", name="B moves")).to_be_visible()
+    overlaid = region(page, "Overlaid runs")
+    expect(overlaid).to_contain_text("circle A on Virtual drive")
+    expect(scenario.get_by_role("button", name=RUN)).to_be_enabled()
+    metrics = region(page, "Metrics")
+    expect(metrics).to_contain_text("Not measured on drives")
+    first = metrics.get_by_role("table").first.get_by_role("row").filter(has_text="max |e")
+    a, b = (float(cell) for cell in first.first.get_by_role("cell").all_inner_texts()[:2])
+    assert 0.0 < b < a < 100.0  # um
+
+    runs = page.request.get(f"{server.url}{API}/runs?q=kind:drive").json()["runs"]
+    names = {"circle A on Virtual drive", "circle B on Virtual drive"}
+    assert {run["name"] for run in runs} == names
+    assert {run["state"] for run in runs} == {"complete"}
+
+    other = browser.new_context(viewport={"width": 1440, "height": 900})
+    try:
+        second = other.new_page()
+        second.set_default_timeout(PATIENCE)
+        open_short_circle(second, server, laps=30)
+        theirs = region(second, "Scenario")
+        expect(theirs.get_by_role("button", name=RUN)).to_be_disabled()
+        expect(theirs).to_contain_text("controls the drives.")
+        body = {"scenario": "circle", "variant": "A"}
+        refused = second.request.post(
+            f"{server.url}{API}/drive/motions", data=body, headers={"Lease": "none"}
+        )
+        assert refused.status == 409
+        scenario.get_by_role("button", name=RUN).click()
+        reaches(page, server, "moving")
+        second.get_by_role("button", name="STOP").click()
+        reaches(page, server, "ready")
+    finally:
+        other.close()
+    expect(scenario.get_by_role("button", name=RUN)).to_be_disabled()
+    expect(scenario).to_contain_text("Arm the drives first.")
+    page.get_by_role("navigation").get_by_role("link", name="Runs").click()
+    for name in names:
+        expect(page.get_by_text(name).first).to_be_visible()
