@@ -5,6 +5,9 @@ from __future__ import annotations
 import contextlib
 import csv
 import json
+import os
+import subprocess
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from types import TracebackType
@@ -19,6 +22,7 @@ from motionlab.drive.lease import SECONDS
 from motionlab.drive.virtual.process import VirtualDrive
 from motionlab.service.settings import Settings
 from tests.drive.link.rig import SLOW, linked
+from tests.paths import ROOT
 from tests.service.live import API, until
 from tests.service.openapi import Contract
 from tests.service.servers import PATIENCE, Server
@@ -249,6 +253,23 @@ def test_the_command_line(
     nowhere = ["--server", "http://127.0.0.1:9"]
     assert main(["drive", "stop", *nowhere]) == FAILED
     assert "does not answer" in capsys.readouterr().err
+
+
+def test_the_example_runs_a_then_b(operator: Operator, linked_server: Server) -> None:
+    operator.arm()  # and so the drives are up
+    operator.fall_silent()
+    operator.client.delete(f"{DRIVE}/lease", headers=operator.lease)
+    operator.until(lambda status: status["state"] == "ready" and status["holder"] is None)
+    done = subprocess.run(
+        [sys.executable, ROOT / "examples" / "drive_ab.py"],
+        env=os.environ | {"LAB": linked_server.url, "CHANGES": json.dumps(SHORT)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    first, second = done.stdout.splitlines()
+    assert first.startswith("A finished: largest error on x ")
+    assert second.startswith("B finished: largest error on x ")
 
 
 def test_drives_of_another_identity(virtual: VirtualDrive) -> None:
