@@ -335,7 +335,9 @@ def test_samples_end_with_the_motion_although_it_is_stopped_at_its_end(loop: Loc
 
 
 def test_a_silent_server_stops_the_motion_and_ends_the_loop(loop: Lockstep) -> None:
-    loop.moving()
+    loop.arm()
+    loop.line(0.02, ticks=HEARTBEAT // PERIOD + 1000)
+    loop.cycle(400)
     loop.silent = True
     loop.cycle(HEARTBEAT // PERIOD)
     assert loop.state == State.MOVING

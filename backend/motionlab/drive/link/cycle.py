@@ -26,7 +26,7 @@ from motionlab.drive.link.shared import Command, Order, Shared, State, Status
 from motionlab.drive.process_data import NODES
 
 ANSWER = 6 * PERIOD // 10  # ns after the start of a period, until which an answer is waited for
-HEARTBEAT = 500_000_000  # ns of the machine's time without one until a motion is stopped
+HEARTBEAT = 2_000_000_000  # ns of the machine's time without one until a motion is stopped: a lease
 RESETTING = 40  # cycles in which a reset of the drives is asked for, twice
 PHASE_LIMIT = PERIOD // 10  # ns of mean error, within which the exchange is in phase
 PHASE_CYCLES = 400  # cycles within it until it is locked, or out of it until that is a fault

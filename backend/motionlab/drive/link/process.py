@@ -134,7 +134,7 @@ class Loop:
         command, status = self._shared.command, self._shared.status
         status[Status.STATE] = State.OFFLINE
         while True:
-            if time.monotonic_ns() - command[Command.HEARTBEAT] > 4 * HEARTBEAT:
+            if time.monotonic_ns() - command[Command.HEARTBEAT] > HEARTBEAT:
                 return False
             if command[Command.SEQUENCE] != status[Status.DONE]:
                 order = command[Command.ORDER]
