@@ -100,6 +100,25 @@ def test_a_wider_tolerance_changes_the_verdict(
     expect(panel.get_by_role("table")).to_have_count(0)
 
 
+def test_a_comparison_ends_before_a_stop(page: Page, server: Server, two: list[str]) -> None:
+    begun = page.request.post(f"{server.url}{API}/sessions", data={})
+    path = server.url + begun.headers["location"]
+    page.request.post(f"{path}/step", data={"ticks": 2000})
+    run = page.request.get(path).json()["run"]
+    page.request.post(f"{path}/play", data={})
+    page.request.post(f"{path}/stop")
+    until(page, "it stands", lambda: page.request.get(path).json()["state"] == "stopped")
+    page.request.delete(path)
+    at = f"{server.url}{API}/runs/{run}"
+    until(page, "it is a run", lambda: page.request.get(at).json()["state"] == "complete")
+    open_runs(page, server, f"&run={two[0]},{run}&compare=%7B%7D")
+    headline = region(page, "Compare").get_by_role("status")
+    expect(headline).to_contain_text("beyond tolerance")
+    button(page, "Only up to STOP")
+    expect(headline).to_contain_text("All 108 channels hold")
+    page.request.delete(at)
+
+
 def test_a_run_is_simulated_again_and_a_baseline_kept(
     page: Page, server: Server, two: list[str]
 ) -> None:

@@ -1,6 +1,7 @@
 /** How two runs are compared: kept in the address, sent to the server, written as a command. */
 
 import type { RequestOf } from '../../../app/api/operations';
+import type { RunDetail } from '../../../app/api/types';
 import { clean } from '../../../ui/units';
 
 export const ALIGNS = [
@@ -65,6 +66,7 @@ export const EXACT: How = {
 };
 
 type Letters = [string, string];
+type Stopped = Pick<RunDetail, 'events' | 'period'>;
 type Body = Omit<RequestOf<'/runs/compare'>, 'a' | 'b'>;
 
 /** Returns what is asked of the server; what is as the server has it anyway is left out. */
@@ -136,6 +138,23 @@ export function swapped(how: How): How {
     end: moved(how.end),
     variants: Object.fromEntries(variants) as How['variants'],
   };
+}
+
+/**
+ * Returns the last time of 1 before a STOP of either run, s, where runs aligned by time are compared
+ * beyond it: brakes and currents that go to zero outweigh all that was before. Else null.
+ */
+export function lastBeforeStop(how: How, [one, two]: readonly [Stopped, Stopped]): number | null {
+  if (how.align !== 'time') return null;
+  const ends = [
+    { run: one, later: 0 },
+    { run: two, later: how.offset },
+  ].flatMap(({ run, later }) => {
+    const tick = run.events.find(({ kind }) => kind === 'stop')?.tick ?? 0;
+    return tick > 1 ? [clean((tick - 1) * run.period + later)] : [];
+  });
+  const last = Math.min(...ends);
+  return ends.length > 0 && last > (how.start ?? 0) && last < (how.end ?? Infinity) ? last : null;
 }
 
 /** Returns the command that gives the same verdicts. */

@@ -6,6 +6,7 @@ import {
   curlOf,
   EXACT,
   howOf,
+  lastBeforeStop,
   patternsOf,
   swapped,
   type How,
@@ -228,4 +229,17 @@ it('a run without channels of a variant says so', () => {
   expect(withoutVariants(['A'], ['M'])).toBe('');
   expect(withoutVariants(['A'], [])).toContain('2 has no channels of a variant');
   expect(withoutVariants([], [])).toContain('1 and 2 have no channels');
+});
+
+it('a comparison can end before the first STOP', () => {
+  const going = { period: 0.0005, events: [] };
+  const stop = { tick: 4001, kind: 'stop' } as unknown as RunDetail['events'][number];
+  const stopped = { period: 0.0005, events: [stop] };
+  expect(lastBeforeStop(EXACT, [going, going])).toBeNull();
+  expect(lastBeforeStop(EXACT, [going, stopped])).toBe(2);
+  expect(lastBeforeStop({ ...EXACT, offset: 0.5 }, [going, stopped])).toBe(2.5);
+  expect(lastBeforeStop({ ...EXACT, offset: 0.5 }, [stopped, stopped])).toBe(2);
+  expect(lastBeforeStop({ ...EXACT, end: 2 }, [going, stopped])).toBeNull();
+  expect(lastBeforeStop({ ...EXACT, start: 3 }, [going, stopped])).toBeNull();
+  expect(lastBeforeStop({ ...EXACT, align: 'index' }, [going, stopped])).toBeNull();
 });

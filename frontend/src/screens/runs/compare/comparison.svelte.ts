@@ -8,7 +8,15 @@ import { fromAddress, setAddress } from '../../../app/storage';
 import { compareRuns, getRun } from '../../../app/runs/runs-api';
 import { runs } from '../runs.svelte';
 import { baseline } from '../baseline.svelte';
-import { bodyOf, EXACT, howOf, swapped, type How, type Rule } from './compare-request';
+import {
+  bodyOf,
+  EXACT,
+  howOf,
+  lastBeforeStop,
+  swapped,
+  type How,
+  type Rule,
+} from './compare-request';
 import { lettersOf } from './compared-variants';
 import { VERDICTS, type Sorting, type Verdict } from './compare-table';
 
@@ -49,13 +57,20 @@ class ComparisonOfTwo {
     return this.opened && a !== undefined && b !== undefined && more.length === 0 ? [a, b] : null;
   });
 
+  /** What is known of 1 and 2; null until it is of both. */
+  private readonly known = $derived.by((): readonly [RunDetail, RunDetail] | null => {
+    const [one, two] = (this.pair ?? []).map((id) => this.details.find((run) => run.id === id));
+    return one && two ? [one, two] : null;
+  });
+
   /** Letters of the variants of 1 and of 2; null until they are known. */
   readonly variantsOfBoth = $derived.by(
-    (): readonly [readonly string[], readonly string[]] | null => {
-      const [one, two] = (this.pair ?? []).map((id) => this.details.find((run) => run.id === id));
-      return one && two ? [lettersOf(one), lettersOf(two)] : null;
-    },
+    (): readonly [readonly string[], readonly string[]] | null =>
+      this.known && [lettersOf(this.known[0]), lettersOf(this.known[1])],
   );
+
+  /** Time of 1 up to which neither run was stopped, where they are compared beyond it. */
+  readonly beforeStop = $derived(this.known && lastBeforeStop(this.how, this.known));
 
   /** Takes what the address says. */
   readAddress(): void {
