@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from motionlab.cli.exit_codes import DONE
+from motionlab.errors import ConfigError, FieldError
 
 _PORT = 34980
 _PORT_MAX = 65_535
@@ -59,7 +60,8 @@ def add(commands: Any) -> None:
         "--control",
         type=_port,
         metavar="PORT",
-        help="UDP port on 127.0.0.1 for switches (the one after that of --address)",
+        help="UDP port on 127.0.0.1 for switches; 0 takes a free one (the one after that of "
+        f"--address, {_PORT + 1} with --interface)",
     )
     parser.add_argument(
         "--start", type=_pair, default=(0.0, 0.0), metavar="X,Y", help="position, m (0,0)"
@@ -140,13 +142,22 @@ def _vdrive(options: argparse.Namespace) -> int:
     return _switch(options) if options.switch else _run(options)
 
 
+def _control_port(options: argparse.Namespace) -> int:
+    """Return the port for switches: that of --control, or the one after that of --address."""
+    if options.control is not None:
+        return options.control
+    if options.address[1] == _PORT_MAX:
+        raise ConfigError(FieldError("control", f"there is no port after {_PORT_MAX}: give one"))
+    return options.address[1] + 1
+
+
 def _switch(options: argparse.Namespace) -> int:
     """Set switches of a running virtual drive."""
     from motionlab.config.changes import parse_assignments
     from motionlab.drive.virtual.control import ask
 
     changes = parse_assignments(options.switch, "--switch")
-    status = ask(options.control or options.address[1] + 1, changes)
+    status = ask(_control_port(options), changes)
     if options.json:
         print(json.dumps(status))
         return DONE
@@ -179,14 +190,12 @@ def _run(options: argparse.Namespace) -> int:
         now=wall_clock(),
     )
     address, port = options.address
-    control = options.control or 0
-    if options.interface:
-        opened, where = open_ethernet(options.interface), options.interface
-    elif port or control:
-        opened, where = open_udp(address, port), address
+    where = options.interface or address
+    if options.interface or port or options.control is not None:
+        control = _control_port(options)
+        opened = open_ethernet(where) if options.interface else open_udp(address, port)
     else:
         opened, control = open_pair(address)
-        where = address
     with Server(
         segment,
         opened,

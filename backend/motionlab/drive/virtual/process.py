@@ -81,7 +81,11 @@ class VirtualDrive:
             f"--drift={drift * 1e6!r}",
             f"--priority={priority}",
             f"--slow={slow}",
-            *([f"--interface={interface}"] if interface else [f"--address={address}:{port}"]),
+            *(
+                [f"--interface={interface}", "--control=0"]
+                if interface
+                else [f"--address={address}:{port}"]
+            ),
         ]
         self._process: subprocess.Popen[bytes] | None = None
 

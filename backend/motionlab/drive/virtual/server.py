@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import json
 import os
 import selectors
@@ -29,13 +30,13 @@ _TRIES = 20
 _TURN = 0.1  # s
 
 
-def open_udp(address: str, port: int) -> socket.socket:
-    """Return a socket for EtherCAT in UDP packets.
+def open_udp(address: str, port: int, option: str = "address") -> socket.socket:
+    """Return a socket for UDP packets.
 
     Raises
     ------
-    DriveFailed
-        If the address cannot be bound.
+    ConfigError
+        Naming the `option` of the command, if the address cannot be bound.
     """
     family = socket.AF_INET6 if ":" in address else socket.AF_INET
     opened = socket.socket(family, socket.SOCK_DGRAM)
@@ -43,27 +44,44 @@ def open_udp(address: str, port: int) -> socket.socket:
         opened.bind((address, port))
     except OSError as error:
         opened.close()
-        raise DriveFailed(f"UDP port {port} of {address}: {error.strerror}") from None
+        text = f"UDP port {port} of {address}: {error.strerror}"
+        taken = error.errno == errno.EADDRINUSE
+        raise ConfigError(
+            FieldError(option, text, range="port 0, for a free one" if taken else "")
+        ) from None
     return opened
 
 
 def open_ethernet(interface: str) -> socket.socket:
-    """Return a socket for EtherCAT frames on a network card; it needs CAP_NET_RAW.
+    """Return a socket for EtherCAT frames on a network card.
 
     Raises
     ------
-    DriveFailed
-        If there is no such card, or no right to it.
+    ConfigError
+        If there is no such card, it is down, or there is no right to it.
     """
     try:
         opened = socket.socket(socket.AF_PACKET, socket.SOCK_RAW, socket.htons(ETHERTYPE))
-    except OSError as error:
-        raise DriveFailed(f"raw Ethernet needs CAP_NET_RAW: {error.strerror}") from None
+    except PermissionError:
+        raise ConfigError(
+            FieldError("interface", "raw Ethernet needs root or the right CAP_NET_RAW", interface)
+        ) from None
     try:
         opened.bind((interface, ETHERTYPE))
+        if failure := opened.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR):
+            raise OSError(failure, f"{os.strerror(failure)}: ip link set {interface} up")
     except OSError as error:
         opened.close()
-        raise DriveFailed(f"network card {interface!r}: {error.strerror}") from None
+        cards = ", ".join(name for _, name in socket.if_nameindex())
+        known = error.errno != errno.ENODEV
+        raise ConfigError(
+            FieldError(
+                "interface",
+                error.strerror if known and error.strerror else "no such network card",
+                interface,
+                range="" if known else f"one of {cards}",
+            )
+        ) from None
     return opened
 
 
@@ -77,7 +95,7 @@ class Server:
     on : socket
         From `open_udp` or `open_ethernet`; closed at the end.
     control_port : int
-        UDP port on loopback for switches; 0 chooses the one after that of `on`.
+        UDP port on loopback for switches; 0 takes a free one.
     drift : float
         By how much the segment's clock is fast, 1.
     priority : int
@@ -101,7 +119,11 @@ class Server:
         self._priority = priority
         raw = on.family == socket.AF_PACKET
         self.port = 0 if raw else int(on.getsockname()[1])
-        self._control = open_udp(LOOPBACK, control_port or (self.port + 1 if self.port else 0))
+        try:
+            self._control = open_udp(LOOPBACK, control_port, "control")
+        except ConfigError:
+            on.close()
+            raise
         self.control_port = int(self._control.getsockname()[1])
         self._mail_event = os.eventfd(0, os.EFD_NONBLOCK)
         header = MAC_HEADER if raw else 0
@@ -186,7 +208,7 @@ def open_pair(address: str) -> tuple[socket.socket, int]:
         following = int(opened.getsockname()[1]) + 1
         try:
             open_udp(LOOPBACK, following).close()
-        except (DriveFailed, OverflowError):
+        except (ConfigError, OverflowError):
             opened.close()
             continue
         return opened, following

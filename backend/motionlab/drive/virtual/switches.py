@@ -14,8 +14,7 @@ from motionlab.drive.virtual import layout
 from motionlab.drive.virtual.layout import NODES, Arrays
 from motionlab.errors import ConfigError
 
-Share = Annotated[float, Field(ge=0.0, le=1.0)]
-Counts = Annotated[Whole, Field(ge=-(2**24), le=2**24)]
+_JUMP = 2**24
 Axes = Literal["", "x", "y", "xy"]
 Node = Annotated[Whole, Field(ge=1, le=NODES)]
 Code = Annotated[Whole, Field(ge=1, le=0xFFFF)]
@@ -39,12 +38,14 @@ class Failing(Config):
 class Switches(Config):
     """What goes wrong from now on. Fields that are left out stay as they are."""
 
-    drop: Share | None = Field(
-        default=None, description="Share of frames lost, half of them before they are processed"
+    drop: float | None = Field(
+        default=None, ge=0.0, le=1.0, description="Share of frames lost, half of them unprocessed"
     )
-    duplicate: Share | None = Field(default=None, description="Share of answers sent twice")
-    reorder: Share | None = Field(
-        default=None, description="Share of answers that are overtaken by the next one"
+    duplicate: float | None = Field(
+        default=None, ge=0.0, le=1.0, description="Share of answers sent twice"
+    )
+    reorder: float | None = Field(
+        default=None, ge=0.0, le=1.0, description="Share of answers that the next one overtakes"
     )
     delay: float | None = Field(
         default=None, ge=0.0, le=0.1, description="Time by which answers are late, s"
@@ -53,14 +54,21 @@ class Switches(Config):
     freeze: bool | None = Field(
         default=None, description="Frames wait unread; when it ends, all are answered"
     )
-    link: Annotated[Whole, Field(ge=0, le=NODES)] | None = Field(
-        default=None, description="Drives that are reached: the cable behind the last one is out"
+    link: Whole | None = Field(
+        default=None,
+        ge=0,
+        le=NODES,
+        description="Drives that are reached: the cable behind the last one is out",
     )
-    counter: Annotated[Whole, Field(ge=-100, le=100)] | None = Field(
-        default=None, description="Added to the working counter of process data"
+    counter: Whole | None = Field(
+        default=None, ge=-100, le=100, description="Added to the working counter of process data"
     )
-    jump_x: Counts | None = Field(default=None, description="Added to the position of x, counts")
-    jump_y: Counts | None = Field(default=None, description="Added to the position of y, counts")
+    jump_x: Whole | None = Field(
+        default=None, ge=-_JUMP, le=_JUMP, description="Added to the position of x, counts"
+    )
+    jump_y: Whole | None = Field(
+        default=None, ge=-_JUMP, le=_JUMP, description="Added to the position of y, counts"
+    )
     stuck: Axes | None = Field(default=None, description="Axes whose encoder stays where it is")
     encoder_loss: Axes | None = Field(
         default=None, description="Axes whose encoder is lost: error 0x7305"
