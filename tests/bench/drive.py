@@ -215,7 +215,8 @@ def _link() -> tuple[Timing, float, float, int]:
             late = link.status(Status.LATE) - late
             trips = np.cumsum(link.round_trips - trips)
             if link.state != State.HOLDING:
-                raise RuntimeError(f"the link came to {link.state.name}: {link.fault()}")
+                told = link.fault() or link.problem
+                raise RuntimeError(f"the link came to {link.state.name}: {told}")
             p50, p99, p999 = (
                 float(np.searchsorted(trips, q * trips[-1])) for q in (0.5, 0.99, 0.999)
             )

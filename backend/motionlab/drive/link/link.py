@@ -315,7 +315,7 @@ class DriveLink:
                 elif report.get("step") == "operational":
                     self.problem = ""
                     self.found = report["found"]
-        if not self._closed.is_set():
+        if not self._closed.is_set() and not self.problem:
             self.problem = _ENDED
 
 

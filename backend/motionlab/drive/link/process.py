@@ -81,7 +81,13 @@ class Loop:
                 segment = self._brought_up()
                 if segment is None:
                     return
-                if self._cycle(segment) in {QUITTING, GONE}:
+                reason = self._cycle(segment)
+                if reason in {QUITTING, GONE}:
+                    if reason == GONE:
+                        self._tell(
+                            problem="the server was silent for 0.5 s: the drives were stopped, and "
+                            "the drive loop has ended; reset begins it anew"
+                        )
                     segment.shut_down()
                     return
         finally:
