@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections.abc import Callable
 from types import TracebackType
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from motionlab.config.drive import DriveConfig
 from motionlab.config.load import load_scenario
+from motionlab.drive.link.carrier import LinkError
 from motionlab.drive.link.link import DriveLink
 from motionlab.drive.link.shared import Order, State, Status
 from motionlab.drive.motion import DriveMotion, held_parameters, on_drives
@@ -81,7 +83,8 @@ class Rig:
             nonlocal sound
             down = link.state == State.OFFLINE and bool(link.problem)
             if link.state == State.FAULT or down:
-                link.order(Order.RESET)
+                with contextlib.suppress(LinkError):  # while it tries once more by itself
+                    link.order(Order.RESET)
             locked = link.status(Status.PHASE_LOCKED) == 1
             sound = sound + 1 if link.state == State.READY and locked else 0
             return sound > 20  # drives that stood still may tell late that they left OP

@@ -39,7 +39,9 @@ _INPUTS = NODES * INPUT_BYTES
 _OUTPUTS = NODES * OUTPUT_BYTES
 _FIRST_DATA = FRAME_HEADER + DATAGRAM_HEADER
 _INDEX = FRAME_HEADER + 1
+_CLOCK_INDEX = _FIRST_DATA + _INPUTS + WORKING_COUNTER + 1
 _CLOCK_DATA = _FIRST_DATA + _INPUTS + WORKING_COUNTER + DATAGRAM_HEADER
+_AL_INDEX = _CLOCK_DATA + 8 + WORKING_COUNTER + 1
 _AL_DATA = _CLOCK_DATA + 8 + WORKING_COUNTER + DATAGRAM_HEADER
 _READ_BYTES = _AL_DATA + 2 + WORKING_COUNTER
 _WRITE_BYTES = _FIRST_DATA + _OUTPUTS + WORKING_COUNTER
@@ -134,10 +136,15 @@ def read_inputs(bus: Bus, cycle: int, deadline: int) -> Inputs:
 
     Answers to earlier frames are taken from the socket and, but for the working counter of the
     outputs before, thrown away. The inputs stay in ``bus.answer``.
+
+    The cycle's number stands in the indices of all three datagrams. That of one repeats after 128
+    cycles: answers that waited as long would be taken for new ones, and always be as late.
     """
     index = 2 * cycle & 0xFF
     before = index - 1 & 0xFF
     bus.read[bus.header + _INDEX] = index
+    bus.read[bus.header + _CLOCK_INDEX] = cycle >> 7 & 0xFF
+    bus.read[bus.header + _AL_INDEX] = cycle >> 15 & 0xFF
     sent = now(bus.clock)
     written = -1
     if not send(bus.descriptor, bus.read, bus.read.size):
@@ -153,7 +160,8 @@ def read_inputs(bus: Bus, cycle: int, deadline: int) -> Inputs:
         if length >= _WRITE_BYTES and data[_INDEX - 1] == LWR and data[_INDEX] == before:
             written = u16(data, _FIRST_DATA + _OUTPUTS)
         elif length >= _READ_BYTES and data[_INDEX - 1] == LRD and data[_INDEX] == index:
-            break
+            if data[_CLOCK_INDEX] == cycle >> 7 & 0xFF and data[_AL_INDEX] == cycle >> 15 & 0xFF:
+                break
     data = bus.answer[bus.header :]
     system_time = 0
     for i in range(7, -1, -1):
