@@ -290,3 +290,32 @@ def test_a_server_without_drives_says_how_to_try_them(page: Page) -> None:
     said = region(page, "State")
     expect(said).to_contain_text("No drive configured")
     expect(said).to_contain_text("motionlab serve --drive configs/drives/virtual.toml")
+
+
+def test_commissioning_goes_step_by_step(shown: Page, drive: VirtualDrive) -> None:
+    panel = region(shown, "Commissioning")
+    steps = panel.get_by_role("listitem")
+    expect(steps.filter(has_text="Find drives").get_by_role("button")).to_be_disabled()
+    taken(shown)
+    expect(steps.filter(has_text="Identity").get_by_role("button")).to_have_count(0)
+    button(shown, "Check")
+    expect(panel).to_contain_text("6 of 6 found, in OP")
+    button(shown, "Check")
+    expect(panel).to_contain_text("6 of 6 match; 10 A rated")
+    button(shown, "Begin")
+    expect(panel.get_by_role("status")).to_contain_text("x 0 mm, y 0 mm")
+    for axis in ("x", "y"):
+        drive.switch(push={"axis": axis, "force": 12.0, "time": 0.1})
+    expect(panel).to_contain_text("both signs right")
+    expect(panel).to_contain_text("3 of 3 done")
+    shown.reload()
+    expect(panel).to_contain_text("3 of 3 done")  # the server keeps it
+    shown.get_by_role("button", name="Again: Identity and limits").click()
+    expect(panel).to_contain_text("2 of 3 done")
+    expect(panel).not_to_contain_text("both signs right")
+    with shown.expect_download() as kept:
+        button(shown, "Download")
+    button(shown, "Start over")
+    expect(panel).to_contain_text("0 of 3 done")
+    shown.get_by_label("Commissioning document").set_input_files(kept.value.path())
+    expect(panel).to_contain_text("2 of 3 done")

@@ -84,7 +84,9 @@ def test_nothing_that_the_wheel_serves_fails(installed: Path, tmp_path: Path) ->
             described = client.get("/openapi.json").json()["paths"]
     finally:
         server.stop()
-    readable = {path for path, each in described.items() if "get" in each} - {NO_DRIVE}
+    readable = [
+        path for path, each in described.items() if "get" in each and not path.startswith(NO_DRIVE)
+    ]
     for path in [*UNDESCRIBED, *readable]:
         form = re.sub(r"\\\{\w+\\\}", "[^/]+", re.escape(path))
         assert any(re.fullmatch(form, found.partition("?")[0]) for found in asked), path

@@ -71,7 +71,7 @@ def test_without_a_link_there_is_nothing(client: httpx.Client, contract: Contrac
         for method in methods
         if path.startswith(DRIVE)
     ]
-    assert len(calls) == 9
+    assert len(calls) == 12
     for method, path in calls:
         example = (
             body_examples(contract.document, operation["operationId"])

@@ -30,6 +30,7 @@ from motionlab.service.memory_budget import MemoryBudget
 from motionlab.service.preload import warm_up
 from motionlab.service.prometheus import Monitor
 from motionlab.service.routes import (
+    commissioning,
     drive,
     fields,
     gain_sets,
@@ -85,6 +86,7 @@ _MODULES = (
     runs,
     gain_sets,
     drive,
+    commissioning,
 )
 """Routes of the API, in the order of its documentation."""
 

@@ -13,6 +13,7 @@ from motionlab.config.drive import DriveAxisConfig, DriveConfig
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.drive.commissioning import ByHand, Commissioning, StepName
 from motionlab.drive.faults import DRIVE_ERRORS
 from motionlab.drive.lease import Lease
 from motionlab.drive.link.carrier import LinkError
@@ -20,7 +21,9 @@ from motionlab.drive.link.link import DriveLink, FaultNow
 from motionlab.drive.link.shared import Figure, Order, State, Status
 from motionlab.drive.motion import held_parameters, on_drives
 from motionlab.drive.process_data import STO_ACTIVE
+from motionlab.errors import StoreError
 from motionlab.service.drive_history import DriveHistory, PastFault, Recent
+from motionlab.store.files import data_root
 
 _WATCH = 0.2  # s
 _TORQUE = {State.ARMING, State.HOLDING, State.MOVING}
@@ -138,6 +141,7 @@ class Drives:
         self.config = config
         self.link = DriveLink(config)
         self.lease = Lease()
+        self.commissioning = Commissioning(config, data_root() / "commissioning.json")
         self._history = DriveHistory(self.link)
         self._motions = 0
         self._beginning = asyncio.Lock()
@@ -191,6 +195,46 @@ class Drives:
             self.link.order(Order.ARM)
 
         await asyncio.to_thread(arm)
+
+    async def do_step(self, name: StepName) -> None:
+        """Do a step of commissioning; of encoders it only begins, and ends once both were moved.
+
+        Raises
+        ------
+        LinkError
+            If a step before it does not hold, or the drives are not as it needs them.
+        StoreError
+            If what was found cannot be kept.
+        """
+        state, found = self.link.state, self.link.found
+        if state is not State.READY or not found:
+            raise LinkError(
+                f"commissioning needs drives without torque: the link is {state.name.lower()}"
+            )
+        commissioning = self.commissioning
+        commissioning.begin(name)
+        if name == "encoders":
+            commissioning.by_hand = ByHand(self.link.figure(Figure.POSITION))
+            return
+        judge = {
+            "drives": commissioning.find_drives,
+            "identity": commissioning.compare_identity,
+        }[name]
+        await asyncio.to_thread(commissioning.put, name, judge(found))
+
+    async def _note_by_hand(self) -> None:
+        """Follow a mover that is pushed by hand, for as long as torque is off."""
+        by_hand = self.commissioning.by_hand
+        if by_hand is None:
+            return
+        if self.link.state is not State.READY:
+            self.commissioning.by_hand = None
+            return
+        by_hand.note(self.link.figure(Figure.POSITION))
+        if by_hand.complete:
+            finding = self.commissioning.judge_encoders(by_hand)
+            with contextlib.suppress(StoreError):  # it is shown, and kept with the next step
+                await asyncio.to_thread(self.commissioning.put, "encoders", finding)
 
     def give_up(self, token: str) -> None:
         """End a lease; armed drives stop first."""
@@ -311,6 +355,7 @@ class Drives:
         while True:
             await asyncio.sleep(_WATCH)
             self._history.note()
+            await self._note_by_hand()
             if self.lease.expired:
                 if self.link.state in _TORQUE:
                     self.link.stop()

@@ -1562,6 +1562,50 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/drive/commissioning": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Commissioning
+         * @description Return the steps and what they found.
+         */
+        get: operations["getCommissioning"];
+        /**
+         * Load Commissioning
+         * @description Take a document that was kept; an empty one starts over.
+         */
+        put: operations["loadCommissioning"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/drive/commissioning/{step}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Do Commissioning Step
+         * @description Do a step, or do it again; those after it are forgotten. No step here switches torque on.
+         */
+        post: operations["doCommissioningStep"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
 }
 export type webhooks = Record<string, never>;
 export interface components {
@@ -2626,6 +2670,36 @@ export interface components {
             lead_in: number | null;
         };
         /**
+         * CommissioningRecord
+         * @description All that was found on one machine.
+         * @example {
+         *       "findings": {},
+         *       "link": "Virtual drive"
+         *     }
+         */
+        CommissioningRecord: {
+            /**
+             * Link
+             * @description Title of the drive link
+             */
+            link: string;
+            /** Findings */
+            findings?: {
+                [key: string]: components["schemas"]["Finding"];
+            };
+        };
+        /**
+         * CommissioningStatus
+         * @description Where commissioning stands.
+         */
+        CommissioningStatus: {
+            /** Steps */
+            steps: components["schemas"]["StepStatus"][];
+            /** @description While encoders are moved by hand */
+            by_hand: components["schemas"]["HandStatus"] | null;
+            record: components["schemas"]["CommissioningRecord"];
+        };
+        /**
          * CompareRequest
          * @description Two runs, and how they are compared.
          * @example {
@@ -2940,6 +3014,18 @@ export interface components {
              * @default 0
              */
             k_d_share: number;
+        };
+        /**
+         * ConfigChange
+         * @description A value of the configuration that does not fit what was found.
+         */
+        ConfigChange: {
+            /** Path */
+            path: string;
+            /** Now */
+            now: number;
+            /** Then */
+            then: number;
         };
         /**
          * Constraints
@@ -4050,6 +4136,31 @@ export interface components {
             y: (number | null)[];
         };
         /**
+         * Finding
+         * @description What a step has found.
+         */
+        Finding: {
+            /**
+             * At
+             * @description Wall clock, s since 1970
+             */
+            at: number;
+            /** Holds */
+            holds: boolean;
+            /**
+             * Text
+             * @description In one line
+             */
+            text: string;
+            /** Rows */
+            rows?: components["schemas"]["FoundFigure"][];
+            /**
+             * Changes
+             * @description To be made in the file of the link
+             */
+            changes?: components["schemas"]["ConfigChange"][];
+        };
+        /**
          * FirstDifference
          * @description The first sample that is not the recorded one.
          */
@@ -4406,6 +4517,20 @@ export interface components {
              * @description A
              */
             rated_current: number;
+        };
+        /**
+         * FoundFigure
+         * @description One figure that was found, beside what is expected.
+         */
+        FoundFigure: {
+            /** Name */
+            name: string;
+            /** Found */
+            found: string;
+            /** Expected */
+            expected: string;
+            /** Holds */
+            holds: boolean;
         };
         /**
          * FrequencySweepDocument
@@ -4888,6 +5013,22 @@ export interface components {
              * @default 0.5
              */
             post: number;
+        };
+        /**
+         * HandStatus
+         * @description A mover that is being pushed by hand, x and y.
+         */
+        HandStatus: {
+            /**
+             * Moved
+             * @description From where it was, m
+             */
+            moved: number[];
+            /**
+             * Travel
+             * @description First move that was far enough, m
+             */
+            travel: (number | null)[];
         };
         /**
          * Health
@@ -9728,6 +9869,27 @@ export interface components {
              * @default 1
              */
             ticks: number;
+        };
+        /**
+         * StepStatus
+         * @description One step as it stands.
+         */
+        StepStatus: {
+            /**
+             * Name
+             * @enum {string}
+             */
+            name: "drives" | "identity" | "encoders";
+            /** Title */
+            title: string;
+            /** Task */
+            task: string;
+            /**
+             * State
+             * @enum {string}
+             */
+            state: "done" | "now" | "waiting";
+            finding: components["schemas"]["Finding"] | null;
         };
         /**
          * Steps
@@ -19482,6 +19644,276 @@ export interface operations {
             };
             /** @description Not Found */
             404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getCommissioning: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CommissioningStatus"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    loadCommissioning: {
+        parameters: {
+            query?: never;
+            header: {
+                /** @description Token of the lease, from takeControl */
+                Lease: string;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["CommissioningRecord"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CommissioningStatus"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Insufficient Storage */
+            507: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    doCommissioningStep: {
+        parameters: {
+            query?: never;
+            header: {
+                /** @description Token of the lease, from takeControl */
+                Lease: string;
+            };
+            path: {
+                step: "drives" | "identity" | "encoders";
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CommissioningStatus"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Insufficient Storage */
+            507: {
                 headers: {
                     [name: string]: unknown;
                 };

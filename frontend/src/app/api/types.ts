@@ -41,6 +41,8 @@ export interface GainSet extends Omit<Schemas['GainSet'], 'values'> {
 
 /** State of the drive link. */
 export type DriveStatus = Schemas['DriveStatus'];
+export type CommissioningStatus = Schemas['CommissioningStatus'];
+export type CommissioningRecord = Schemas['CommissioningRecord'];
 export type OneDrive = Schemas['OneDrive'];
 export type FaultNow = Schemas['FaultNow'];
 export type PastFault = Schemas['PastFault'];

@@ -40,7 +40,7 @@ export function linkRows({ loop, bus, drives, state }: DriveStatus): FigureRow[]
       unit: `of ${all}`,
       look: down || counter === all ? undefined : 'bad',
     },
-    { name: 'cycles missed, last minute', value: String(loop.recent.missed), unit: 'held' },
+    { name: 'cycles missed', value: String(loop.recent.missed), unit: 'held' },
     bus.distributed_clocks
       ? {
           name: 'phase error to SYNC0',
