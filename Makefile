@@ -38,8 +38,8 @@ setup: $(SETUP_STAMP) ## Create .venv with everything needed to run and test
 # browser, which with its server takes both cores. 5 is pytest's "no tests were selected".
 test: $(SETUP_STAMP) $(PAGE) ## Run the tests (PYTEST_ARGS="-k circle" for some of them)
 	@frontend/npm test --silent
-	@$(PY) -m motionlab.simulation.precompile
-	@$(PY) -m motionlab.drive.precompile
+	@$(PY) -m motionlab.simulation.precompile & kernels=$$!; \
+	$(PY) -m motionlab.drive.precompile && wait $$kernels
 	@$(PY) -m pytest -m "not browser and not realtime" -n auto --dist loadfile $(PYTEST_ARGS); first=$$?; \
 	[ $$first = 0 ] || [ $$first = 5 ] || exit $$first; \
 	$(PY) -m pytest -m "browser or realtime" $(or $(PYTEST_ARGS),tests/drive tests/e2e); second=$$?; \
@@ -56,10 +56,9 @@ run: $(SETUP_STAMP) $(PAGE) ## Serve the lab at http://127.0.0.1:8000 (PORT=8001
 lint: $(LINT_STAMP) ## Check style, types and the direction of imports
 	@$(PY) -m ruff check
 	@$(PY) -m ruff format --check
-	@$(PY) -m basedpyright
+	@$(PY) -m basedpyright & types=$$!; \
+	frontend/npm run --silent check && frontend/npm run --silent lint && wait $$types
 	@.venv/bin/lint-imports --no-cache
-	@frontend/npm run --silent check
-	@frontend/npm run --silent lint
 
 bench: $(SETUP_STAMP) $(PAGE) ## Measure speed, each figure beside its reference (BENCH="stream page" for some)
 	@$(PY) -m tests.bench $(BENCH)
