@@ -4,6 +4,7 @@
 PYTHON ?= python3
 PORT ?= 8000
 LOCK_FLAGS ?=
+WORKERS := $(shell echo $$(( $$(nproc) + 1 )))
 
 PY := .venv/bin/python
 # A slow network, or one that drops a connection now and then, must not end a first setup.
@@ -34,16 +35,19 @@ help: ## Show the targets
 setup: $(SETUP_STAMP) ## Create .venv with everything needed to run and test
 	@echo "Ready: .venv/bin/motionlab --help"
 
-# Kernels first, once for all; then a file to a core; then, by itself, what keeps time or drives a
-# browser, which with its server takes both cores. 5 is pytest's "no tests were selected".
+# Kernels first, once for all; then files on all cores and one more, since many tests wait; then, by
+# itself, what keeps time or drives a browser. 5 is pytest's "no tests were selected".
 test: $(SETUP_STAMP) $(PAGE) ## Run the tests (PYTEST_ARGS="-k circle" for some of them)
 	@frontend/npm test --silent
 	@$(PY) -m motionlab.simulation.precompile & kernels=$$!; \
 	$(PY) -m motionlab.drive.precompile && wait $$kernels
-	@$(PY) -m pytest -m "not browser and not realtime" -n auto --dist loadfile $(PYTEST_ARGS); first=$$?; \
-	[ $$first = 0 ] || [ $$first = 5 ] || exit $$first; \
-	$(PY) -m pytest -m "browser or realtime" $(or $(PYTEST_ARGS),tests/drive tests/e2e); second=$$?; \
-	[ $$second = 5 ] && exit $$first || exit $$second
+	@result=5; run() { \
+		$(PY) -m pytest "$$@" $(PYTEST_ARGS); code=$$?; \
+		[ $$code = 5 ] || result=$$code; [ $$code = 5 ] || [ $$code = 0 ]; \
+	}; \
+	run -m "not browser and not realtime" -n $(WORKERS) --dist loadfile && \
+	run -m "browser or realtime" $(if $(PYTEST_ARGS),,tests/drive tests/e2e); \
+	exit $$result
 
 browser: ## Install Debian's Chromium, and what drives it, for the browser tests (as root)
 	@{ command -v chromium && ldconfig -p | grep -q libatomic; } >/dev/null || { \
