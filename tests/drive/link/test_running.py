@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from motionlab.drive import faults
+from motionlab.drive.link import link
 from motionlab.drive.link.carrier import LinkError
 from motionlab.drive.link.link import DriveLink
 from motionlab.drive.link.shared import Order, State, Status
@@ -153,7 +154,8 @@ def test_closed_in_motion_it_stops_first_and_leaves_the_drives_in_init(fresh: Ri
     assert all(node["al_state"] == 1 for node in fresh.drive.status()["nodes"])
 
 
-def test_a_loop_that_hangs_is_ended_by_close(fresh: Rig) -> None:
+def test_a_loop_that_hangs_is_ended_by_close(fresh: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(link, "_END_TIMEOUT", 1.0)
     fresh.moving()
     loop = pid_of(fresh.link)
     os.kill(loop, signal.SIGSTOP)
