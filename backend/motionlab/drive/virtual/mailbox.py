@@ -63,7 +63,7 @@ class MailServer:
                 self._tell_error(n)
 
     def _tell_error(self, n: int) -> None:
-        """Send an emergency: an error code, or 0 where there is none any more."""
+        """Send an emergency: an error code, or 0 where the error has gone."""
         node = self._s.nodes[n]
         if self._s.memory[n, REGISTER_AL_STATUS] & 0x0F < PREOP:
             return
