@@ -148,7 +148,7 @@ def test_anyone_may_stop(drive: httpx.Client) -> None:
 
 def test_arming_is_meant(drive: httpx.Client) -> None:
     held = take(drive)
-    for confirm in ({}, {"confirm": False}, {"confirm": "yes"}):
+    for confirm in ({}, {"confirm": False}, {"confirm": "yes"}, {"confirm": 1}):
         body = {"scenario": "circle", "variant": "A"} | confirm
         answer = drive.post(f"{DRIVE}/arm", json=body, headers=held)
         assert answer.status_code == 422, confirm

@@ -9,6 +9,7 @@ import os
 import select
 import signal
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from motionlab.errors import ConfigError, FieldError
 
 _PORT = 34980
 _PORT_MAX = 65_535
+_SEED_MAX = 2**31 - 1
 
 
 def add(commands: Any) -> None:
@@ -58,7 +60,7 @@ def add(commands: Any) -> None:
     )
     parser.add_argument(
         "--control",
-        type=_port,
+        type=_whole("control", 0, _PORT_MAX),
         metavar="PORT",
         help="UDP port on 127.0.0.1 for switches; 0 takes a free one (the one after that of "
         f"--address, {_PORT + 1} with --interface)",
@@ -66,22 +68,25 @@ def add(commands: Any) -> None:
     parser.add_argument(
         "--start", type=_pair, default=(0.0, 0.0), metavar="X,Y", help="position, m (0,0)"
     )
-    parser.add_argument("--seed", type=int, default=0, help="of noise and faults (%(default)s)")
+    parser.add_argument(
+        "--seed",
+        type=_whole("seed", 0, _SEED_MAX),
+        default=0,
+        help="of noise and faults (%(default)s)",
+    )
     parser.add_argument(
         "--drift", type=_drift, default=0.0, metavar="PPM", help="of its clock, +-1000 (0)"
     )
     parser.add_argument(
         "--priority",
-        type=int,
-        choices=range(100),
+        type=_whole("priority", 0, 99),
         default=70,
         metavar="0..99",
         help="of the answering thread under SCHED_FIFO, if allowed; 0 does without (%(default)s)",
     )
     parser.add_argument(
         "--slow",
-        type=int,
-        choices=range(1, 21),
+        type=_whole("slow", 1, 20),
         default=1,
         metavar="1..20",
         help="times slower than real time, as link.slow of the drive link, for tests and "
@@ -99,11 +104,16 @@ def add(commands: Any) -> None:
     parser.set_defaults(command=_vdrive)
 
 
-def _port(text: str) -> int:
-    port = int(text) if text.isdecimal() else -1
-    if not 0 <= port <= _PORT_MAX:
-        raise argparse.ArgumentTypeError(f"{text!r} is no port; allowed 0 to {_PORT_MAX}")
-    return port
+def _whole(option: str, least: int, most: int) -> Callable[[str], int]:
+    """Return what reads the value of an option that is a whole number."""
+
+    def read(text: str) -> int:
+        if not text.isdecimal() or not least <= int(text) <= most:
+            what = "must be a whole number"
+            raise ConfigError(FieldError(option, what, text, f"{least} to {most}"))
+        return int(text)
+
+    return read
 
 
 def _address(text: str) -> tuple[str, int]:
@@ -111,20 +121,21 @@ def _address(text: str) -> tuple[str, int]:
 
     host, _, port = text.rpartition(":") if text.count(":") == 1 else (text, "", "")
     try:
-        return str(ipaddress.ip_address(host)), _port(port) if port else _PORT
+        address = str(ipaddress.ip_address(host))
     except ValueError:
-        raise argparse.ArgumentTypeError(
-            f"{text!r} is no IP address with or without port"
-        ) from None
+        what = "is no IP address with or without port"
+        raise ConfigError(FieldError("address", what, text)) from None
+    return address, _whole("address", 0, _PORT_MAX)(port) if port else _PORT
 
 
 def _pair(text: str) -> tuple[float, float]:
     try:
         x, y = (float(part) for part in text.split(","))
     except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is no pair of numbers such as 0.01,0") from None
+        x = y = float("nan")
     if not (abs(x) <= 1.0 and abs(y) <= 1.0):
-        raise argparse.ArgumentTypeError(f"{text!r} lies outside -1 to 1 m")
+        what = "must be a pair of positions such as 0.01,0"
+        raise ConfigError(FieldError("start", what, text, "-1 to 1 m"))
     return x, y
 
 
@@ -134,7 +145,7 @@ def _drift(text: str) -> float:
     except ValueError:
         drift = float("nan")
     if not abs(drift) <= 1000.0:
-        raise argparse.ArgumentTypeError(f"{text!r} is no drift; allowed -1000 to 1000 ppm")
+        raise ConfigError(FieldError("drift", "must be a number", text, "-1000 to 1000 ppm"))
     return drift * 1e-6
 
 

@@ -17,7 +17,6 @@ UDP_PORT = 34980  # 0x88A4, ETG.1000.4 section 5.2
 FRAME_HEADER = 2  # length (11 bits), reserved (1), type (4) = 1: datagrams
 DATAGRAM_HEADER = 10
 WORKING_COUNTER = 2
-MOST_DATA = 1486  # of one datagram alone in a frame of 1500 bytes
 
 # Commands
 NOP, APRD, APWR, APRW, FPRD, FPWR, FPRW, BRD, BWR, BRW, LRD, LWR, LRW, ARMW, FRMW = range(15)
@@ -54,7 +53,6 @@ REGISTER_DC_CUC = 0x0980
 REGISTER_DC_ACTIVATION = 0x0981
 REGISTER_DC_START_TIME = 0x0990
 REGISTER_DC_SYNC0_CYCLE = 0x09A0
-REGISTER_DC_SYNC1_CYCLE = 0x09A4
 
 WATCHDOG_TICK = 100e-6
 """s; one count of a watchdog at the divider's reset value, (2498 + 2) x 40 ns."""

@@ -14,7 +14,7 @@ NOT_A_NUMBER = 0x6320
 LEFT_OPERATION = 0x8701
 DRIVE_FAULT = 0x1000
 NOT_ENABLED = 0x8702
-COMMANDER_GONE = 0x8703
+WRONG_MODE = 0x8703
 PHASE = 0x8704
 DIVERGED = 0x8613
 
@@ -56,8 +56,9 @@ FAULTS = {
     NOT_ENABLED: Fault(
         "a drive did not enable", "Check its supply voltage and its STO input, then reset."
     ),
-    COMMANDER_GONE: Fault(
-        "the server stopped answering", "The motion was stopped. Reset, then arm again."
+    WRONG_MODE: Fault(
+        "a drive is not in cyclic synchronous torque mode",
+        "Look for another master, or a setting of the drive, that changes its mode (6060).",
     ),
     PHASE: Fault(
         "the exchange is not in phase with SYNC0",

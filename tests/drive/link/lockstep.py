@@ -13,7 +13,7 @@ from motionlab.config.load import load_scenario
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.drive.ethercat import Datagram, datagrams, frame
 from motionlab.drive.libc import new_clock
-from motionlab.drive.link import bring_up
+from motionlab.drive.link.bring_up import BringUp
 from motionlab.drive.link.bus import Inputs, cyclic_bus
 from motionlab.drive.link.carrier import Carrier, LinkError
 from motionlab.drive.link.cycle import act
@@ -54,6 +54,8 @@ class Lockstep:
         Whether the first, and the second, frame of a cycle is lost on its way.
     left : int
         Why the loop was left, or 0.
+    master : BringUp
+        What brought the drives up.
     """
 
     def __init__(self, start: tuple[float, float] = (0.0, 0.0)) -> None:
@@ -73,7 +75,7 @@ class Lockstep:
         """Bring the drives to OP, as the loop's process does."""
         carrier = _Carrier(self.segment)
         carrier.now = self.segment.arrays.clock[0]
-        master = bring_up.Segment(cast(Carrier, carrier), self.config)
+        self.master = master = BringUp(cast(Carrier, carrier), self.config)
         master.bring_up()
         self.layout = layout_of(self.config, master.sync_start)
         payload = self.segment.exchange(bytes(self.bus.read), carrier.now + 1)

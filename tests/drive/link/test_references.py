@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 
 from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.drive.link.carrier import LinkError
+from motionlab.drive.link.link import check_reference
+from motionlab.drive.link.shared import RUN_TICKS_MAX
 from motionlab.drive.motion import braking, minimum_jerk
+from motionlab.drive.virtual.segment import default_drive
 
 
 def test_the_approach_goes_from_rest_to_rest_within_limits() -> None:
@@ -29,3 +33,21 @@ def test_a_motion_that_ends_at_speed_brakes(velocity: tuple[float, float]) -> No
     np.testing.assert_allclose(reference[-1, 0] - last[0], way, atol=1e-12)
     steps = np.diff(np.vstack((last[1], reference[:, 1])), axis=0)
     assert (np.abs(steps) <= deceleration * CONTROL_PERIOD * (1 + 1e-9)).all()
+
+
+def test_a_motion_beyond_a_limit_is_refused_before_it_begins() -> None:
+    config = default_drive()
+    reference = np.zeros((100, 3, 2))
+    check_reference(reference, config)
+    for row, axis, value, message in (
+        (0, 0, config.x.position_max + 1e-3, "goes from 0.00 to .* mm in x; allowed"),
+        (0, 1, config.y.position_min - 1e-3, "mm in y; allowed"),
+        (1, 1, -config.y.velocity_max - 1e-3, "mm/s fast in y; at most"),
+        (0, 0, np.nan, "not a number"),
+    ):
+        wrong = reference.copy()
+        wrong[50, row, axis] = value
+        with pytest.raises(LinkError, match=message):
+            check_reference(wrong, config)
+    with pytest.raises(LinkError, match="at most 300 s"):
+        check_reference(np.zeros((RUN_TICKS_MAX + 1, 3, 2)), config)

@@ -8,16 +8,27 @@ import pytest
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.drive import faults
 from motionlab.drive.ethercat import OP, REGISTER_AL_STATUS, REGISTER_AL_STATUS_CODE
-from motionlab.drive.link.commanding import REST
-from motionlab.drive.link.cycle import BRING_UP, GONE, HEARTBEAT, PHASE_CYCLES, _follow_clock, act
+from motionlab.drive.link.bus import Inputs
+from motionlab.drive.link.commanding import ARMING, REST, _command_currents
+from motionlab.drive.link.cycle import (
+    BRING_UP,
+    GONE,
+    HEARTBEAT,
+    PHASE_CYCLES,
+    QUITTING,
+    _follow_clock,
+    act,
+)
 from motionlab.drive.link.memory import PERIOD
 from motionlab.drive.link.shared import Figure, Order, State, Status
 from motionlab.drive.process_data import DISABLE_VOLTAGE, NODES, drive_state
+from motionlab.kernel.layout import parameter_row
 from motionlab.telemetry.channels import Sample
 from tests.drive.link.lockstep import Lockstep
 
 ERROR = Sample._fields.index("following_error")
 COMMAND = Sample._fields.index("current_command_a")
+PROFILE_POSITION = 1
 
 
 @pytest.fixture
@@ -37,6 +48,20 @@ def assert_off(loop: Lockstep) -> None:
     assert loop.without_torque()
     assert "operation enabled" not in states(loop)
     assert not loop.segment.arrays.command.any()
+
+
+def says(
+    loop: Lockstep, monkeypatch: pytest.MonkeyPatch, name: str, drive: int, value: int
+) -> None:
+    """Have a drive say something from now on."""
+    read = loop._read
+
+    def changed() -> Inputs:
+        inputs = read()
+        loop.inputs[name][drive - 1] = value
+        return inputs
+
+    monkeypatch.setattr(loop, "_read", changed)
 
 
 # Loss of the link
@@ -72,6 +97,16 @@ def test_10_ms_without_a_good_frame_latch_the_fault_of_the_link(loop: Lockstep, 
     setattr(loop, lost, False)
     loop.cycle(50)
     assert loop.state == State.FAULT
+    assert_off(loop)
+
+
+def test_outputs_that_not_every_drive_takes_are_a_lost_link(loop: Lockstep) -> None:
+    loop.moving()
+    for _ in range(20):
+        assert loop.state == State.MOVING
+        loop.written = NODES - 1
+        loop.cycle()
+    assert loop.fault == (faults.LINK_LOST, 0)
     assert_off(loop)
 
 
@@ -195,6 +230,39 @@ def test_a_drive_that_is_no_longer_enabled_stops_all(loop: Lockstep) -> None:
     assert loop.without_torque()
 
 
+def test_a_drive_that_does_not_enable_in_time_is_a_fault(
+    loop: Lockstep, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    says(loop, monkeypatch, "status", 4, 0x0231)  # ready to switch on
+    assert loop.order(Order.ARM)
+    loop.cycle(ARMING)
+    assert loop.state == State.ARMING
+    loop.cycle()
+    assert loop.fault == (faults.NOT_ENABLED, 0)
+    assert_off(loop)
+
+
+def test_a_drive_that_leaves_its_mode_stops_all(
+    loop: Lockstep, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    loop.moving()
+    says(loop, monkeypatch, "mode", 3, PROFILE_POSITION)
+    loop.cycle()
+    assert loop.fault == (faults.WRONG_MODE, 3)
+    assert_off(loop)
+
+
+def test_drives_that_enable_in_another_mode_get_no_torque(
+    loop: Lockstep, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    says(loop, monkeypatch, "mode", 3, PROFILE_POSITION)
+    loop.order(Order.ARM)
+    while loop.state == State.ARMING:
+        loop.cycle()
+    assert loop.fault == (faults.WRONG_MODE, 3)
+    assert_off(loop)
+
+
 def test_safe_torque_off_stops_all_and_says_so(loop: Lockstep) -> None:
     loop.moving()
     loop.segment.switch(sto=True)
@@ -220,6 +288,25 @@ def test_a_command_that_is_no_number_never_reaches_a_coil(loop: Lockstep) -> Non
         loop.cycle()
         assert loop.without_torque()
     assert loop.fault[0] in {faults.NOT_A_NUMBER, faults.DIVERGED}
+    assert_off(loop)
+
+
+@pytest.mark.parametrize("current", [np.nan, np.inf, -np.inf, -1.0, 1e9])
+def test_no_current_is_negative_too_large_or_no_number(loop: Lockstep, current: float) -> None:
+    loop.moving()
+    loop.memory.samples[0, COMMAND : COMMAND + 3, :2] = current
+    _command_currents(loop.layout, loop.shared, loop.memory)
+    highest = 1000 if current == 1e9 else 0
+    np.testing.assert_array_equal(loop.memory.torque, highest)
+    if not np.isfinite(current):
+        assert loop.fault == (faults.NOT_A_NUMBER, 1)
+
+
+def test_a_controller_that_diverges_stops_all(loop: Lockstep) -> None:
+    loop.moving()
+    loop.shared.parameters[:, parameter_row("limits.error"), 0] = 1e-9
+    loop.cycle(2)
+    assert loop.fault == (faults.DIVERGED, 1)
     assert_off(loop)
 
 
@@ -316,6 +403,17 @@ def test_stop_brakes_to_rest_then_switches_the_torque_off(loop: Lockstep) -> Non
     assert_off(loop)
 
 
+def test_stop_turns_back_drives_that_are_arming(loop: Lockstep) -> None:
+    loop.order(Order.ARM)
+    assert loop.state == State.ARMING
+    loop.stop()
+    loop.cycle()
+    assert loop.state == State.READY
+    loop.cycle(20)
+    assert loop.state == State.READY
+    assert_off(loop)
+
+
 def test_a_motion_ends_by_holding_its_end(loop: Lockstep) -> None:
     loop.arm()
     loop.line(speed=0.0, ticks=100)
@@ -348,6 +446,14 @@ def test_a_silent_server_stops_the_motion_and_ends_the_loop(loop: Lockstep) -> N
     assert loop.left == GONE
     assert loop.memory.reference[1, 0] == 0.0
     assert_off(loop)
+
+
+def test_a_loop_that_is_ended_in_motion_leaves_without_torque(loop: Lockstep) -> None:
+    loop.moving()
+    loop.order(Order.QUIT)
+    assert loop.left == QUITTING
+    assert (loop.outputs["control"] == DISABLE_VOLTAGE).all()
+    assert loop.without_torque()
 
 
 def test_nothing_arms_out_of_phase_or_moves_without_being_armed(loop: Lockstep) -> None:

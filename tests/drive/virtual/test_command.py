@@ -65,6 +65,26 @@ def test_there_is_no_port_after_the_last_one(capsys: pytest.CaptureFixture[str])
     )
 
 
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ("--address=nowhere", "address: is no IP address with or without port; got 'nowhere'"),
+        ("--address=127.0.0.1:x", "address: must be a whole number; got 'x'; allowed 0 to 65535"),
+        ("--control=70000", "control: must be a whole number; got '70000'; allowed 0 to 65535"),
+        ("--start=0.1", "start: must be a pair of positions such as 0.01,0; got '0.1'"),
+        ("--start=2,0", "start: must be a pair of positions such as 0.01,0; got '2,0'"),
+        ("--seed=-1", "seed: must be a whole number; got '-1'"),
+        ("--drift=fast", "drift: must be a number; got 'fast'; allowed -1000 to 1000 ppm"),
+        ("--priority=100", "priority: must be a whole number; got '100'; allowed 0 to 99"),
+        ("--slow=0", "slow: must be a whole number; got '0'; allowed 1 to 20"),
+    ],
+)
+def test_a_wrong_value_is_told_in_one_line(
+    words: str, told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert told in refused(capsys, words)
+
+
 def test_switches_from_the_terminal(capsys: pytest.CaptureFixture[str]) -> None:
     with VirtualDrive() as drive:
         at = ["--address", f"127.0.0.1:{drive.port}"]

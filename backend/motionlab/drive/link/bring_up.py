@@ -111,7 +111,7 @@ class Parameter(NamedTuple):
 
 
 @dataclass
-class Segment:
+class BringUp:
     """A bus on its way up.
 
     Attributes

@@ -162,6 +162,8 @@ def read_inputs(bus: Bus, cycle: int, deadline: int) -> Inputs:
         elif length >= _READ_BYTES and data[_INDEX - 1] == LRD and data[_INDEX] == index:
             if data[_CLOCK_INDEX] == cycle >> 7 & 0xFF and data[_AL_INDEX] == cycle >> 15 & 0xFF:
                 break
+        if now(bus.clock) >= deadline:  # however many others come
+            return Inputs(False, 0, 0, 0, now(bus.clock) - sent, written)
     data = bus.answer[bus.header :]
     system_time = 0
     for i in range(7, -1, -1):

@@ -9,7 +9,7 @@ from motionlab.drive.libc import part
 from motionlab.drive.link.bus import Bus, Inputs, i16, i32, input_at, u16
 from motionlab.drive.link.memory import Count, Layout, Memory, latch, with_torque
 from motionlab.drive.link.shared import ROUND_TRIP_BINS, Figure, Shared, State, Status
-from motionlab.drive.process_data import NODES, STO_ACTIVE
+from motionlab.drive.process_data import CYCLIC_TORQUE, NODES, STO_ACTIVE
 
 _PLAUSIBLE = 40  # missed cycles over which a change of position is still judged
 
@@ -22,6 +22,7 @@ def take_inputs(bus: Bus, layout: Layout, shared: Shared, memory: Memory) -> Non
         at = input_at(bus, node)
         status[Status.NODE_STATUS + node] = u16(bus.answer, at)
         status[Status.NODE_TORQUE + node] = i16(bus.answer, at + 10)
+        status[Status.NODE_MODE + node] = bus.answer[at + 12]
         status[Status.NODE_ERROR + node] = u16(bus.answer, at + 14)
     cycles = memory.count[Count.MISSED] + 1
     for axis in range(2):
@@ -54,8 +55,10 @@ def judge_link(read: Inputs, good: bool, layout: Layout, shared: Shared, memory:
     status, count = shared.status, memory.count
     status[Status.WORKING_COUNTER] = read.working_counter
     status[Status.ROUND_TRIP] = read.round_trip
+    took = min(read.round_trip // 1000, ROUND_TRIP_BINS - 1)
+    shared.waits[took] += 1
     if read.good:
-        shared.round_trips[min(read.round_trip // 1000, ROUND_TRIP_BINS - 1)] += 1
+        shared.round_trips[took] += 1
         status[Status.AL_STATUS] = read.al_status
     confirmed = read.written == NODES or count[Count.CYCLE] == 0
     count[Count.MISSED] = 0 if good else count[Count.MISSED] + 1
@@ -80,8 +83,11 @@ def judge_drives(layout: Layout, shared: Shared, memory: Memory) -> None:
                 latch(shared, faults.DRIVE_FAULT, node + 1, error, 0.0)
         elif state >= State.ARMING and word & STO_ACTIVE:
             latch(shared, faults.STO, node + 1, 0.0, 0.0)
-        elif state >= State.HOLDING and word & 0x6F != 0x27:
-            latch(shared, faults.NOT_ENABLED, node + 1, word, 0.0)
+        elif word & 0x6F != 0x27:
+            if state >= State.HOLDING:
+                latch(shared, faults.NOT_ENABLED, node + 1, word, 0.0)
+        elif state >= State.ARMING and status[Status.NODE_MODE + node] != CYCLIC_TORQUE:
+            latch(shared, faults.WRONG_MODE, node + 1, 0.0, 0.0)
     if not with_torque(shared):
         return
     for axis in range(2):

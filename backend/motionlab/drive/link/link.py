@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import logging
 import os
 import subprocess
 import sys
@@ -36,11 +37,17 @@ from motionlab.drive.link.shared import (
 )
 from motionlab.drive.process_data import NODES, drive_state
 
+_LOG = logging.getLogger(__name__)
 _HEARTBEAT = 0.1  # s
 _ORDER_TIMEOUT = 1.0  # s; the loop answers within a period
 _REPORTS_KEPT = 100
 _END_TIMEOUT = 5.0  # s
 _ENDED = "the drive loop has ended: reset begins it anew"
+_STEPS = {
+    "compiling": "compiling the loop; a new version takes a minute or two",
+    "finding drives": "finding drives",
+    "operational": "drives operational, without torque",
+}
 _WITH_TORQUE = {State.HOLDING, State.MOVING, State.STOPPING}
 
 
@@ -310,6 +317,7 @@ class DriveLink:
             for line in lines:
                 report = json.loads(line)
                 self.reports.append(report)
+                _LOG.info("drive link: %s", report.get("problem") or _STEPS[report["step"]])
                 if "problem" in report:
                     self.problem = report["problem"]
                 elif report.get("step") == "operational":

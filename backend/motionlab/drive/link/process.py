@@ -23,7 +23,7 @@ from motionlab.config.drive import PHASES, DriveConfig
 from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.drive.libc import new_clock
-from motionlab.drive.link.bring_up import Segment
+from motionlab.drive.link.bring_up import BringUp
 from motionlab.drive.link.bus import Bus, cyclic_bus
 from motionlab.drive.link.carrier import Carrier, LinkError
 from motionlab.drive.link.cycle import BRING_UP, GONE, HEARTBEAT, QUITTING, RESETTING, run
@@ -78,31 +78,31 @@ class Loop:
         gc.disable()
         try:
             while True:
-                segment = self._brought_up()
-                if segment is None:
+                drives = self._brought_up()
+                if drives is None:
                     return
-                reason = self._cycle(segment)
+                reason = self._cycle(drives)
                 if reason in {QUITTING, GONE}:
                     if reason == GONE:
                         self._tell(
-                            problem="the server was silent for 0.5 s: the drives were stopped, and "
-                            "the drive loop has ended; reset begins it anew"
+                            problem=f"the server was silent for {HEARTBEAT / _SECOND:g} s: the "
+                            "drives were stopped and the drive loop has ended; reset begins it anew"
                         )
-                    segment.shut_down()
+                    drives.shut_down()
                     return
         finally:
             if self._carrier is not None:
                 self._carrier.close()
 
-    def _brought_up(self) -> Segment | None:
-        """Return the segment in OP; without one after an order to quit."""
+    def _brought_up(self) -> BringUp | None:
+        """Return a bus in OP; None after an order to quit."""
         while True:
             try:
                 if self._carrier is None:
                     self._carrier = Carrier(self._config.link)
-                segment = Segment(self._carrier, self._config)
+                drives = BringUp(self._carrier, self._config)
                 self._tell(step="finding drives")
-                segment.bring_up()
+                drives.bring_up()
             except LinkError as error:
                 if self._carrier is not None:
                     self._carrier.close()
@@ -111,12 +111,12 @@ class Loop:
                 if not self._wait_for_reset():
                     return None
                 continue
-            found = [drive._asdict() for drive in segment.found]
-            self._tell(step="operational", found=found, steps=segment.steps)
-            return segment
+            found = [drive._asdict() for drive in drives.found]
+            self._tell(step="operational", found=found, steps=drives.steps)
+            return drives
 
-    def _cycle(self, segment: Segment) -> int:
-        """Run the compiled loop on a segment in OP, and return why it ended."""
+    def _cycle(self, drives: BringUp) -> int:
+        """Run the compiled loop on drives in OP, and return why it ended."""
         assert self._carrier is not None
         shared, status = self._shared, self._shared.status
         link = self._config.link
@@ -126,7 +126,7 @@ class Loop:
             new_clock(link.slow),
             clocks=link.distributed_clocks,
         )
-        layout = layout_of(self._config, segment.sync_start)
+        layout = layout_of(self._config, drives.sync_start)
         status[Status.FAULT] = 0
         status[Status.PHASE_LOCKED] = 0
         status[Status.STATE] = State.READY

@@ -95,7 +95,8 @@ class Status(enum.IntEnum):
     NODE_STATUS = 26  # status words
     NODE_ERROR = NODE_STATUS + NODES  # error codes
     NODE_TORQUE = NODE_ERROR + NODES  # per mille
-    COUNT = NODE_TORQUE + NODES
+    NODE_MODE = NODE_TORQUE + NODES  # mode of operation display
+    COUNT = NODE_MODE + NODES
 
 
 class Figure(enum.IntEnum):
@@ -117,6 +118,7 @@ class Shared(NamedTuple):
     status: NDArray[np.int64]
     figures: NDArray[np.float64]
     round_trips: NDArray[np.int64]  # histogram, us
+    waits: NDArray[np.int64]  # the same of every cycle, whether an answer came or not
     parameters: NDArray[np.float64]  # two sets, as `kernel` takes them
     reference: NDArray[np.float64]  # (ticks, 3, 2): position, velocity, acceleration of x and y
     samples: NDArray[np.float32]  # (ticks, SAMPLE_ROWS, 2), a ring
@@ -126,6 +128,7 @@ _SHAPES: tuple[tuple[Any, tuple[int, ...]], ...] = (
     (np.int64, (16,)),
     (np.int64, (Status.COUNT,)),
     (np.float64, (Figure.COUNT,)),
+    (np.int64, (ROUND_TRIP_BINS,)),
     (np.int64, (ROUND_TRIP_BINS,)),
     (np.float64, (2, PARAMETER_ROWS, WIDTH)),
     (np.float64, (RUN_TICKS_MAX, 3, 2)),

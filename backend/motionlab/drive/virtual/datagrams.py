@@ -1,4 +1,8 @@
-"""Frames on their way through the nodes: addressing, FMMUs, working counters."""
+"""Frames on their way through the nodes: addressing, FMMUs, working counters.
+
+Frames are read here, not by `ethercat.datagrams`, which the master has: one reading for both sides
+would hide its mistakes.
+"""
 
 from __future__ import annotations
 

@@ -59,7 +59,7 @@ from motionlab.drive.virtual.layout import (
 
 Bytes = NDArray[np.uint8]
 
-SII_READ, SII_WRITE, SII_RELOAD = 1, 2, 4
+SII_READ, SII_RELOAD = 1, 4
 SII_EIGHT_BYTES, SII_REFUSED = 0x0040, 0x2000
 SYNC_ACTIVE = 0x03
 """Register 0x0981: cyclic operation and SYNC0."""

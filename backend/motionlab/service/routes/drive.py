@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 from fastapi import APIRouter, Body, Depends, Header, HTTPException, Request, Response
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic_core import PydanticKnownError
 
 from motionlab.config.load import load_scenario
 from motionlab.drive.lease import SECONDS
@@ -56,12 +57,21 @@ class MotionRequest(ChangedScenario):
     )
 
 
+def _true(value: object) -> object:
+    """Refuse what only equals true, such as 1."""
+    if value is not True:
+        raise PydanticKnownError("literal_error", {"expected": "True"})
+    return value
+
+
 class ArmRequest(MotionRequest):
     """Whose gains hold the position, and that the person means it."""
 
     model_config = examples({"scenario": "circle", "variant": "A", "confirm": True})
 
-    confirm: Literal[True] = Field(description="True: the mover may move from now on")
+    confirm: Annotated[Literal[True], BeforeValidator(_true)] = Field(
+        description="True: the mover may move from now on"
+    )
 
 
 def find_drives(request: Request) -> Drives:

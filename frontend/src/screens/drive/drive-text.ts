@@ -15,7 +15,7 @@ const STATES: Record<string, string> = {
 };
 
 const STEPS: Record<string, string> = {
-  compiling: 'compiling the loop',
+  compiling: 'compiling the loop; a new version takes a minute or two',
   'finding drives': 'finding drives',
   operational: 'operational',
 };
