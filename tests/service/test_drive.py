@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import signal
 import time
@@ -195,11 +196,18 @@ def test_reset_tries_again(drive: httpx.Client, linked: Server) -> None:
     ids=["no such card", "nobody there", "no address"],
 )
 def test_a_bus_that_is_not_there(
-    make_server: MakeServer, changes: dict[str, Any], expected: str
+    make_server: MakeServer,
+    changes: dict[str, Any],
+    expected: str,
+    caplog: pytest.LogCaptureFixture,
 ) -> None:
-    server = make_server(Settings(drive=link_to(**changes)))
-    with httpx.Client(base_url=server.url, timeout=PATIENCE) as drive:
-        until(lambda: drive.get(DRIVE).json()["problem"] != "")
-        status = drive.get(DRIVE).json()
+    with caplog.at_level(logging.INFO, logger="motionlab"):
+        server = make_server(Settings(drive=link_to(**changes)))
+        with httpx.Client(base_url=server.url, timeout=PATIENCE) as drive:
+            until(lambda: drive.get(DRIVE).json()["problem"] != "")
+            status = drive.get(DRIVE).json()
+    told = [record.getMessage() for record in caplog.records]
+    assert told[0].startswith("drive link: compiling the loop")
+    assert f"drive link: {status['problem']}" in told
     assert expected in status["problem"]
     assert status["state"] == "offline"
