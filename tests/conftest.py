@@ -1,12 +1,20 @@
 """Settings for all tests."""
 
+from __future__ import annotations
+
 import os
 import signal
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
+import httpx
 import pytest
 from hypothesis import settings
+
+if TYPE_CHECKING:
+    from tests.service.openapi import Contract
+    from tests.service.servers import Server
 
 # The same examples on every run, and no assertion on timing.
 settings.register_profile("motionlab", deadline=None, derandomize=True)
@@ -31,6 +39,31 @@ def _nothing_of_the_user(tmp_path_factory: pytest.TempPathFactory) -> Iterator[N
         for name in [name for name in os.environ if name.lower().endswith("_proxy")]:
             patch.delenv(name)
         yield
+
+
+@pytest.fixture(scope="session")
+def server() -> Iterator[Server]:
+    """A server for all tests that need no settings of their own."""
+    from tests.service.servers import Server
+
+    server = Server()
+    yield server
+    server.stop()
+
+
+@pytest.fixture(scope="session")
+def contract(server: Server) -> Contract:
+    from tests.service.openapi import Contract
+
+    return Contract(server.app.openapi())
+
+
+@pytest.fixture(scope="session")
+def client(server: Server, contract: Contract) -> Iterator[httpx.Client]:
+    """Return a client whose every answer has to be one that OpenAPI describes."""
+    hooks: dict[str, list[Any]] = {"response": [contract.check]}
+    with httpx.Client(base_url=server.url, event_hooks=hooks, timeout=120) as client:
+        yield client
 
 
 MAY_TAKE_TWO = {

@@ -11,7 +11,9 @@ import time
 from collections.abc import Iterator
 from ctypes.util import find_library
 from pathlib import Path
+from typing import Any
 
+import httpx
 import pytest
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
@@ -36,6 +38,9 @@ SOFTWARE_GL = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swi
 
 PATIENCE = 60_000
 """ms, for an expectation on a machine that has other work; a sound run waits far less."""
+
+KEPT = {"sessions": "id", "runs": "id", "trajectories": "name", "maps": "name", "gain-sets": "name"}
+"""What a server keeps of what a person does, and by what it is deleted. Jobs stay."""
 
 START = 180.0
 """Seconds for a server to begin and to end, on such a machine."""
@@ -115,14 +120,30 @@ class Server:
             process.wait()
 
 
-@pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    """A server for the tests of a file, which begins without trajectories, maps and records."""
+@pytest.fixture(scope="session")
+def shared_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     if not (ROOT / "frontend" / "dist" / "index.html").is_file():
         missing("the page is not built: frontend/npm run build")
     server = Server(tmp_path_factory.mktemp("data"))
     yield server
     server.stop()
+
+
+@pytest.fixture(scope="module")
+def server(shared_server: Server) -> Server:
+    """The server for the tests of a file, without anything that those of another have kept."""
+    with httpx.Client(base_url=f"{shared_server.url}/api/v1", timeout=START) as client:
+
+        def kept(what: str) -> list[dict[str, Any]]:
+            answer = client.get(f"/{what}").raise_for_status().json()
+            found = answer["runs"] if what == "runs" else answer
+            return [each for each in found if not each.get("shipped")]
+
+        for what, key in KEPT.items():
+            while found := kept(what):
+                for each in found:
+                    client.delete(f"/{what}/{each[key]}").raise_for_status()
+    return shared_server
 
 
 @pytest.fixture(scope="session")

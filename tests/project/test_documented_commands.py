@@ -12,7 +12,6 @@ import shlex
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -142,13 +141,6 @@ def every_command() -> list[Command]:
 
 COMMANDS = every_command()
 RUN = [command for command in COMMANDS if command.elsewhere is None]
-
-
-@pytest.fixture(scope="module")
-def server() -> Iterator[Server]:
-    server = Server()
-    yield server
-    server.stop()
 
 
 def need(program: str) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +27,6 @@ from motionlab.simulation.simulation import Simulation, ready, sample_page
 from motionlab.telemetry.recorder import parquet_writer, write
 from motionlab.telemetry.recording import as_recording
 from tests.service.live import API, Live, until
-from tests.service.servers import PATIENCE, Server
 from tests.simulated import SHORT
 
 MASS = "plant.x.mass"
@@ -40,14 +38,6 @@ _BEGUN: list[float] = []
 def begun() -> None:
     """Note when a test begins: the server is shared."""
     _BEGUN.append(time.time())
-
-
-@pytest.fixture(scope="module")
-def client() -> Iterator[httpx.Client]:
-    server = Server()
-    with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
-        yield client
-    server.stop()
 
 
 def keep(changes: dict[str, Any] | None = None) -> RunDetail:

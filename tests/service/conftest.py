@@ -1,4 +1,4 @@
-"""A server for all tests of a run, a client that checks every answer, and sessions that end."""
+"""Further servers, and sessions that end."""
 
 from __future__ import annotations
 
@@ -11,19 +11,11 @@ import pytest
 
 from motionlab.service.settings import Settings
 from tests.service.live import Live, Stream
-from tests.service.openapi import Contract
-from tests.service.servers import PATIENCE, Server
+from tests.service.servers import Server
 
 MakeServer = Callable[[Settings], Server]
 MakeLive = Callable[..., Live]
 Connect = Callable[..., Stream]
-
-
-@pytest.fixture(scope="session")
-def server() -> Iterator[Server]:
-    server = Server()
-    yield server
-    server.stop()
 
 
 @pytest.fixture
@@ -37,19 +29,6 @@ def make_server() -> Iterator[MakeServer]:
             return server
 
         yield make
-
-
-@pytest.fixture(scope="session")
-def contract(server: Server) -> Contract:
-    return Contract(server.app.openapi())
-
-
-@pytest.fixture(scope="session")
-def client(server: Server, contract: Contract) -> Iterator[httpx.Client]:
-    """Return a client whose every answer has to be one that OpenAPI describes."""
-    hooks: dict[str, list[Any]] = {"response": [contract.check]}
-    with httpx.Client(base_url=server.url, event_hooks=hooks, timeout=PATIENCE) as client:
-        yield client
 
 
 @pytest.fixture

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -12,25 +11,15 @@ import httpx
 import pytest
 
 from motionlab.cli import main
-from motionlab.service.settings import Settings
 from motionlab.studies.identify.document import IdentificationDocument, PartialIdentification
 from motionlab.studies.identify.experiment import identify
 from motionlab.studies.identify.plan import plan
 from motionlab.studies.identify.request import read_request
 from tests.service.live import API, until
-from tests.service.servers import PATIENCE, Server
 
 SPEEDS = ["0.002", "0.01", "0.02", "0.04", "0.06", "0.1"]
 COMMAND = ["identify", "--axis", "x", "--speeds", *SPEEDS]
 BODY: dict[str, Any] = {"axis": "x", "speeds": [float(v) for v in SPEEDS]}
-
-
-@pytest.fixture(scope="module")
-def client() -> Iterator[httpx.Client]:
-    server = Server(Settings())
-    with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
-        yield client
-    server.stop()
 
 
 def printed(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, Any]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from typing import Any
 
 import httpx
@@ -13,7 +12,6 @@ import pytest
 from motionlab.cli import main
 from motionlab.config.load import load_scenario
 from motionlab.errors import ConfigError
-from motionlab.service.settings import Settings
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run
@@ -21,7 +19,6 @@ from motionlab.studies.montecarlo.cases import plan, run_cases
 from motionlab.studies.montecarlo.document import MonteCarloDocument
 from motionlab.studies.montecarlo.request import read_request
 from tests.service.live import API, until
-from tests.service.servers import PATIENCE, Server
 
 SET = {"trajectory.frequency": 2.0, "trajectory.radius": 0.005}
 BODY: dict[str, Any] = {"cases": 12, "set": SET, "spec": {"x": 3e-5, "y": 4e-5}}
@@ -29,14 +26,6 @@ COMMAND = [
     *("montecarlo", "--cases", "12", "--spec", "x=3e-5", "--spec", "y=4e-5"),
     *(part for path, value in SET.items() for part in ("--set", f"{path}={value}")),
 ]
-
-
-@pytest.fixture(scope="module")
-def client() -> Iterator[httpx.Client]:
-    server = Server(Settings())
-    with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
-        yield client
-    server.stop()
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -16,23 +15,11 @@ from motionlab.cli import main
 from motionlab.design.fem.compute import compute
 from motionlab.design.fem.geometry import Geometry
 from motionlab.design.plate.inputs import Load, MapLoad, PlatformRequest, Shape
-from motionlab.service.settings import Settings
 from tests.paths import DOCS
 from tests.service.live import API
-from tests.service.openapi import Contract
-from tests.service.servers import PATIENCE, Server
 
 PAGE = (DOCS / "platform.md").read_text()
 QUICK = {"cells": 4}
-
-
-@pytest.fixture(scope="module")
-def client() -> Iterator[httpx.Client]:
-    server = Server(Settings())
-    hooks: dict[str, list[Any]] = {"response": [Contract(server.app.openapi()).check]}
-    with httpx.Client(base_url=server.url, event_hooks=hooks, timeout=PATIENCE) as client:
-        yield client
-    server.stop()
 
 
 @pytest.fixture(autouse=True)

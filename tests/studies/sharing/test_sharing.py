@@ -15,8 +15,6 @@ from motionlab.config.controller import SharingConfig
 from motionlab.config.load import load_scenario
 from motionlab.studies.sharing.sharing import SharingDocument, SharingRequest
 from tests.paths import DOCS
-from tests.service.openapi import Contract
-from tests.service.servers import PATIENCE, Server
 
 PAGE = (DOCS / "sharing.md").read_text()
 API = "/api/v1"
@@ -42,20 +40,6 @@ def sets(assignments: list[str]) -> list[str]:
 def printed(capsys: pytest.CaptureFixture[str], *arguments: str) -> Any:
     assert main([*arguments, "--json"]) == 0
     return json.loads(capsys.readouterr().out)
-
-
-@pytest.fixture(scope="module")
-def server():
-    server = Server()
-    yield server
-    server.stop()
-
-
-@pytest.fixture(scope="module")
-def client(server: Server):
-    hooks: dict[str, list[Any]] = {"response": [Contract(server.app.openapi()).check]}
-    with httpx.Client(base_url=server.url, event_hooks=hooks, timeout=PATIENCE) as client:
-        yield client
 
 
 def test_the_command_and_the_call_give_one_document(

@@ -18,8 +18,6 @@ from motionlab.design.document import AxisRating, DesignDocument, Rating, Readin
 from motionlab.design.inputs import Axis, AxisX, AxisY, Choices, DesignRequest, Dimensions
 from motionlab.service.app import create_app
 from tests.paths import DOCS
-from tests.service.openapi import Contract
-from tests.service.servers import PATIENCE, Server
 
 PAGE = (DOCS / "design.md").read_text()
 
@@ -232,17 +230,6 @@ def test_every_complaint_is_told(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 # -- over REST ------------------------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def client() -> Any:
-    server = Server()
-    contract = Contract(create_app().openapi())
-    with httpx.Client(
-        base_url=server.url, event_hooks={"response": [contract.check]}, timeout=PATIENCE
-    ) as client:
-        yield client
-    server.stop()
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,6 @@ from motionlab.cli import main
 from motionlab.config.load import load_scenario
 from motionlab.errors import ConfigError
 from motionlab.executors.executor import current
-from motionlab.service.settings import Settings
 from motionlab.simulation import batch as module
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
@@ -24,7 +23,6 @@ from motionlab.studies.sweep.document import SweepDocument
 from motionlab.studies.sweep.request import read_request
 from motionlab.studies.sweep.run import plan, run
 from tests.service.live import API, until
-from tests.service.servers import PATIENCE, Server
 
 SHORT = {"trajectory.laps": 2}
 GAIN = "variants.B.controller.x.k_p"
@@ -209,19 +207,16 @@ def test_the_command_prints_and_writes(tmp_path: Path, capsys: pytest.CaptureFix
     assert "PATH=FROM:TO:COUNT" in capsys.readouterr().err
 
 
-def test_a_job_gives_what_the_command_prints() -> None:
-    server = Server(Settings())
+def test_a_job_gives_what_the_command_prints(client: httpx.Client) -> None:
     body = {"set": SHORT, "grid": [{"path": GAIN, "start": 2e5, "stop": 4e5, "count": 3}]}
-    with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
-        accepted = client.post(f"{API}/sweep", json=body)
-        assert accepted.status_code == 202
-        job = accepted.headers["location"]
-        until(lambda: client.get(job).json()["state"] == "done")
-        report = client.get(job).json()
-        assert report["kind"] == "sweep"
-        assert SweepDocument(**report["result"]) == run(plan(read_request(body)))
-        many = {"path": "plant.x.mass", "start": 5, "stop": 6, "count": 10_000}
-        refused = client.post(f"{API}/sweep", json={"grid": [many]})
-        assert refused.status_code == 422
-        assert refused.json()["errors"][0]["range"] == "<= 100000"
-    server.stop()
+    accepted = client.post(f"{API}/sweep", json=body)
+    assert accepted.status_code == 202
+    job = accepted.headers["location"]
+    until(lambda: client.get(job).json()["state"] == "done")
+    report = client.get(job).json()
+    assert report["kind"] == "sweep"
+    assert SweepDocument(**report["result"]) == run(plan(read_request(body)))
+    many = {"path": "plant.x.mass", "start": 5, "stop": 6, "count": 10_000}
+    refused = client.post(f"{API}/sweep", json={"grid": [many]})
+    assert refused.status_code == 422
+    assert refused.json()["errors"][0]["range"] == "<= 100000"

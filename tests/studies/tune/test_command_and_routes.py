@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from typing import Any
 
 import httpx
@@ -14,23 +13,13 @@ from motionlab.cli import main
 from motionlab.config.load import load_scenario
 from motionlab.loop.linearise import SLIDING, linearise
 from motionlab.loop.steady_state_error import crossover, sine_error
-from motionlab.service.settings import Settings
 from motionlab.studies.tune.document import LandscapeDocument, TuneDocument
 from tests.service.live import API, until
-from tests.service.servers import PATIENCE, Server
 
 SHORT: dict[str, Any] = {"trajectory.frequency": 2.0, "trajectory.radius": 0.002}
 SET = [f"--set={path}={value}" for path, value in SHORT.items()]
 COMMAND = ["tune", "circle", *SET, "--axis", "x", "--starts", "2", "--evaluations", "30"]
 BODY: dict[str, Any] = {"set": SHORT, "axis": "x", "starts": 2, "evaluations": 30}
-
-
-@pytest.fixture(scope="module")
-def client() -> Iterator[httpx.Client]:
-    server = Server(Settings())
-    with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
-        yield client
-    server.stop()
 
 
 def done(client: httpx.Client, path: str, body: dict[str, Any]) -> dict[str, Any]:
