@@ -130,7 +130,7 @@ def test_what_builds_on_a_shipped_scenario_fits_the_schema(text: str) -> None:
         'titel = "no base"',
         'plant = "nominal"\ntrajectory = "circle"',
         'base = "circle"\nsead = 1',
-        'base = "circle"\nplant = "matchd"',
+        'base = "circle"\nplant = "Matched"',
         'base = "circle"\nplant.x.mas = 6.0',
         'base = "circle"\nplant.x.mass = -6.0',
         'base = "circle"\nplant.x.friction.F_z = 1.0',

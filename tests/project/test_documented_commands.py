@@ -55,6 +55,7 @@ ELSEWHERE = {
     r"git pull": "needs the repository's origin",
     r"motionlab serve --drive .*": "runs until interrupted, beside a virtual drive",
     r"motionlab drive .*": "needs a server with drives: tests/service/test_drive_motion.py",
+    r"motionlab identify --run .*": "needs a run of drives: tests/drive/test_against_simulation.py",
     r"\.venv/bin/python examples/drive_ab\.py": "tests/service/test_drive_motion.py",
     r"motionlab vdrive( .*)?": "runs until interrupted; tests/drive/virtual/test_process.py",
     r"motionlab map( --json .*| --preset reference .*| --set g=0\.27.*)?": "minutes: test_map.py "

@@ -178,10 +178,11 @@ def kept_names(caller: httpx.Client, path: str) -> dict[str, str]:
         own.mkdir(parents=True, exist_ok=True)
         shutil.copy(shipped / "new-design.json", own / "kept.json")
         return {"name": "kept"}
-    if "/gain-sets/" in path:
-        gains = EXAMPLES["putGainSet"][0]
-        caller.put(f"{API}/gain-sets/kept", json=gains).raise_for_status()
-        return {"name": "kept"}
+    for collection, put in (("gain-sets", "putGainSet"), ("motors", "putMotor")):
+        if f"/{collection}/" in path:
+            kept = f"{API}/{collection}/kept"
+            caller.put(kept, json=EXAMPLES[put][0]).raise_for_status()
+            return {"name": "kept"}
     if "/runs/" in path:
         body = {"set": {"trajectory.laps": 1, "trajectory.lead_in": 0.5}, "keep": True}
         run = caller.post(f"{API}/simulate", json=body).raise_for_status().json()["run"]

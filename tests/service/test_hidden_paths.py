@@ -12,7 +12,7 @@ from pathlib import Path
 import httpx
 import pytest
 
-from motionlab.config.shipped import config_root
+from motionlab.config.shipped import config_root, data_root
 from motionlab.service.settings import Settings
 from motionlab.service.view3d.processes import Scenes
 from motionlab.store import files, maps
@@ -41,7 +41,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 @pytest.fixture
 def client(server: Server) -> Iterator[httpx.Client]:
     """Return a client that refuses any answer with a path of the server in it."""
-    hidden = [str(files.data_root()), str(config_root()), sys.prefix, "/tmp/", str(Path.home())]
+    hidden = [str(data_root()), str(config_root()), sys.prefix, "/tmp/", str(Path.home())]
 
     def check(response: httpx.Response) -> None:
         told = response.read().decode("utf-8", "replace")
@@ -90,7 +90,7 @@ def test_a_folder_that_cannot_be_written(
     client: httpx.Client, monkeypatch: pytest.MonkeyPatch, code: int, answer: int
 ) -> None:
     def refuse(*_: object, **__: object) -> None:
-        raise OSError(code, os.strerror(code), str(files.data_root() / "here"))
+        raise OSError(code, os.strerror(code), str(data_root() / "here"))
 
     client.put(f"{API}/trajectories/mine", json=TABLE)
     monkeypatch.setattr(files.tempfile, "mkstemp", refuse)
@@ -101,7 +101,7 @@ def test_a_folder_that_cannot_be_written(
 
 
 def test_no_room_for_maps(client: httpx.Client) -> None:
-    large = files.data_root() / "maps" / "large.json"
+    large = data_root() / "maps" / "large.json"
     with large.open("wb") as file:
         file.truncate(maps.FOLDER_MOST)
     assert status(client.post(f"{API}/maps", json={"preset": "preview"})) == 507

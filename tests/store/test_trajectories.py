@@ -9,11 +9,12 @@ from pathlib import Path
 
 import pytest
 
+from motionlab.config.shipped import data_root
 from motionlab.errors import ConfigError, StoreError, StoreFull
 from motionlab.store import files, trajectories
-from motionlab.store.files import data_root
 from motionlab.store.index import Index
-from motionlab.store.trajectories import SIZE_MAX, TrajectoryStore
+from motionlab.store.named_tables import SIZE_MAX
+from motionlab.store.trajectories import TrajectoryStore
 
 TABLE = {"kind": "path", "points": [[0.0, 0.0], [0.01, 0.02]], "v_max": 0.1, "a_max": 1.0}
 

@@ -77,7 +77,14 @@ def _either(node: Any) -> Any:
 
 
 def _name(kind: Kind) -> dict[str, Any]:
-    """Return the schema of the name of a shipped part."""
+    """Return the schema of the name of a shipped part, or of any motor: there may be own ones."""
+    if kind == "motors":
+        shipped = ", ".join(names(kind))
+        return {
+            "type": "string",
+            "pattern": "^[a-z0-9-]{1,64}$",
+            "description": f"A motor of one's own, or one of the shipped: {shipped}",
+        }
     return {"type": "string", "enum": names(kind), "description": f"One of the shipped {kind}"}
 
 

@@ -1,4 +1,4 @@
-"""The configs that ship with the project, found by kind and name."""
+"""Configs by kind and name: those that ship with the project, and motors of one's own."""
 
 from __future__ import annotations
 
@@ -15,7 +15,16 @@ from motionlab.errors import ConfigError, FieldError
 
 Kind = Literal["motors", "controllers", "trajectories", "scenarios"]
 
+_KINDS: dict[Kind, str] = {
+    "motors": "motor",
+    "controllers": "shipped controller",
+    "trajectories": "shipped trajectory",
+    "scenarios": "shipped scenario",
+}
 _NAME = re.compile("[a-z0-9-]{1,64}")
+ORIGIN = "origin"
+"""Table of a motor's file that tells where its numbers come from; no part of the motor."""
+
 _WORD_MAX = 100  # characters of a word that is compared with others
 _PACKAGE = Path(__file__).resolve().parent.parent
 
@@ -29,6 +38,11 @@ def config_root() -> Path:
     return installed if installed.is_dir() else _PACKAGE.parent.parent / "configs"
 
 
+def data_root() -> Path:
+    """Return the folder of the user's data: MOTIONLAB_DATA, or ``data`` where the server runs."""
+    return Path(os.environ.get("MOTIONLAB_DATA") or "data")
+
+
 def is_name(text: str) -> bool:
     """Return whether `text` can be the name of a config; a name is never a path."""
     return _NAME.fullmatch(text) is not None
@@ -39,8 +53,14 @@ def names(kind: Kind) -> list[str]:
     return sorted(path.stem for path in (config_root() / kind).glob("*.toml"))
 
 
+def own_motors() -> list[str]:
+    """Return the names of the motors of one's own that no shipped one has, sorted."""
+    found = {path.stem for path in (data_root() / "motors").glob("*.toml") if is_name(path.stem)}
+    return sorted(found - set(names("motors")))
+
+
 def read(kind: Kind, name: str, *, loc: str) -> dict[str, Any]:
-    """Return a shipped config, unresolved.
+    """Return a config, unresolved: a shipped one, or a motor of one's own.
 
     Parameters
     ----------
@@ -59,21 +79,24 @@ def read(kind: Kind, name: str, *, loc: str) -> dict[str, Any]:
     Raises
     ------
     ConfigError
-        If nothing of that name ships.
+        If there is nothing of that name.
     """
     path = config_root() / kind / f"{name}.toml"
+    if kind == "motors" and is_name(name) and not path.is_file():
+        path = data_root() / kind / path.name
     if not is_name(name) or not path.is_file():
-        known = names(kind)
+        known = names(kind) + (own_motors() if kind == "motors" else [])
         raise ConfigError(
             FieldError(
                 loc=loc,
-                message=f"no shipped {kind[:-1] if kind != 'trajectories' else 'trajectory'} "
-                f"of that name{did_you_mean(name, known)}",
+                message=f"no {_KINDS[kind]} of that name{did_you_mean(name, known)}",
                 value=name,
                 range="one of " + ", ".join(known),
             )
         )
-    return copied(_parsed(path, path.stat().st_mtime_ns))
+    tables = copied(_parsed(path, path.stat().st_mtime_ns))
+    tables.pop(ORIGIN, None)
+    return tables
 
 
 @functools.lru_cache(maxsize=64)

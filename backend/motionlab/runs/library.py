@@ -15,6 +15,7 @@ from typing import Any
 from motionlab import __version__
 from motionlab.config.load import load_scenario
 from motionlab.config.scenario import Scenario
+from motionlab.config.shipped import data_root
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.errors import (
     Busy,
@@ -41,7 +42,7 @@ from motionlab.runs.run import CHANGEABLE, NAME_MAX, Event, Kind, RunDetail, new
 from motionlab.runs.telemetry import recording as read_recording
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.result import metadata
-from motionlab.store.files import data_root, failure
+from motionlab.store.files import failure
 from motionlab.telemetry import recorder
 from motionlab.telemetry.recording import Recording
 

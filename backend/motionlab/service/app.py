@@ -14,6 +14,7 @@ from fastapi.responses import PlainTextResponse
 from prometheus_client import CONTENT_TYPE_LATEST
 
 from motionlab import __version__
+from motionlab.config.shipped import data_root
 from motionlab.service.drives import Drives
 from motionlab.service.http import openapi, page, problems
 from motionlab.service.http.compression import CompressedJson
@@ -40,6 +41,7 @@ from motionlab.service.routes import (
     loop,
     loop_response,
     maps,
+    motors,
     paper,
     run_comparison,
     run_files,
@@ -57,7 +59,6 @@ from motionlab.service.routes import (
 from motionlab.service.settings import Settings
 from motionlab.service.view3d.processes import Scenes
 from motionlab.service.workers.pool import Workers
-from motionlab.store.files import data_root
 from motionlab.store.records import RecordStore
 
 PREFIX = "/api/v1"
@@ -85,6 +86,7 @@ _MODULES = (
     run_reports,
     runs,
     gain_sets,
+    motors,
     drive,
     commissioning,
 )

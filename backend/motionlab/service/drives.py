@@ -12,6 +12,7 @@ from pydantic import BaseModel, Field
 from motionlab.config.drive import DriveAxisConfig, DriveConfig
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
+from motionlab.config.shipped import data_root
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.drive.commissioning import ByHand, Commissioning, StepName
 from motionlab.drive.faults import DRIVE_ERRORS
@@ -23,7 +24,6 @@ from motionlab.drive.motion import held_parameters, on_drives
 from motionlab.drive.process_data import STO_ACTIVE
 from motionlab.errors import StoreError
 from motionlab.service.drive_history import DriveHistory, PastFault, Recent
-from motionlab.store.files import data_root
 
 _WATCH = 0.2  # s
 _TORQUE = {State.ARMING, State.HOLDING, State.MOVING}

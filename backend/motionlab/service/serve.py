@@ -21,6 +21,7 @@ import uvicorn
 from fastapi import FastAPI
 
 from motionlab.config.drive import load_drive
+from motionlab.config.shipped import data_root
 from motionlab.errors import ConfigError, FieldError
 from motionlab.executors.executor import executing
 from motionlab.service.app import create_app
@@ -28,7 +29,7 @@ from motionlab.service.http.connection_limits import Socket, bounded
 from motionlab.service.http.page import page_root
 from motionlab.service.memory_budget import recordable
 from motionlab.service.settings import LOOPBACK, Settings
-from motionlab.store.files import data_root, remove_leftovers
+from motionlab.store.files import remove_leftovers
 
 _TOKEN_MIN = 16
 _LOCK = ".server"  # of the folder of the data, while a server uses it

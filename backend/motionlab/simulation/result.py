@@ -11,7 +11,7 @@ from motionlab.config.includes import resolve
 from motionlab.config.planar import AXES
 from motionlab.config.plant import PlantConfig
 from motionlab.config.scenario import Scenario, VariantConfig
-from motionlab.config.shipped import names
+from motionlab.config.shipped import names, own_motors
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.kernel.force_maps import maps_of
 from motionlab.lanes import model_hash
@@ -176,12 +176,20 @@ def _note_published_k(variants: dict[str, Any], first: str) -> None:
 
 
 def plant_name(plant: PlantConfig) -> str:
-    """Return the plant's name, marked when it is no longer the shipped one of that name."""
-    if plant.name not in names("motors"):
+    """Return the plant's name, marked when it is no longer the motor of that name."""
+    if plant.name in names("motors"):
+        known = _shipped(plant.name)
+    elif plant.name in own_motors():
+        known = _named(plant.name)
+    else:
         return plant.name
-    return plant.name if _shipped(plant.name) == plant else f"{plant.name} (changed)"
+    return plant.name if known == plant else f"{plant.name} (changed)"
 
 
 @functools.cache
 def _shipped(name: str) -> PlantConfig:
+    return _named(name)
+
+
+def _named(name: str) -> PlantConfig:
     return PlantConfig.model_validate(resolve({"plant": name})["plant"])

@@ -1,4 +1,4 @@
-"""Atomic writes, and the location of the user's data."""
+"""Atomic writes."""
 
 from __future__ import annotations
 
@@ -18,11 +18,6 @@ from motionlab.errors import ConfigError, FieldError, StoreError, StoreFull
 _PART = ".part"
 _LOCKED_AFTER = 10.0  # s: a file is made an instant before its lock
 _FULL = {errno.ENOSPC, errno.EDQUOT}
-
-
-def data_root() -> Path:
-    """Return the folder of the user's data: MOTIONLAB_DATA, or ``data`` where the server runs."""
-    return Path(os.environ.get("MOTIONLAB_DATA") or "data")
 
 
 def opened(path: Path) -> BinaryIO:

@@ -10,11 +10,11 @@ from contextvars import ContextVar
 from pathlib import Path
 from typing import NamedTuple
 
-from motionlab.config.shipped import config_root, did_you_mean, is_name
+from motionlab.config.shipped import config_root, data_root, did_you_mean, is_name
 from motionlab.design.fem.force_map import SIZE_MOST, ForceMap, PresetName, content_hash
 from motionlab.design.fem.geometry import Geometry
 from motionlab.errors import ConfigError, FieldError, StoreFull
-from motionlab.store.files import data_root, failure, opened, replace
+from motionlab.store.files import failure, opened, replace
 from motionlab.store.index import Stamp, stamp
 
 FOLDER_MOST = 50_000_000

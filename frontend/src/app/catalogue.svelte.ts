@@ -1,4 +1,4 @@
-/** Shipped scenarios and parts of scenarios. */
+/** Shipped scenarios and parts of scenarios, with motors of one's own. */
 
 import type { Api } from './api/client';
 import type { Parts, Scenario, ScenarioEntry, StudyKind, Value } from './api/types';
@@ -36,7 +36,14 @@ export class Catalogue {
     this.shipped = known ? await this.api.scenario(name) : null;
   }
 
-  /** Looks up what a shipped motor consists of, so that the controls can show it. */
+  /** Loads the parts again, once a motor of one's own was saved or deleted. */
+  async motorChanged(name: string): Promise<void> {
+    const others = Object.entries(this.resolved).filter(([key]) => key !== `plant=${name}`);
+    this.resolved = Object.fromEntries(others);
+    this.parts = await this.api.parts();
+  }
+
+  /** Looks up what a motor consists of, so that the controls can show it. */
   async resolvePlant(name: string): Promise<void> {
     const key = `plant=${name}`;
     if (key in this.resolved) return;

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import struct
+from collections.abc import Mapping
 from typing import Any, cast
 
 import numpy as np
@@ -58,9 +59,11 @@ class Lockstep:
         What brought the drives up.
     """
 
-    def __init__(self, start: tuple[float, float] = (0.0, 0.0)) -> None:
+    def __init__(
+        self, start: tuple[float, float] = (0.0, 0.0), changes: Mapping[str, Any] | None = None
+    ) -> None:
         self.config = default_drive()
-        self.segment = Segment(start=start)
+        self.segment = Segment(start=start, changes=changes)
         self.memory = new_memory()
         descriptor = create()
         self.shared = attach(descriptor)

@@ -11,9 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from motionlab.config.scenario import Scenario
 from motionlab.runs.import_document import ImportOptions
 from motionlab.runs.library import library
 from motionlab.runs.measurements import import_file
+from motionlab.simulation.prepare import prepare
+from motionlab.telemetry.recording import Recording
 from tests.simulated import Played, play
 
 PERIOD = 0.5e-3
@@ -121,3 +124,30 @@ def logged(speeds: Array, ways: tuple[float, ...]) -> dict[str, Array]:
         "x_act [mm]": (1e3 * (position + ENCODER_NOISE * noise[0])).astype(np.float64),
         "force_command_x [N]": (force + FORCE_NOISE * noise[1]).astype(np.float64),
     }
+
+
+SLOW_AND_FAST: dict[str, Any] = {
+    "kind": "sequence",
+    "parts": [
+        {"kind": "sine", "amplitude": {"x": a, "y": a}, "frequency": f, "cycles": n}
+        for a, f, n in ((0.01, 0.4, 1), (0.03, 0.8, 2))
+    ],
+}
+"""Sines of both axes, with reversals: 6.9 s."""
+
+
+def kept_of_drives(recording: Recording, scenario: Scenario, name: str) -> str:
+    """Return a run of drives that is kept: a recording of a machine, and the scenario it followed.
+
+    Parameters
+    ----------
+    recording : Recording
+        Of any machine.
+    scenario : Scenario
+        As `motionlab.drive.motion.on_drives` returns it, with the motor that is assumed.
+    name : str
+        Of the run.
+    """
+    run = library().keep(prepare(scenario), recording, {}, name=name)
+    library().index.put(run.model_copy(update={"kind": "drive"}))
+    return run.id

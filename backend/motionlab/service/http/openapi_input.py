@@ -69,7 +69,7 @@ class ScenarioSource:
             "properties": {
                 "base": name,
                 **{key: field for key, field in fields.items() if key not in _PARTS},
-                "plant": {"anyOf": [{"type": "string", "enum": names("motors")}, table]},
+                "plant": {"anyOf": [{"type": "string", "pattern": "^[a-z0-9-]{1,64}$"}, table]},
                 "trajectory": {"anyOf": [{"type": "string", "enum": names("trajectories")}, table]},
                 "variants": {
                     "type": "object",

@@ -11,8 +11,9 @@ from motionlab.config.bounds import TEXT_MAX
 from motionlab.config.load import load_scenario
 from motionlab.config.scenario import Scenario
 from motionlab.config.schema import scenario_schema
-from motionlab.config.shipped import Kind, names, parse_text, read
+from motionlab.config.shipped import Kind, names, own_motors, parse_text, read
 from motionlab.service.http.problems import responses
+from motionlab.service.routes.motors import description_of
 from motionlab.service.worker_answers import computed
 
 router = APIRouter(tags=["scenarios"])
@@ -56,7 +57,7 @@ def get_scenario(name: Name) -> Scenario:
 
 
 class Part(BaseModel):
-    """One shipped part of a scenario."""
+    """One part of a scenario."""
 
     name: str
     description: str
@@ -72,13 +73,13 @@ class Parts(BaseModel):
 
 @router.get("/parts", operation_id="listParts")
 def list_parts() -> Parts:
-    """List the motors, controllers and trajectories that a scenario can name."""
-    return Parts(
-        **{
-            kind: [Part(name=name, description=_about(kind, name)) for name in names(kind)]
-            for kind in _PARTS
-        }
-    )
+    """List the motors, one's own too, controllers and trajectories that a scenario can name."""
+    parts = {
+        kind: [Part(name=name, description=_about(kind, name)) for name in names(kind)]
+        for kind in _PARTS
+    }
+    parts["motors"] += [Part(name=name, description=description_of(name)) for name in own_motors()]
+    return Parts(**parts)
 
 
 def _about(kind: Kind, name: str) -> str:

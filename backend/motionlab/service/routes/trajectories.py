@@ -12,7 +12,7 @@ from starlette.convertors import StringConvertor, register_url_convertor
 
 from motionlab.config.drawn_path import DrawnPath
 from motionlab.config.load import epochs, load_scenario, validate_trajectory
-from motionlab.config.shipped import config_root, names, read
+from motionlab.config.shipped import config_root, data_root, names, read
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.kernel.force_maps import map_digests
 from motionlab.service.http.binary_answer import MEDIA_TYPE, packed
@@ -23,7 +23,6 @@ from motionlab.service.routes.simulate import ChangedScenario
 from motionlab.service.worker_answers import ComputedResponse, called, computed
 from motionlab.service.workers.worker import Call
 from motionlab.simulation.prepare import Epochs, limit_sets
-from motionlab.store.files import data_root
 from motionlab.store.trajectories import KINDS, TrajectoryStore
 from motionlab.trajectory.corners import drawn
 from motionlab.trajectory.retiming import slow_down

@@ -32,6 +32,9 @@ STEP = 0.01
 _READ = STEP**2 / 12.0
 """Variance of a reading, A^2."""
 
+_SAME = 1e-4
+"""Difference of two equal readings by rounding, A, at most."""
+
 _SLOWEST = 0.95
 """Largest share of a deviation that a period may leave: 16 Hz of bandwidth."""
 
@@ -122,6 +125,29 @@ class CurrentLoops:
         """Return the currents of one motion, given commands and reported currents, A."""
         acts = np.ascontiguousarray(self.acting(command, current))
         return Smoothed(*_smooth(acts, current, self.left_over, self.variance))
+
+
+def as_sent(command: Array, current: Array) -> Array:
+    """Return commands in the steps in which drives take them, those of their readings.
+
+    Parameters
+    ----------
+    command, current : ndarray, shape (3, n)
+        Commands before they were rounded, and readings, A.
+
+    Returns
+    -------
+    ndarray, shape (3, n)
+        A; of a phase whose reading never changes, as it was.
+    """
+    sent = command.copy()
+    for phase, read in enumerate(current):
+        values: Array = np.unique(read)
+        apart = values[1:] - values[:-1]
+        step = np.min(apart, initial=np.inf, where=apart > _SAME)
+        if np.isfinite(step):
+            sent[phase] = step * np.rint(command[phase] / step)
+    return sent
 
 
 def reported(current: Array, amplifiers: AmplifierConfig) -> Array:

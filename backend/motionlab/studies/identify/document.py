@@ -7,6 +7,7 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from motionlab.results.document import ResultDocument
+from motionlab.runs.motor import Motor
 
 Step = Literal["sliding", "presliding", "comparison", "record"]
 
@@ -132,6 +133,11 @@ class IdentificationDocument(_Document):
     axes: dict[str, AxisIdentification]
     set: dict[str, float] = Field(
         description="Dotted path to value: puts what was identified into the model of `apply_to`"
+    )
+    motor: Motor | None = Field(
+        default=None,
+        description="Of a measured run: its simulated motor with what was identified in it; "
+        "`PUT /motors/{name}` saves it. null of an experiment and of a simulation",
     )
     comparison: ResultDocument | None = Field(
         description="Result document of the circle with the old model (A) and the new one (B)"

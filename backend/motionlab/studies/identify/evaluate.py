@@ -26,7 +26,7 @@ from motionlab.studies.identify.test_bench import Rig
 
 Array = NDArray[np.float64]
 
-_UNITS = {
+UNITS = {
     "F_c": "N",
     "F_s": "N",
     "v_s": "m/s",
@@ -135,7 +135,7 @@ def is_a_model(found: dict[str, float], believed: FrictionConfig) -> bool:
 
 
 def _parameters(friction: FrictionConfig) -> dict[str, float]:
-    return {name: getattr(friction, name) for name in _UNITS if hasattr(friction, name)}
+    return {name: getattr(friction, name) for name in UNITS if hasattr(friction, name)}
 
 
 def fit_document(rig: Rig, axis: str, fitted: Fitted, unit: str, truth: Scenario | None) -> Fit:
@@ -151,7 +151,7 @@ def fit_document(rig: Rig, axis: str, fitted: Fitted, unit: str, truth: Scenario
             true = _of(plant, name)
         parameters[name] = Parameter(
             value=value,
-            unit=_UNITS[name],
+            unit=UNITS[name],
             standard_error=float(fitted.errors[i]) if known else None,
             low=value - half if known else None,
             high=value + half if known else None,

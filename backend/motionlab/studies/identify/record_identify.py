@@ -15,7 +15,7 @@ from motionlab.lanes import model_hash
 from motionlab.runs.columns import Columns, of_run
 from motionlab.simulation.result import plant_name
 from motionlab.studies.identify.comparison import compared
-from motionlab.studies.identify.current_smoother import CurrentLoops, Smoothed
+from motionlab.studies.identify.current_smoother import CurrentLoops, Smoothed, as_sent
 from motionlab.studies.identify.document import (
     AxisIdentification,
     ExperimentProgress,
@@ -30,6 +30,7 @@ from motionlab.studies.identify.evaluate import (
     is_a_model,
     known_document,
 )
+from motionlab.studies.identify.fitted_motor import fitted_motor
 from motionlab.studies.identify.record_fit import RecordFit, doubted_by, fit_record
 from motionlab.studies.identify.record_motion import Motion, Record, motion_of
 from motionlab.studies.identify.record_plan import CURRENTS, AxisColumns, RecordExperiment
@@ -72,6 +73,7 @@ def identify_record(
     found: dict[str, AxisIdentification] = {}
     failed: list[str] = []
     changes: dict[str, float] = {}
+    fits: dict[str, RecordFit] = {}
     count = len(experiment.axes)
     for index, axis in enumerate(experiment.axes):
 
@@ -89,7 +91,7 @@ def identify_record(
 
         at(0.0)
         try:
-            found[axis], values = _axis(experiment, axis, columns, at)
+            found[axis], values, fits[axis] = _axis(experiment, axis, columns, at)
         except ExperimentFailed as error:
             failed.append(f"{axis}: {error}")
             continue
@@ -112,6 +114,7 @@ def identify_record(
         simulated_time=(last - first) * experiment.run.period,
         axes=found,
         set=changes,
+        motor=fitted_motor(experiment, fits, columns),
         comparison=compared(rig, experiment.source, experiment.request.set, changes)
         if compare
         else None,
@@ -120,8 +123,8 @@ def identify_record(
 
 def _axis(
     experiment: RecordExperiment, axis: str, columns: Columns, at: Callable[[float], None]
-) -> tuple[AxisIdentification, dict[str, float]]:
-    """Return what was found on an axis, and the paths to change."""
+) -> tuple[AxisIdentification, dict[str, float], RecordFit]:
+    """Return what was found on an axis, the paths to change, and the fit behind both."""
     rig, chosen = experiment.rig, experiment.axes[axis]
     record = _record(experiment, axis, columns)
     motion = motion_of(record, experiment.bandwidth)
@@ -163,7 +166,7 @@ def _axis(
         warnings=warnings,
         record=_evidence(experiment, chosen, motion, fit, velocity),
     )
-    return document, changes
+    return document, changes, fit
 
 
 def to_apply(fits: list[Fitted], believed: FrictionConfig) -> tuple[dict[str, float], list[str]]:
@@ -180,12 +183,7 @@ def to_apply(fits: list[Fitted], believed: FrictionConfig) -> tuple[dict[str, fl
         The old model.
     """
     values = {name: fit[name] for fit in fits for name in fit.names if name != "f_0"}
-    determined = {
-        name
-        for fit in fits
-        for name, value, half in zip(fit.names, fit.values, fit.half_width, strict=True)
-        if np.isfinite(half) and half <= abs(value) and name not in fit.edge
-    }
+    determined = {name for fit in fits for name in fit.names if fit.determines(name)}
     applied = {name: value for name, value in values.items() if name in determined}
     left_out = ", ".join(name for name in values if name not in determined)
     warnings = []
@@ -213,7 +211,7 @@ def _doubt(experiment: RecordExperiment, axis: str, position: Array, force: Arra
     in T, and half of it where the force comes from currents, whose place between samples is known.
     """
     tau = pole_pitch(experiment.rig.model(axis).force_map)
-    periods = 1 + experiment.rig.controller.delay
+    periods = 1 + experiment.delay
     share = _HELD_CURRENT if experiment.axes[axis].force == CURRENTS else _HELD_FORCE
     angle = 2.0 * np.pi * np.gradient(position) * periods / tau
     return np.nan_to_num(share * angle**2 * force)
@@ -227,7 +225,7 @@ def _evidence(
     velocity: Array,
 ) -> RecordEvidence:
     first, last = experiment.part
-    half = float(fit.further.half_width[fit.further.names.index("lag")])
+    half = fit.further.half("lag")
     lag_known = half <= motion.lag_max and "lag" not in fit.further.edge
     return RecordEvidence(
         position=chosen.position,
@@ -278,9 +276,12 @@ def _currents(experiment: RecordExperiment, samples: Array) -> tuple[Smoothed, f
     """
     current = np.ascontiguousarray(samples[:3])
     if len(samples) == 6:
-        loops = CurrentLoops(experiment.rig.controller.delay)
-        loops.learn(np.ascontiguousarray(samples[3:]), current)
-        return loops.smooth(np.ascontiguousarray(samples[3:]), current), loops.left_over
+        command = np.ascontiguousarray(samples[3:])
+        if experiment.run.kind == "drive":
+            command = as_sent(command, current)
+        loops = CurrentLoops(experiment.delay)
+        loops.learn(command, current)
+        return loops.smooth(command, current), loops.left_over
     count = current.shape[1]
     return Smoothed(current, np.zeros(count), np.zeros(count - 1)), 0.0
 

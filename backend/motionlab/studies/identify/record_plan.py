@@ -87,12 +87,30 @@ class RecordExperiment:
     """Nothing is simulated."""
 
     @property
+    def followed(self) -> Scenario | None:
+        """The scenario that was carried out, with the motor that was simulated or assumed."""
+        document = self.run.scenario_document
+        return None if document is None else load_scenario(document)
+
+    @property
     def true(self) -> Scenario | None:
         """The scenario that the run simulated, unless its motor changed on the way."""
         changed = any(path.startswith("plant") for e in self.run.events for path in e.set)
-        if self.run.scenario_document is None or changed:
-            return None
-        return load_scenario(self.run.scenario_document)
+        simulated = self.run.kind in {"simulation", "live"}
+        return self.followed if simulated and not changed else None
+
+    @property
+    def read_variant(self) -> str:
+        """Variant of the run whose channels are read."""
+        return variant_of(self.request, self.run)
+
+    @property
+    def delay(self) -> int:
+        """Control periods from a command to its effect, by the controller that carried it out."""
+        followed = self.followed
+        if followed is None:
+            return self.rig.controller.delay
+        return followed.variants[self.read_variant].controller.delay
 
     def old_model(self, axis: str) -> AxisModelConfig:
         """Return the old model, with the mass that is given or the driving variant's."""
@@ -190,6 +208,11 @@ def record_plan_document(experiment: RecordExperiment, simulated_time_max: float
     )
 
 
+def variant_of(request: IdentifyRequest, run: RunDetail) -> str:
+    """Return the variant of a run whose channels are read."""
+    return request.record.variant or (run.variants[0] if run.variants else "M")
+
+
 def _run(request: IdentifyRequest) -> RunDetail:
     from motionlab.runs.library import library
 
@@ -231,7 +254,7 @@ def _columns(
     request: IdentifyRequest, run: RunDetail, force: Literal["phases", "ideal"] | str
 ) -> dict[str, AxisColumns]:
     """Return the columns of each axis asked for; of both, those that the run has."""
-    variant = request.record.variant or (run.variants[0] if run.variants else "M")
+    variant = variant_of(request, run)
     if request.record.variant is not None and variant not in run.variants:
         allowed = "one of " + ", ".join(run.variants)
         raise ConfigError(

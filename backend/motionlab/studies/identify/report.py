@@ -7,6 +7,7 @@ import json
 from pathlib import Path
 
 from motionlab.results.report import report as run_report
+from motionlab.runs.motor import MotorOrigin
 from motionlab.store.files import complete_file
 from motionlab.studies.identify.document import (
     Fit,
@@ -53,9 +54,23 @@ def report(found: IdentificationDocument) -> str:
     if found.set:
         lines += ["", f"into the model of {found.apply_to}:"]
         lines += [f"  --set {path}={value:.6g}" for path, value in found.set.items()]
+    if found.motor is not None and found.motor.origin is not None:
+        lines += _motor(found.motor.origin)
     if found.comparison is not None:
         lines += ["", run_report(found.comparison.model_dump())]
     return "\n".join(lines)
+
+
+def _motor(origin: MotorOrigin) -> list[str]:
+    """Return what the fitted motor is worth: how far its simulation is from the run."""
+    lines = ["", "the simulated motor with these values and masses (--motor NAME saves it):"]
+    for axis, residual in (origin.residual or {}).items():
+        before, after = 1e6 * residual.before, 1e6 * residual.after
+        lines.append(
+            f"  {axis}: following error of the run less the simulation's, rms: "
+            f"{before:.3g} um before, {after:.3g} um fitted"
+        )
+    return lines + [f"  note: {note}" for note in origin.notes]
 
 
 def write(found: IdentificationDocument, path: str) -> None:

@@ -48,6 +48,14 @@ class Fitted:
         """Return an estimate by name."""
         return float(self.values[self.names.index(name)])
 
+    def half(self, name: str) -> float:
+        """Return half of the interval of a parameter by name; inf or NaN where undetermined."""
+        return float(self.half_width[self.names.index(name)])
+
+    def determines(self, name: str) -> bool:
+        """Return whether a parameter is off its edges and known to less than its own size."""
+        return self.half(name) <= abs(self[name]) and name not in self.edge
+
 
 def stribeck_curve(v: Array, parameters: Sequence[float] | Array) -> Array:
     """Return the force of uniform motion, N, eqs (20) to (22) with dz/dt = 0, and an offset.

@@ -5,12 +5,13 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from motionlab.errors import FieldError
+from motionlab.errors import ConfigError, FieldError
 from motionlab.studies.options import given
 from motionlab.studies.study import RequestLimits, Study, StudyCommand, above, lazy
 
 if TYPE_CHECKING:
     from motionlab.studies.identify.dispatch import AnyExperiment
+    from motionlab.studies.identify.document import IdentificationDocument
 
 _EXAMPLES = """\
 examples:
@@ -21,6 +22,7 @@ examples:
   motionlab identify --axis y --time-max 5 --rates 50 100 --places 5
 
   motionlab identify --run r-abcdefghijkl --axis x --mass 5.9
+  motionlab identify --run r-abcdefghijkl --motor rig-7
   motionlab identify --run r-abcdefghijkl --axis x --position Pos --force Kraft --from 2 --to 60
 
 Speeds are in m/s, each run both ways; forces come out in the newtons of the controller's command.
@@ -133,6 +135,11 @@ class IdentifyStudy(Study):
 
         record = parser.add_argument_group("from a run")
         record.add_argument("--run", metavar="ID", help="kept run to identify from")
+        record.add_argument(
+            "--motor",
+            metavar="NAME",
+            help="save the run's simulated motor with what was identified, as plant=NAME",
+        )
         record.add_argument("--run-variant", metavar="NAME", help="variant of the run (its first)")
         record.add_argument(
             "--position", metavar="COLUMN", help="column of the position (position_measured)"
@@ -152,8 +159,24 @@ class IdentifyStudy(Study):
         record.add_argument("--from", dest="start", metavar="S", type=float, help="begin, s")
         record.add_argument("--to", dest="end", metavar="S", type=float, help="end, s")
 
+    def after(self, found: IdentificationDocument, options: argparse.Namespace) -> None:
+        """Write the file of ``--out``, and save the motor of ``--motor``."""
+        super().after(found, options)
+        if options.motor is None:
+            return
+        from motionlab.runs.motor import save_motor
+
+        if found.motor is None:
+            message = "there is none to save: it is fitted to a drive's run or to a measurement"
+            raise ConfigError(FieldError("--motor", message, options.motor))
+        save_motor(options.motor, found.motor)
+
     def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
         """Return the request of the options."""
+        if options.motor is not None:
+            from motionlab.runs.motor import check_name
+
+            check_name(options.motor)
         presliding = {"enabled": options.presliding} | given(options, "rates", "share", "places")
         record = given(options, "position", "force", "mass", "bandwidth", "start", "end")
         if options.run_variant is not None:

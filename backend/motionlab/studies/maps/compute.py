@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from motionlab.config.shipped import data_root
 from motionlab.design.fem.compute import PRESETS, Progress, compute
 from motionlab.design.fem.document import MapEntry, MapRequest, entry
 from motionlab.design.fem.force_map import ForceMap, PresetName
@@ -9,7 +10,6 @@ from motionlab.design.fem.geometry import Geometry
 from motionlab.design.fem.mesh import vertices
 from motionlab.design.fem.picture import RESOLUTION
 from motionlab.errors import FieldError
-from motionlab.store.files import data_root
 from motionlab.store.maps import MapStore
 
 

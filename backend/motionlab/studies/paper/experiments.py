@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from motionlab.config.load import load_scenario
+from motionlab.config.shipped import data_root
 from motionlab.design.design import design
 from motionlab.design.document import DesignDocument
 from motionlab.design.fem.force_map import ForceMap, content_hash
@@ -15,7 +16,6 @@ from motionlab.design.fem.geometry import Geometry
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run
-from motionlab.store.files import data_root
 from motionlab.store.maps import MapStore, named_map
 from motionlab.studies.identify.document import IdentificationDocument
 from motionlab.studies.identify.experiment import identify

@@ -113,7 +113,7 @@ export interface paths {
         };
         /**
          * List Parts
-         * @description List the motors, controllers and trajectories that a scenario can name.
+         * @description List the motors, one's own too, controllers and trajectories that a scenario can name.
          */
         get: operations["listParts"];
         put?: never;
@@ -1414,6 +1414,54 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/motors": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Motors
+         * @description List the motors that ship and those of one's own.
+         */
+        get: operations["listMotors"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/motors/{name}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Motor
+         * @description Return a motor by name, every field given.
+         */
+        get: operations["getMotor"];
+        /**
+         * Put Motor
+         * @description Save or replace a motor of one's own, such as `motor` of an identification from a run.
+         */
+        put: operations["putMotor"];
+        post?: never;
+        /**
+         * Delete Motor
+         * @description Delete a motor of one's own; scenarios and runs that have it keep its numbers.
+         */
+        delete: operations["deleteMotor"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/drive": {
         parameters: {
             query?: never;
@@ -1765,7 +1813,7 @@ export interface components {
                  * @default 0.02
                  */
                 divergence_error: number;
-                plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
+                plant?: string | Record<string, never>;
                 trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                 variants?: {
                     [key: string]: Record<string, never>;
@@ -2425,7 +2473,7 @@ export interface components {
                  * @default 0.02
                  */
                 divergence_error: number;
-                plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
+                plant?: string | Record<string, never>;
                 trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                 variants?: {
                     [key: string]: Record<string, never>;
@@ -2563,7 +2611,7 @@ export interface components {
                  * @default 0.02
                  */
                 divergence_error: number;
-                plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
+                plant?: string | Record<string, never>;
                 trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                 variants?: {
                     [key: string]: Record<string, never>;
@@ -4257,6 +4305,34 @@ export interface components {
             worst_current: number;
         };
         /**
+         * FittedValue
+         * @description One number of a motor that was fitted to a run.
+         */
+        FittedValue: {
+            /**
+             * Value
+             * @description SI; forces in newtons of the force map beside it
+             */
+            value: number;
+            /**
+             * Low
+             * @description Lower end of the 95 % interval
+             */
+            low: number;
+            /**
+             * High
+             * @description Upper end of the 95 % interval
+             */
+            high: number;
+            /**
+             * Before
+             * @description Of the motor that it started from
+             */
+            before: number;
+            /** Unit */
+            unit: string;
+        };
+        /**
          * FluxLine
          * @description A flux line; neighbouring lines enclose one step of flux.
          */
@@ -4852,7 +4928,7 @@ export interface components {
                  * @default 0.02
                  */
                 divergence_error: number;
-                plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
+                plant?: string | Record<string, never>;
                 trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                 variants?: {
                     [key: string]: Record<string, never>;
@@ -5105,6 +5181,8 @@ export interface components {
             set: {
                 [key: string]: number;
             };
+            /** @description Of a measured run: its simulated motor with what was identified in it; `PUT /motors/{name}` saves it. null of an experiment and of a simulation */
+            motor?: components["schemas"]["Motor"] | null;
             /** @description Result document of the circle with the old model (A) and the new one (B) */
             comparison: components["schemas"]["ResultDocument"] | null;
         };
@@ -5550,6 +5628,33 @@ export interface components {
              * @description Why there is no number although there should be one
              */
             error: string | null;
+        };
+        /**
+         * KeptMotor
+         * @description A motor with its numbers and where they come from.
+         */
+        KeptMotor: {
+            /**
+             * Plant
+             * @description Tables of the motor, as a scenario has them
+             */
+            plant: {
+                [key: string]: unknown;
+            };
+            /** @description null of one that was typed */
+            origin?: components["schemas"]["MotorOrigin"] | null;
+            /**
+             * Name
+             * @description Name, as `plant` of a scenario takes it
+             */
+            name: string;
+            /**
+             * Shipped
+             * @description Whether it ships with the project and cannot be changed
+             */
+            shipped: boolean;
+            /** Description */
+            description: string;
         };
         /**
          * KeptTrajectory
@@ -6517,7 +6622,7 @@ export interface components {
                  * @default 0.02
                  */
                 divergence_error: number;
-                plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
+                plant?: string | Record<string, never>;
                 trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                 variants?: {
                     [key: string]: Record<string, never>;
@@ -6538,6 +6643,77 @@ export interface components {
              * @description Which variant; the only one when left out
              */
             variant?: string | null;
+        };
+        /**
+         * Motor
+         * @description A motor and its origin.
+         */
+        Motor: {
+            /**
+             * Plant
+             * @description Tables of the motor, as a scenario has them
+             */
+            plant: {
+                [key: string]: unknown;
+            };
+            /** @description null of one that was typed */
+            origin?: components["schemas"]["MotorOrigin"] | null;
+        };
+        /**
+         * MotorEntry
+         * @description One motor.
+         */
+        MotorEntry: {
+            /**
+             * Name
+             * @description Name, as `plant` of a scenario takes it
+             */
+            name: string;
+            /**
+             * Shipped
+             * @description Whether it ships with the project and cannot be changed
+             */
+            shipped: boolean;
+            /** Description */
+            description: string;
+        };
+        /**
+         * MotorOrigin
+         * @description Where the numbers of a fitted motor come from.
+         */
+        MotorOrigin: {
+            /**
+             * Run
+             * @description Run that it was fitted to
+             */
+            run: string;
+            /** Run Name */
+            run_name: string;
+            /**
+             * Recorded
+             * @description When the run began, ISO 8601
+             */
+            recorded: string;
+            /**
+             * Fits
+             * @description By dotted path into the motor, such as x.friction.F_c
+             */
+            fits: {
+                [key: string]: components["schemas"]["FittedValue"];
+            };
+            /**
+             * Residual
+             * @description By axis; null of a run without scenario, a measurement
+             */
+            residual?: {
+                [key: string]: components["schemas"]["Residual"];
+            } | null;
+            /**
+             * Notes
+             * @description What the fit does not hold
+             * @default []
+             */
+            notes: string[];
         };
         /**
          * MoverPlace
@@ -6974,7 +7150,7 @@ export interface components {
         };
         /**
          * Part
-         * @description One shipped part of a scenario.
+         * @description One part of a scenario.
          */
         Part: {
             /** Name */
@@ -8235,6 +8411,22 @@ export interface components {
             loading_max: number;
         };
         /**
+         * Residual
+         * @description Following error of the run less that of its simulation, root mean square.
+         */
+        Residual: {
+            /**
+             * Before
+             * @description With the motor that it started from
+             */
+            before: number;
+            /**
+             * After
+             * @description With the fitted motor
+             */
+            after: number;
+        };
+        /**
          * ResonanceConfig
          * @description One flexible mode between guides and encoder, excited by the thrust; see docs/physics.md.
          */
@@ -9339,7 +9531,7 @@ export interface components {
                  * @default 0.02
                  */
                 divergence_error: number;
-                plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
+                plant?: string | Record<string, never>;
                 trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                 variants?: {
                     [key: string]: Record<string, never>;
@@ -10715,7 +10907,7 @@ export interface components {
                  * @default 0.02
                  */
                 divergence_error: number;
-                plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
+                plant?: string | Record<string, never>;
                 trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                 variants?: {
                     [key: string]: Record<string, never>;
@@ -13979,7 +14171,7 @@ export interface operations {
                          * @default 0.02
                          */
                         divergence_error?: number;
-                        plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
+                        plant?: string | Record<string, never>;
                         trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                         variants?: {
                             [key: string]: Record<string, never>;
@@ -14147,7 +14339,7 @@ export interface operations {
                          * @default 0.02
                          */
                         divergence_error?: number;
-                        plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
+                        plant?: string | Record<string, never>;
                         trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                         variants?: {
                             [key: string]: Record<string, never>;
@@ -14442,7 +14634,7 @@ export interface operations {
                          * @default 0.02
                          */
                         divergence_error?: number;
-                        plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
+                        plant?: string | Record<string, never>;
                         trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                         variants?: {
                             [key: string]: Record<string, never>;
@@ -14698,7 +14890,7 @@ export interface operations {
                          * @default 0.02
                          */
                         divergence_error?: number;
-                        plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
+                        plant?: string | Record<string, never>;
                         trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                         variants?: {
                             [key: string]: Record<string, never>;
@@ -14930,7 +15122,7 @@ export interface operations {
                          * @default 0.02
                          */
                         divergence_error?: number;
-                        plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
+                        plant?: string | Record<string, never>;
                         trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                         variants?: {
                             [key: string]: Record<string, never>;
@@ -15131,7 +15323,7 @@ export interface operations {
                          * @default 0.02
                          */
                         divergence_error?: number;
-                        plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
+                        plant?: string | Record<string, never>;
                         trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                         variants?: {
                             [key: string]: Record<string, never>;
@@ -15380,7 +15572,7 @@ export interface operations {
                          * @default 0.02
                          */
                         divergence_error?: number;
-                        plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
+                        plant?: string | Record<string, never>;
                         trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                         variants?: {
                             [key: string]: Record<string, never>;
@@ -15549,7 +15741,7 @@ export interface operations {
                          * @default 0.02
                          */
                         divergence_error?: number;
-                        plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
+                        plant?: string | Record<string, never>;
                         trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                         variants?: {
                             [key: string]: Record<string, never>;
@@ -16906,7 +17098,7 @@ export interface operations {
                          * @default 0.02
                          */
                         divergence_error?: number;
-                        plant?: ("as-measured" | "matched" | "matched-resonant" | "nominal") | Record<string, never>;
+                        plant?: string | Record<string, never>;
                         trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                         variants?: {
                             [key: string]: Record<string, never>;
@@ -18916,6 +19108,322 @@ export interface operations {
             };
             /** @description Too Many Requests */
             429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listMotors: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MotorEntry"][];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getMotor: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Name of a motor */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["KeptMotor"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    putMotor: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Name of a motor */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Motor"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["KeptMotor"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Insufficient Storage */
+            507: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    deleteMotor: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Name of a motor */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
                 headers: {
                     [name: string]: unknown;
                 };

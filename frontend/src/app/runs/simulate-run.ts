@@ -1,0 +1,32 @@
+/** The scenario of a run, simulated anew and kept. */
+
+import type { RunDetail, Scenario } from '../api/types';
+import { messages } from '../messages.svelte';
+import { app } from '../store.svelte';
+
+/**
+ * Simulates the scenario of a run.
+ *
+ * @param motor name of another motor; empty: that of the run
+ * @returns the run of the simulation; null where it is a job that takes its time, or failed
+ */
+export async function simulateRun(run: RunDetail, motor = ''): Promise<string | null> {
+  let made: string | null = null;
+  await app.try(async () => {
+    if (!run.scenario_document) return;
+    const how = motor === '' ? 'simulated' : `simulated with ${motor}`;
+    const body = {
+      scenario: run.scenario_document as unknown as Scenario,
+      set: motor === '' ? {} : { plant: motor },
+      keep: true,
+      name: `${run.name.slice(0, 40)}, ${how}`,
+    };
+    const answer = await app.api.json('post', '/simulate', { body });
+    if ('run' in answer && answer.run) made = answer.run;
+    else messages.info(`It takes long: Runs has “${body.name}” when it is done.`);
+  });
+  return made;
+}
+
+/** The channel in which a run and its simulation are looked at first. */
+export const errorOf = (run: RunDetail): string => `${run.variants[0] ?? 'A'}.x.following_error`;
