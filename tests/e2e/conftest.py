@@ -77,7 +77,7 @@ class Server:
         self._options = options
         self._variables = variables
         self._process: subprocess.Popen[bytes] | None = None
-        self._data = data
+        self.data = data
         self.port = 0
         self.starts = 0
         self.start()
@@ -95,8 +95,8 @@ class Server:
         command = [sys.executable, "-m", "motionlab", "serve", "--port", str(self.port)]
         command += self._options
         environment = {k: v for k, v in os.environ.items() if k != "MOTIONLAB_TOKEN"}
-        environment |= {"MOTIONLAB_DATA": str(self._data)} | self._variables
-        told = self._data / "stderr.txt"  # a pipe that nobody reads would fill up and block it
+        environment |= {"MOTIONLAB_DATA": str(self.data)} | self._variables
+        told = self.data / "stderr.txt"  # a pipe that nobody reads would fill up and block it
         with told.open("wb") as stderr:
             self._process = subprocess.Popen(command, stderr=stderr, env=environment)
         end = time.monotonic() + START

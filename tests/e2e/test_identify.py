@@ -9,6 +9,10 @@ from typing import Any
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
+from motionlab.config.load import load_scenario
+from motionlab.drive.motion import on_drives
+from motionlab.simulation.prepare import prepare
+from motionlab.simulation.run import run as simulation
 from tests.e2e.actions import (
     API,
     LONG,
@@ -21,7 +25,7 @@ from tests.e2e.actions import (
     until,
 )
 from tests.e2e.conftest import Server
-from tests.studies.identify.measured_runs import FRICTION, channels
+from tests.studies.identify.measured_runs import FRICTION, SLOW_AND_FAST, channels, kept_of_drives
 
 DONE = 180_000  # ms; a run on a machine that does much else
 MINUS = "\N{MINUS SIGN}"
@@ -274,6 +278,50 @@ def test_from_an_imported_measurement_to_the_model(
     # another column, of another unit's name: refused before anything is read
     screen.get_by_role("radio", name="y", exact=True).first.click()
     expect(experiment.get_by_role("alert")).to_contain_text("none of M.y.position_measured")
+
+
+def test_the_simulated_motor_fitted_to_a_run_of_drives(
+    screen: Page, server: Server, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From the run to its simulation, to what is identified, to the motor, to the simulation."""
+    monkeypatch.setenv("MOTIONLAB_DATA", str(server.data))
+    machine = {"plant.x.friction.F_c": 0.9, "plant.x.friction.v_s": 0.02}
+    scenario = on_drives(load_scenario("circle", {"trajectory": SLOW_AND_FAST}), "A")
+    drives = prepare(
+        on_drives(load_scenario("circle", {"trajectory": SLOW_AND_FAST} | machine), "A")
+    )
+    run = kept_of_drives(simulation(drives), scenario, "sines A on Rig")
+
+    screen.goto(f"{server.url}/?screen=runs&run={run}")
+    screen.get_by_role("button", name="Compare with its simulation").click()
+    before = left_over(screen, server, run)
+    screen.goto(f"{server.url}/?screen=runs&run={run}")
+    screen.get_by_role("button", name="Identify from it").click()
+    region(screen, "Experiment").get_by_role("radio", name="x", exact=True).click()
+    asked_for(screen, identify(screen).click)
+    motor = region(screen, "Motor")
+    motor.get_by_role("textbox", name="Name of the motor").fill("Rig 7")
+    motor.get_by_role("button", name="Save as motor").click()
+    expect(motor.get_by_role("status")).to_contain_text("Motor rig-7 has 7 fitted values")
+    assert serious(screen) == []
+    origin = screen.request.get(f"{server.url}{API}/motors/rig-7").json()["origin"]
+    assert origin["run"] == run
+    assert origin["residual"]["x"]["before"] == pytest.approx(before, rel=1e-3)
+    motor.get_by_role("button", name="Simulate the run with rig-7").click()
+    after = left_over(screen, server, run)
+    assert after == pytest.approx(origin["residual"]["x"]["after"], rel=1e-3)
+    assert after < before / 20.0
+
+
+def left_over(page: Page, server: Server, run: str) -> float:
+    """Return what the comparison that is opened says of x's following error, rms, m."""
+    page.wait_for_url(re.compile(rf"run=r-\w+(,|%2C){run}"))
+    expect(page.get_by_role("button", name="A.x.following_error")).to_be_visible()
+    found = re.search(r"run=(r-\w+)", page.url)
+    assert found is not None
+    body = {"a": found[1], "b": run, "only": ["A.x.following_error"]}
+    answer = page.request.post(f"{server.url}{API}/runs/compare", data=body).json()
+    return answer["channels"][0]["rms"]
 
 
 def test_everything_by_keyboard_alone(screen: Page) -> None:
