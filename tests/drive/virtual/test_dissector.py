@@ -70,7 +70,7 @@ def exchange_of_the_link(segment: Segment) -> list[bytes]:
     carrier = Carrier(config.link)
     carrier.close()
     carrier.socket = wire  # pyright: ignore[reportAttributeAccessIssue]
-    bring_up.Segment(carrier, config).bring_up()
+    bring_up.BringUp(carrier, config).bring_up()
     cyclic = cyclic_bus(wire.fileno(), b"", new_clock(), clocks=True)
     for _ in range(10):
         wire.send(cyclic.read.tobytes())
