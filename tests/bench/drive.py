@@ -4,19 +4,24 @@ from __future__ import annotations
 
 import contextlib
 import os
+import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from motionlab.cli.lab_server import HeldLease, LabServer
 from motionlab.config.load import load_scenario
+from motionlab.config.shipped import config_root
 from motionlab.drive.libc import (
     Clock,
     new_clock,
@@ -33,10 +38,15 @@ from motionlab.drive.link.shared import Order, State, Status
 from motionlab.drive.motion import held_parameters, on_drives
 from motionlab.drive.virtual.process import VirtualDrive
 from motionlab.drive.virtual.segment import default_drive
+from tests.bench.serving import API, Serving
+from tests.bench.stream import watching
 from tests.bench.table import Row
 
 _SECONDS = 60.0
-_REFERENCE_SECONDS = 30.0
+_SHORT_SECONDS = 20.0
+_LOSS_SECONDS = 5.0
+_WINDOWS = "18"  # of 4 s and a bit, of the clients
+_WHAT_IF = {"scenario": "circle", "columns": ["A.x.following_error", "B.x.following_error"]}
 _PATIENCE = 300.0  # s; the loop may have to be compiled first
 _LATE, _RUN, _TRIP, _CONTROL = 0.001, 10, 250.0, 5.0  # targets; us
 _PACKET = 150  # bytes, as frames of inputs are long
@@ -65,49 +75,141 @@ class Timing:
 
 
 def drive() -> Iterator[Row]:
-    """Measure at rest, then beside a process that keeps a core busy."""
-    yield from _rows("")
+    """Measure at rest, beside a busy process, under a server with clients, and without answers."""
+    rest = yield from _rows("", _SECONDS)
     busy = subprocess.Popen([sys.executable, "-c", "while True: pass"])
     try:
-        yield from _rows(", beside a busy process")
+        yield from _rows(", beside a busy process", _SHORT_SECONDS)
     finally:
         busy.kill()
         busy.wait()
+    yield from _served(rest)
+    for loss in _LOSSES:
+        yield _lost(loss)
 
 
-def _rows(beside: str) -> Iterator[Row]:
-    timer, echo = _timer(), _echo()
-    link, control, longest, priority = _link()
-    how = "SCHED_FIFO" if priority else "SCHED_OTHER"
-    yield Row(
-        f"late cycles, {how}{beside}",
-        f"<= {_LATE:.1%}",
-        link.share,
-        f"bare timer {timer.share}",
-        met=link.late <= _LATE * link.cycles,
+def _rows(beside: str, seconds: float) -> Generator[Row, None, Timing]:
+    timer, echo = _timer(seconds / 3), _echo(seconds / 3)
+    with _holding() as (link, _):
+        before, trips = _counters(link), link.round_trips
+        control = []
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            control.append(link.status(Status.CONTROL_LAST))
+            time.sleep(0.01)
+        if link.state != State.HOLDING:
+            raise RuntimeError(f"the link came to {link.state.name}: {link.fault()}")
+        cycles, late = _counters(link) - before
+        run = link.status(Status.LATE_RUN)
+        timing = Timing(int(cycles), int(late), run, *_of_histogram(link.round_trips - trips))
+        longest = link.status(Status.CONTROL_TIME) * 1e-3
+        how = "SCHED_FIFO" if link.status(Status.PRIORITY) else "SCHED_OTHER"
+    yield from _timing_rows(
+        f"{how}{beside}",
+        timing,
+        (f"bare timer {timer.share}", f"bare timer {timer.run}", f"bare echo {echo.times}"),
+        timing.p50 / max(echo.p50, 1.0),
     )
+    at_median = float(np.median(control)) * 1e-3
     yield Row(
-        "  longest run of them",
-        f"< {_RUN}",
-        str(link.run),
-        f"bare timer {timer.run}",
-        met=link.run < _RUN,
+        "  control of both axes, p50/longest",
+        f"< {_CONTROL:.0f} us",
+        f"{at_median:.1f}/{longest:.0f} us",
+        met=at_median < _CONTROL,
     )
+    yield Row("  timer wakes late p50/p99/p99.9", "", f"{timer.times} us")
+    return timing
+
+
+def _timing_rows(
+    how: str, link: Timing, references: tuple[str, str, str], ratio: float
+) -> Iterator[Row]:
+    late, run, trip = references
+    met = link.late <= _LATE * link.cycles
+    yield Row(f"late cycles, {how}", f"<= {_LATE:.1%}", link.share, late, met=met)
+    yield Row("  longest run of them", f"< {_RUN}", str(link.run), run, met=link.run < _RUN)
     yield Row(
         "  round trip p50/p99/p99.9",
         f"< {_TRIP:.0f} us",
         f"{link.times} us",
-        f"bare echo {echo.times}",
-        f"{link.p50 / max(echo.p50, 1.0):.2f}",
+        trip,
+        f"{ratio:.2f}",
         met=link.p999 < _TRIP,
     )
-    yield Row(
-        "  control of both axes, p50/longest",
-        f"< {_CONTROL:.0f} us",
-        f"{control:.1f}/{longest:.0f} us",
-        met=control < _CONTROL,
+
+
+def _served(rest: Timing) -> Iterator[Row]:
+    """Hold a position by a server that streams to 20 clients and answers one what-if on another."""
+    with VirtualDrive(priority=79) as virtual, tempfile.TemporaryDirectory() as folder:
+        shipped = (config_root() / "drives" / "virtual.toml").read_text(encoding="utf-8")
+        file = Path(folder, "drive.toml")
+        file.write_text(shipped.replace("port = 34980", f"port = {virtual.port}"), encoding="utf-8")
+        with (
+            Serving(MOTIONLAB_DRIVE=str(file), MOTIONLAB_DATA=folder) as server,
+            HeldLease(LabServer(server.url), "bench") as lease,
+        ):
+
+            def status() -> dict[str, Any]:
+                return server.client.get(f"{API}/drive").json()
+
+            _await(lambda: status()["state"] == "ready" and status()["loop"]["phase_locked"])
+            arm = {"scenario": "circle", "variant": "B", "confirm": True}
+            server.client.post(f"{API}/drive/arm", json=arm, headers=lease.headers)
+            _await(lambda: status()["state"] == "holding")
+            session = server.post("/sessions", scenario="circle")["id"]
+            asked = 0
+            with watching(server, session, "--clients", "20", "--windows", _WINDOWS) as clients:
+                end = time.monotonic() + _SECONDS + 1.0
+                while time.monotonic() < end:
+                    server.client.post(f"{API}/whatif", json=_WHAT_IF).raise_for_status()
+                    asked += 1
+                now = status()
+                clients.terminate()
+        if now["state"] != "holding":
+            raise RuntimeError(f"the link came to {now['state']}: {now['fault']}")
+    loop = now["loop"]
+    recent = loop["recent"]  # the last minute
+    times = (recent[name] * 1e6 if recent[name] else np.inf for name in ("p50", "p99", "p999"))
+    timing = Timing(recent["cycles"], recent["late"], loop["late_run"], *times)
+    yield from _timing_rows(
+        f"20 clients, {asked / _SECONDS:.0f} what-ifs a second",
+        timing,
+        (f"at rest {rest.share}", f"at rest {rest.run}", f"at rest {rest.times}"),
+        timing.p50 / max(rest.p50, 1.0),
     )
-    yield Row("  timer wakes late p50/p99/p99.9", "", f"{timer.times} us")
+
+
+_LOSSES: dict[str, dict[str, Any]] = {
+    "5 % of the frames lost": {"drop": 0.05},
+    "a black hole": {"black_hole": True},
+    "link down": {"link": 0},
+    "frames wait unread": {"freeze": True},
+    "a stopped peer": {},
+}
+
+
+def _lost(loss: str) -> Row:
+    """Hold a position, then lose answers."""
+    with _holding() as (link, virtual):
+        before = link._shared.waits.copy()
+        if switches := _LOSSES[loss]:
+            virtual.switch(**switches)
+        else:
+            os.kill(virtual.pid, signal.SIGSTOP)
+        time.sleep(_LOSS_SECONDS)
+        fault = link.fault()
+        waits = link._shared.waits - before
+        os.kill(virtual.pid, signal.SIGCONT)
+        virtual.switch(clear=True)
+    p50, p99, p999 = _of_histogram(waits)
+    after = f"{fault.name}, {fault.value:g} ms" if fault and fault.value else "holds on"
+    return Row(
+        f"bus time p50/p99/p99.9, {loss}",
+        f"< {PERIOD / 1000:.0f} us",
+        f"{p50:.0f}/{p99:.0f}/{p999:.0f} us",
+        fault.name if fault and not fault.value else after,
+        met=p999 < PERIOD / 1000,
+    )
 
 
 @part
@@ -158,8 +260,8 @@ def _in_real_time(priority: int, task: Callable[[], Any]) -> threading.Thread:
     return thread
 
 
-def _timer() -> Timing:
-    cycles = round(_REFERENCE_SECONDS * 1e9 / PERIOD)
+def _timer(seconds: float) -> Timing:
+    cycles = round(seconds * 1e9 / PERIOD)
     late = np.zeros(cycles, np.int64)
     _wake(1, new_clock(), late)
     _in_real_time(80, lambda: _wake(cycles, new_clock(), late)).join()
@@ -170,8 +272,8 @@ def _timer() -> Timing:
     return Timing(cycles + skipped, skipped, run, *_quantiles(late))
 
 
-def _echo() -> Timing:
-    cycles = round(_REFERENCE_SECONDS * 1e9 / PERIOD)
+def _echo(seconds: float) -> Timing:
+    cycles = round(seconds * 1e9 / PERIOD)
     took = np.zeros(cycles, np.int64)
     near, far = (socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(2))
     with near, far:
@@ -193,8 +295,21 @@ def _quantiles(times: NDArray[np.int64]) -> tuple[float, float, float]:
     return p50, p99, p999
 
 
-def _link() -> tuple[Timing, float, float, int]:
-    """Return timing of the loop while it holds a position, and its control half's times, us."""
+def _of_histogram(counts: NDArray[np.int64]) -> tuple[float, float, float]:
+    """Return p50, p99 and p99.9 of a histogram in us."""
+    reached = np.cumsum(counts)
+    p50, p99, p999 = (float(np.searchsorted(reached, q * reached[-1])) for q in (0.5, 0.99, 0.999))
+    return p50, p99, p999
+
+
+def _counters(link: DriveLink) -> NDArray[np.int64]:
+    """Return how many cycles there have been, and how many were late."""
+    return np.array([link.status(Status.CYCLES), link.status(Status.LATE)])
+
+
+@contextlib.contextmanager
+def _holding() -> Iterator[tuple[DriveLink, VirtualDrive]]:
+    """Provide a link to a virtual drive that holds its position."""
     with VirtualDrive(priority=79) as virtual:
         config = default_drive()
         at = config.link.model_copy(update={"port": virtual.port})
@@ -204,25 +319,7 @@ def _link() -> tuple[Timing, float, float, int]:
             link.load(held_parameters(on_drives(load_scenario("circle"), "B")))
             link.order(Order.ARM)
             _await(lambda: link.state in {State.HOLDING, State.FAULT})
-            cycles, late = link.status(Status.CYCLES), link.status(Status.LATE)
-            trips = link.round_trips
-            control = []
-            end = time.monotonic() + _SECONDS
-            while time.monotonic() < end:
-                control.append(link.status(Status.CONTROL_LAST))
-                time.sleep(0.01)
-            cycles = link.status(Status.CYCLES) - cycles
-            late = link.status(Status.LATE) - late
-            trips = np.cumsum(link.round_trips - trips)
-            if link.state != State.HOLDING:
-                told = link.fault() or link.problem
-                raise RuntimeError(f"the link came to {link.state.name}: {told}")
-            p50, p99, p999 = (
-                float(np.searchsorted(trips, q * trips[-1])) for q in (0.5, 0.99, 0.999)
-            )
-            timing = Timing(cycles, late, link.status(Status.LATE_RUN), p50, p99, p999)
-            longest = link.status(Status.CONTROL_TIME) * 1e-3
-            return timing, float(np.median(control)) * 1e-3, longest, link.status(Status.PRIORITY)
+            yield link, virtual
         finally:
             link.close()
 

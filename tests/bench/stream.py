@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import subprocess
 import sys
@@ -58,15 +59,8 @@ def stream() -> Iterator[Row]:
 
 def watch(server: Serving, session: str, *options: str) -> tuple[dict[str, Any], float, int]:
     """Watch a session; return its client's figures, the load of a core and growth in bytes."""
-    # A session's name may begin with a dash.
-    where = ("--", str(server.port), session)
-    command = (sys.executable, "-m", "tests.bench.clients", *options, *where)
-    with subprocess.Popen(
-        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    ) as process:
+    with watching(server, session, *options) as process:
         assert process.stdin is not None and process.stdout is not None
-        if process.stdout.readline() != "playing\n":
-            raise RuntimeError("the clients failed")
         memory, used, before = server.resident(), server.cpu(), time.perf_counter()
         figures = json.loads(process.stdout.readline())
         load = (server.cpu() - used) / (time.perf_counter() - before)
@@ -74,6 +68,21 @@ def watch(server: Serving, session: str, *options: str) -> tuple[dict[str, Any],
         process.stdin.write("\n")
         process.stdin.flush()
     return figures, load, growth
+
+
+@contextlib.contextmanager
+def watching(server: Serving, session: str, *options: str) -> Iterator[subprocess.Popen[str]]:
+    """Provide the process of clients of a session that plays."""
+    # A session's name may begin with a dash.
+    where = ("--", str(server.port), session)
+    command = (sys.executable, "-m", "tests.bench.clients", *options, *where)
+    with subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout is not None
+        if process.stdout.readline() != "playing\n":
+            raise RuntimeError("the clients failed")
+        yield process
 
 
 def _best(figures: dict[str, Any]) -> float:

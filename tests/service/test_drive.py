@@ -179,6 +179,7 @@ def test_reset_tries_again(drive: httpx.Client, linked: Server) -> None:
     (loop,) = children_of(os.getpid(), LOOP)
     os.kill(loop, signal.SIGKILL)
     until(lambda: "has ended" in drive.get(DRIVE).json()["problem"])
+    assert refused(drive.post(f"{DRIVE}/reset", headers={"Lease": "x"}))
     held = take(drive) if drive.get(DRIVE).json()["holder"] is None else held
     assert drive.post(f"{DRIVE}/reset", headers=held).status_code == 200
     until(lambda: "no answer" in drive.get(DRIVE).json()["problem"])

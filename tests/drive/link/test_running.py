@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -168,17 +169,18 @@ def test_a_loop_that_hangs_is_ended_by_close(fresh: Rig, monkeypatch: pytest.Mon
 
 def test_a_server_killed_in_motion_leaves_drives_that_stop_by_themselves() -> None:
     with VirtualDrive(priority=70, slow=SLOW) as drive:
-        ports = [str(drive.port), str(drive.control_port)]
-        server = subprocess.Popen(
-            [sys.executable, "-c", SERVER, *ports], stdin=subprocess.PIPE, stdout=subprocess.PIPE
-        )
-        assert server.stdout is not None
-        loop = int(server.stdout.readline())
-        assert not de_energised(drive)
-        server.kill()
-        server.communicate()
-        assert waited(lambda: de_energised(drive))
-        assert waited(lambda: not runs(loop))
+        command = [sys.executable, "-c", SERVER, str(drive.port), str(drive.control_port)]
+        with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as server:
+            assert server.stdout is not None
+            loop = int(server.stdout.readline())
+            assert not de_energised(drive)
+            server.kill()
+        try:
+            assert waited(lambda: de_energised(drive))
+            assert waited(lambda: not runs(loop))
+        finally:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(loop, signal.SIGKILL)
         nodes = drive.status()["nodes"]
         assert all(node["al_state"] == 1 and not node["error_code"] for node in nodes)
 
