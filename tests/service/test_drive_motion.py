@@ -165,8 +165,16 @@ def test_a_motion_is_recorded_as_a_run_on_drives(operator: Operator, anyone: htt
         ("push", {"axis": "x", "force": 1.0}),
     ):
         assert anyone.post(f"{path}/{call}", json=body).status_code == 409, call
-    changes = {"set": {"variants.B.controller.x.k_p": 1e5}}
-    assert anyone.patch(f"{path}/parameters", json=changes).status_code == 409
+    changes = {"set": {"variants.B.controller.x.k_p": 2.1e5}}
+    refused = anyone.patch(f"{path}/parameters", json=changes)
+    assert refused.json()["detail"] == "'operator' controls the drives: take control first"
+    mass = {"set": {"plant.x.mass": 3.0}}
+    refused = anyone.patch(f"{path}/parameters", json=mass, headers=operator.lease)
+    assert (refused.status_code, refused.json()["errors"][0]["loc"]) == (422, "set.plant.x.mass")
+    answer = anyone.patch(f"{path}/parameters", json=changes, headers=operator.lease)
+    assert answer.status_code == 200, answer.text
+    changed = {"tick": answer.json()["tick"], **changes}
+    assert changed["tick"] > 0
     again = anyone.post(f"{DRIVE}/motions", json=MOTION, headers=operator.lease)
     assert again.json()["detail"] == "not possible while the link is moving"
     session = ended(anyone, path)
@@ -175,6 +183,9 @@ def test_a_motion_is_recorded_as_a_run_on_drives(operator: Operator, anyone: htt
     run = kept(anyone, session["run"])
     assert (run["kind"], run["name"]) == ("drive", "circle B on Virtual drive")
     assert run["ticks"] == session["ends"]
+    assert [{key: event[key] for key in changed} for event in run["events"]] == [changed]
+    assert [{key: change[key] for key in changed} for change in session["changes"]] == [changed]
+    assert changes["set"].keys() <= {each["path"] for each in run["differences"]}
     assert 0 < run["metrics"]["B.x.max_abs_following_error"] < 100e-6
     for metrics in (run["result"], anyone.get(f"{path}/metrics").json()):
         found = metrics["variants"]["B"]["axes"]["x"]

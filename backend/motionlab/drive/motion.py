@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +15,10 @@ from motionlab.drive.faults import DIVERGED, NOT_A_NUMBER
 from motionlab.drive.link.carrier import LinkError
 from motionlab.drive.link.link import DriveLink, FaultNow
 from motionlab.drive.link.shared import Figure, State
+from motionlab.drive.loop_parameters import LoopParameters, loop_parameters
 from motionlab.errors import ConfigError, FieldError
 from motionlab.kernel.build import lane_parameters
-from motionlab.kernel.layout import parameter_row, reads_tables
+from motionlab.kernel.force_maps import check_maps
 from motionlab.simulation.prepare import Prepared
 from motionlab.simulation.simulation import ReadyEpoch, ready
 from motionlab.simulation.timeline import Timeline
@@ -27,8 +29,6 @@ _APPROACH = 0.1  # of the largest speed and acceleration, on the way to the star
 _APPROACH_LEAST = 0.5  # s
 _PEAK_VELOCITY, _PEAK_ACCELERATION = 15 / 8, 10 / 3**0.5
 """Of a minimum-jerk motion of unit distance and duration."""
-_EXACT = {"encoder.resolution": 0.0, "encoder.sde_amplitude": 0.0, "controller.delay": 1.0}
-"""The position is read as it comes, and a command acts one period after it."""
 _WITH_TORQUE = {State.MOVING, State.STOPPING}
 
 
@@ -78,8 +78,9 @@ class DriveMotion:
         self._begun = self._stopping = False
         self._ended = False
         self._fault: FaultNow | None = None
-        _, self._scenario, parameters = ready(prepared.epochs)[0]
-        self._lanes = _measured(parameters[0])
+        _, self._scenario, lanes = ready(prepared.epochs)[0]
+        self._parameters = loop_parameters(self._scenario, lanes[0])
+        self._set = 0  # number of the set that the loop has of this motion
 
     @property
     def blocks(self) -> int:
@@ -146,7 +147,7 @@ class DriveMotion:
         deceleration = np.array([getattr(config, axis).deceleration for axis in AXES])
         whole = np.concatenate((approach, motion, braking(motion[-1], deceleration)))
         self._link.check_holding()  # before the gains of what moves now are replaced
-        self._link.load(self._lanes)
+        self._set = self._link.load(self._parameters).number
         self._link.start(whole, len(approach), self._number)
         self._begun = True
 
@@ -164,19 +165,24 @@ class DriveMotion:
         values = np.stack(self.timeline.at(start, stop))
         return values.transpose(2, 0, 1).reshape(-1, stop - start).astype(np.float32)
 
-    def adopt(self, changes: Sequence[ReadyEpoch]) -> None:
-        """Put parameters in effect from the next tick on.
+    def adopt(self, changes: Sequence[ReadyEpoch]) -> int:
+        """Put parameters in effect at the drives' next tick, and return that.
+
+        It is the tick of the motion that the loop itself reports; 0 on the way to the start, the
+        motion's end where the position is held after it.
 
         Raises
         ------
         ConfigError
-            If they need tables, which the loop does not hold.
+            If their tables are too large for the loop.
+        LinkError
+            If the drives move or hold with other parameters than this motion's, or are without
+            torque. They keep what they have.
         """
-        _, scenario, parameters = changes[0]
-        self._lanes = _measured(parameters[0])
-        if self._begun and self._moving:
-            self._link.load(self._lanes)
+        _, scenario, lanes = changes[0]
+        self._set, tick = self._link.load(loop_parameters(scenario, lanes[0]), after=self._set)
         self._scenario = scenario
+        return min(max(tick, 0), self.prepared.reference.ticks)
 
     def push(self, axis: int, force: float, ticks: int) -> None:
         """Refuse: only a hand can push a real mover."""
@@ -197,26 +203,56 @@ class DriveMotion:
         return self._link.state in _WITH_TORQUE
 
 
-def held_parameters(scenario: Scenario) -> Array:
-    """Return the lane parameters with which the loop holds a position; see `on_drives`.
+def held_parameters(scenario: Scenario) -> LoopParameters:
+    """Return the parameters with which the loop holds a position; see `on_drives`.
 
     Raises
     ------
     ConfigError
-        If they need tables, which the loop does not hold.
+        If a force map is not there, or its tables are too large for the loop.
     """
-    return _measured(lane_parameters(scenario)[0])
+    check_maps(scenario)
+    lanes = lane_parameters(scenario)[0]
+    return loop_parameters(scenario, lanes)
 
 
-def _measured(parameters: Array) -> Array:
-    """Return lane parameters for positions that have been measured already."""
-    if any(reads_tables(parameters)):
-        message = "force maps and sharing functions as tables do not run on drives"
-        raise ConfigError(FieldError("controller", message))
-    lanes = parameters.copy()
-    for path, value in _EXACT.items():
-        lanes[parameter_row(path)] = value
-    return lanes
+def changes_on_drives(changes: Mapping[str, Any], variant: str) -> dict[str, Any]:
+    """Return changes of a motion as drives carry them out: a controller acts a period later.
+
+    Parameters
+    ----------
+    changes : mapping of str to value
+        Dotted path to value.
+    variant : str
+        The one that the drives run.
+
+    Raises
+    ------
+    ConfigError
+        Naming every field that is not of its controller.
+    """
+    own = f"variants.{variant}"
+    wrong = [
+        FieldError(f"set.{path}", reason, value)
+        for path, value in changes.items()
+        if (reason := _why_not(path, value, own))
+    ]
+    if wrong:
+        raise ConfigError(*wrong)
+    swapped = any(path in {own, f"{own}.controller", f"{own}.controller.base"} for path in changes)
+    return dict(changes) | ({f"{own}.controller.delay": 1} if swapped else {})
+
+
+def _why_not(path: str, value: Any, own: str) -> str:
+    """Return why a field cannot change while drives move; empty where it can."""
+    first, *_ = path.split(".")
+    if first in {"plant", "load"}:
+        return "is of the simulated machine: the drives have their own"
+    if first == "variants" and path != own and not path.startswith(f"{own}."):
+        return f"is not what the drives run: they run {own.removeprefix('variants.')} now"
+    if path == f"{own}.controller.delay" and value != 1:
+        return "is 1 on drives: a command acts one period after the position that it is from"
+    return ""
 
 
 def braking(last: Array, deceleration: Array) -> Array:

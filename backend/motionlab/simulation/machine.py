@@ -55,8 +55,8 @@ class Machine(Protocol):
         """Return the reference over some ticks; see `Simulation.asked`."""
         ...
 
-    def adopt(self, changes: Sequence[ReadyEpoch]) -> None:
-        """Replace the parameters from the present tick on."""
+    def adopt(self, changes: Sequence[ReadyEpoch]) -> int:
+        """Replace the parameters, and return from which tick on."""
         ...
 
     def push(self, axis: int, force: float, ticks: int) -> None:

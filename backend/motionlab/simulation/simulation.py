@@ -136,8 +136,8 @@ class Simulation:
         """The parameters in effect."""
         return self._scenario
 
-    def adopt(self, changes: Sequence[ReadyEpoch]) -> None:
-        """Replace the parameters from the present tick on.
+    def adopt(self, changes: Sequence[ReadyEpoch]) -> int:
+        """Replace the parameters from the present tick on, and return it.
 
         Parameters
         ----------
@@ -150,6 +150,7 @@ class Simulation:
             self._load(changes)
         self._changes = list(changes)
         self._apply_changes()
+        return self.tick
 
     def push(self, axis: int, force: float, ticks: int) -> None:
         """Push the mover of every variant with `force`, N, towards positive positions."""

@@ -1,6 +1,8 @@
 /** Small things that outlive a reload. A browser that forbids storage loses them, and nothing else. */
 
 const PREFIX = 'motionlab.';
+/** Where a tab keeps its control of the drives over a reload, in sessionStorage. */
+export const LEASE = 'motionlab.lease';
 
 /**
  * The form of a kept value: an example, a test, or an object or a tuple of forms. Null is any value.

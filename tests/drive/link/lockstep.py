@@ -20,7 +20,8 @@ from motionlab.drive.link.carrier import Carrier, LinkError
 from motionlab.drive.link.cycle import act
 from motionlab.drive.link.memory import PERIOD, Count, new_memory
 from motionlab.drive.link.process import layout_of
-from motionlab.drive.link.shared import Command, Order, State, Status, attach, create
+from motionlab.drive.link.shared import Command, Order, State, Status, attach, create, write_set
+from motionlab.drive.loop_parameters import LoopParameters
 from motionlab.drive.motion import held_parameters, on_drives
 from motionlab.drive.process_data import INPUT, NODES, OUTPUT
 from motionlab.drive.virtual.segment import Segment, default_drive
@@ -72,7 +73,7 @@ class Lockstep:
         self.read_lost = self.write_lost = self.silent = False
         self.left = 0
         self.bring_up()
-        self.shared.parameters[:] = held_parameters(on_drives(load_scenario("circle"), "B"))
+        self.put(held_parameters(on_drives(load_scenario("circle"), "B")))
 
     def bring_up(self) -> None:
         """Bring the drives to OP, as the loop's process does."""
@@ -149,6 +150,12 @@ class Lockstep:
         """Have the loop sleep through some periods."""
         self.now += periods * PERIOD
         self.memory.count[Count.SKIPPED] = periods
+
+    def put(self, parameters: LoopParameters) -> None:
+        """Put parameters in effect from the next cycle on."""
+        command = self.shared.command
+        write_set(self.shared, 1 - command[Command.PARAMETERS], parameters)
+        command[Command.PARAMETERS] = 1 - command[Command.PARAMETERS]
 
     def order(self, order: Order) -> bool:
         """Give an order; return whether it was obeyed."""

@@ -12,6 +12,7 @@ from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.drive import faults
 from motionlab.drive.libc import part
 from motionlab.drive.link.bus import Bus, set_output
+from motionlab.drive.link.kernels import run_plain, run_tabled
 from motionlab.drive.link.memory import Count, Layout, Memory, enter, latch, with_torque
 from motionlab.drive.link.shared import RING_TICKS, Command, Figure, Shared, State, Status
 from motionlab.drive.process_data import (
@@ -23,8 +24,7 @@ from motionlab.drive.process_data import (
     SHUTDOWN,
     SWITCHED_ON,
 )
-from motionlab.kernel.layout import Inputs, state_row
-from motionlab.kernel.tick import run_lanes
+from motionlab.kernel.layout import SAMPLE_ROWS, STATE_ROWS, Inputs, state_row
 from motionlab.lanes import WIDTH
 from motionlab.telemetry.channels import Sample
 
@@ -118,19 +118,21 @@ def control(good: bool, layout: Layout, shared: Shared, memory: Memory) -> None:
     _advance_reference(layout, shared, memory)
     if not with_torque(shared):
         return
-    state, inputs, samples = memory.state, memory.inputs, memory.samples
+    inputs, samples = memory.inputs, memory.samples
     for axis in range(2):
         position = memory.position[axis]
         if not good:
             position += count[Count.MISSED] * CONTROL_PERIOD * memory.velocity[axis]
         for lane in range(axis, WIDTH, 2):
-            state[_POSITION, lane] = position
+            memory.state[_POSITION, lane] = position
         inputs[0, _P_REF, axis] = memory.reference[0, axis]
         inputs[0, _V_REF, axis] = memory.reference[1, axis]
         inputs[0, _A_REF, axis] = memory.reference[2, axis]
     chosen = shared.command[Command.PARAMETERS]
+    if chosen != status[Status.PARAMETERS]:
+        status[Status.PARAMETERS_TICK] = count[Count.RUN_TICK] - shared.command[Command.RUN_FIRST]
+    _run_controllers(chosen, shared, memory)
     status[Status.PARAMETERS] = chosen  # the other set may be overwritten from here on
-    run_lanes(shared.parameters[chosen], state, inputs, samples, None)
     for axis in range(2):
         error = np.float64(samples[0, _ERROR, axis])
         shared.figures[Figure.FOLLOWING_ERROR + axis] = error
@@ -138,11 +140,35 @@ def control(good: bool, layout: Layout, shared: Shared, memory: Memory) -> None:
         memory.outside[axis] = memory.outside[axis] + 1 if abs(error) > layout.window[axis] else 0
         if memory.outside[axis] > layout.window_cycles[axis]:
             latch(shared, faults.FOLLOWING_ERROR, axis + 1, error, layout.window[axis])
-        elif state[_FAILED, axis] >= 0.0:
+        elif memory.state[_FAILED, axis] >= 0.0:
             latch(shared, faults.DIVERGED, axis + 1, error, 0.0)
     if good:
         _command_currents(layout, shared, memory)
     _keep_sample(good, layout, shared, memory)
+
+
+@part
+def _run_controllers(chosen: int, shared: Shared, memory: Memory) -> None:
+    """Compute both axes by the kernels of the simulation, each axis by its own."""
+    parameters, tables = shared.parameters[chosen], shared.tables[chosen]
+    x_tabled, y_tabled = shared.tabled[chosen, 0] != 0, shared.tabled[chosen, 1] != 0
+    state, samples, inputs = memory.state, memory.samples, memory.inputs
+    other_state, other_samples = memory.other_state, memory.other_samples
+    if x_tabled != y_tabled:
+        for row in range(STATE_ROWS):
+            for lane in range(WIDTH):
+                other_state[row, lane] = state[row, lane]
+        run_tabled(parameters, other_state, inputs, other_samples, tables)
+    if x_tabled and y_tabled:
+        run_tabled(parameters, state, inputs, samples, tables)
+    else:
+        run_plain(parameters, state, inputs, samples, None)
+    if x_tabled != y_tabled:
+        for lane in range(0 if x_tabled else 1, WIDTH, 2):
+            for row in range(STATE_ROWS):
+                state[row, lane] = other_state[row, lane]
+            for row in range(SAMPLE_ROWS):
+                samples[0, row, lane] = other_samples[0, row, lane]
 
 
 @part

@@ -13,7 +13,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +34,9 @@ from motionlab.drive.link.shared import (
     Status,
     attach,
     create,
+    write_set,
 )
+from motionlab.drive.loop_parameters import LoopParameters
 from motionlab.drive.process_data import NODES, drive_state
 
 _LOG = logging.getLogger(__name__)
@@ -65,6 +67,13 @@ class FaultNow(BaseModel):
     remedy: str
 
 
+class Loaded(NamedTuple):
+    """A set of parameters in effect: its number, and the first tick of the present motion."""
+
+    number: int
+    tick: int
+
+
 @dataclass(frozen=True)
 class DriveNow:
     """One drive at the moment."""
@@ -90,11 +99,13 @@ class DriveLink:
 
     def __init__(self, config: DriveConfig) -> None:
         self.config = config
-        self.reports: deque[dict[str, Any]] = deque(maxlen=_REPORTS_KEPT)
+        began = {"time": time.time(), "step": "compiling"}  # or loading what is compiled
+        self.reports: deque[dict[str, Any]] = deque([began], maxlen=_REPORTS_KEPT)
         self.problem = ""
         self.found: list[dict[str, Any]] = []
         self._lock = threading.RLock()
         self._stops = threading.Lock()
+        self._loads = 0
         self._closed = threading.Event()
         descriptor = create()
         self._shared = attach(descriptor)
@@ -185,22 +196,49 @@ class DriveLink:
         with self._stops:
             self._shared.command[Command.STOPS] += 1
 
-    def load(self, parameters: NDArray[np.float64]) -> None:
-        """Put controller parameters in effect from the next tick on, all at once.
+    def load(self, parameters: LoopParameters, *, after: int | None = None) -> Loaded:
+        """Put controller parameters in effect, all at one tick; where there is torque, at the next.
+
+        Parameters
+        ----------
+        parameters : LoopParameters
+            What the loop computes with from that tick on.
+        after : int, optional
+            Number of the set in effect that they are to replace.
 
         Raises
         ------
         LinkError
-            If the loop goes on with the set before the present one: it does not answer.
+            If another set than that is in effect, or the loop did not take the new one. It goes on
+            with what it had then.
         """
         with self._lock:
+            if after not in {None, self._loads}:
+                raise LinkError("the drives have the gains of another motion, or of arming, by now")
             command = self._shared.command
             present = int(command[Command.PARAMETERS])
+            torque = self.state in _WITH_TORQUE
+            if after is not None and not torque:
+                raise LinkError("the drives are without torque: gains go with the next motion")
             self._await(
                 lambda: self.state not in _WITH_TORQUE or self.status(Status.PARAMETERS) == present
             )
-            self._shared.parameters[1 - present] = parameters
+            write_set(self._shared, 1 - present, parameters)
             command[Command.PARAMETERS] = 1 - present
+            try:
+                self._await(
+                    lambda: (
+                        self.state not in _WITH_TORQUE
+                        or self.status(Status.PARAMETERS) == 1 - present
+                    )
+                )
+                if torque and self.status(Status.PARAMETERS) == present:
+                    raise LinkError("the drives lost their torque before the new gains were in use")
+            except LinkError:
+                command[Command.PARAMETERS] = present
+                raise
+            self._loads += 1
+            return Loaded(self._loads, self.status(Status.PARAMETERS_TICK))
 
     def start(self, reference: NDArray[np.float64], first: int, number: int) -> None:
         """Begin a motion.

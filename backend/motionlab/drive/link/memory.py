@@ -13,9 +13,8 @@ from motionlab.drive.compile_cache import Kept
 from motionlab.drive.libc import part
 from motionlab.drive.link.shared import Figure, Shared, State, Status
 from motionlab.drive.process_data import NODES
-from motionlab.kernel.layout import INPUT_ROWS, state_row
+from motionlab.kernel.layout import INPUT_ROWS, SAMPLE_ROWS, STATE_ROWS
 from motionlab.lanes import WIDTH
-from motionlab.telemetry.channels import Sample
 
 kept = Kept("link", "*.py", "link/*.py").function
 """Compile a function that Python calls, and keep it."""
@@ -52,6 +51,8 @@ class Memory(NamedTuple):
     state: NDArray[np.float64]  # of eight lanes; lane 0 is x, lane 1 is y
     inputs: NDArray[np.float64]  # of one tick
     samples: NDArray[np.float32]  # of one tick
+    other_state: NDArray[np.float64]  # of lanes with tables, beside some without
+    other_samples: NDArray[np.float32]
     position: NDArray[np.float64]  # last measured, m
     velocity: NDArray[np.float64]  # m/s
     reference: NDArray[np.float64]  # (3, 2): position, velocity, acceleration
@@ -80,9 +81,11 @@ def new_memory() -> Memory:
     """Return the memory of a loop that begins."""
     return Memory(
         np.zeros(len(Count), np.int64),
-        np.zeros((state_row("failed") + 1, WIDTH)),
+        np.zeros((STATE_ROWS, WIDTH)),
         np.zeros((1, INPUT_ROWS, 2)),
-        np.zeros((1, len(Sample._fields), WIDTH), np.float32),
+        np.zeros((1, SAMPLE_ROWS, WIDTH), np.float32),
+        np.zeros((STATE_ROWS, WIDTH)),
+        np.zeros((1, SAMPLE_ROWS, WIDTH), np.float32),
         np.zeros(2),
         np.zeros(2),
         np.zeros((3, 2)),

@@ -41,7 +41,7 @@ def main(memory: int, report: int, config: DriveConfig) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # a terminal's Ctrl-C is for the server
     shared = attach(memory)
     loop = Loop(config, shared, report)
-    loop.compile()
+    compile_loop(config)  # before drives wait for it
     loop.serve()
 
 
@@ -64,11 +64,6 @@ class Loop:
         self._report = report
         self._memory = new_memory()
         self._carrier: Carrier | None = None
-
-    def compile(self) -> None:
-        """Compile the loop before drives wait for it: over a socket without answers."""
-        self._tell(step="compiling")
-        compile_loop(self._config)
 
     def serve(self) -> None:
         """Keep the link up until an order or a silent commander ends it."""
@@ -187,7 +182,7 @@ def layout_of(config: DriveConfig, sync_start: int) -> Layout:
 
 
 def compile_loop(config: DriveConfig) -> None:
-    """Compile the loop, or load it from the cache, by leaving it at once."""
+    """Compile the loop, or load it from the cache, by leaving it at once, over a silent socket."""
     import socket  # noqa: PLC0415 - for this alone
 
     from motionlab.drive.link import shared as memory  # noqa: PLC0415

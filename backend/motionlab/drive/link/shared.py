@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.timing import to_ticks
+from motionlab.drive.loop_parameters import TABLE_NUMBERS, LoopParameters
 from motionlab.drive.process_data import NODES
 from motionlab.kernel.layout import PARAMETER_ROWS, SAMPLE_ROWS
 from motionlab.lanes import WIDTH
@@ -91,8 +92,9 @@ class Status(enum.IntEnum):
     REFUSED = 22  # whether the latest order was refused in the state of the loop
     STOPS_SEEN = 23
     PARAMETERS = 24  # which of the two sets the loop reads
-    CONTROL_LAST = 25  # time of the latest control half, ns
-    NODE_STATUS = 26  # status words
+    PARAMETERS_TICK = 25  # first tick computed with it; below 0 on the approach
+    CONTROL_LAST = 26  # time of the latest control half, ns
+    NODE_STATUS = 27  # status words
     NODE_ERROR = NODE_STATUS + NODES  # error codes
     NODE_TORQUE = NODE_ERROR + NODES  # per mille
     NODE_MODE = NODE_TORQUE + NODES  # mode of operation display
@@ -119,7 +121,9 @@ class Shared(NamedTuple):
     figures: NDArray[np.float64]
     round_trips: NDArray[np.int64]  # histogram, us
     waits: NDArray[np.int64]  # the same of every cycle, whether an answer came or not
-    parameters: NDArray[np.float64]  # two sets, as `kernel` takes them
+    parameters: NDArray[np.float64]  # two sets, as `LoopParameters` has them
+    tabled: NDArray[np.int64]
+    tables: NDArray[np.float64]
     reference: NDArray[np.float64]  # (ticks, 3, 2): position, velocity, acceleration of x and y
     samples: NDArray[np.float32]  # (ticks, SAMPLE_ROWS, 2), a ring
 
@@ -131,6 +135,8 @@ _SHAPES: tuple[tuple[Any, tuple[int, ...]], ...] = (
     (np.int64, (ROUND_TRIP_BINS,)),
     (np.int64, (ROUND_TRIP_BINS,)),
     (np.float64, (2, PARAMETER_ROWS, WIDTH)),
+    (np.int64, (2, 2)),
+    (np.float64, (2, TABLE_NUMBERS)),
     (np.float64, (RUN_TICKS_MAX, 3, 2)),
     (np.float32, (RING_TICKS, SAMPLE_ROWS, 2)),
 )
@@ -158,3 +164,10 @@ def attach(descriptor: int) -> Shared:
         arrays.append(np.frombuffer(memory, kind, count, at).reshape(shape))
         at += _size(kind, shape)
     return Shared(*arrays)
+
+
+def write_set(shared: Shared, number: int, given: LoopParameters) -> None:
+    """Write one of the two sets of parameters, which the loop must not be reading."""
+    shared.parameters[number] = given.lanes
+    shared.tabled[number] = given.tabled
+    shared.tables[number, : given.tables.size] = given.tables

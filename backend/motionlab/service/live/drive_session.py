@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from typing import Any
 
 from motionlab.drive.link.carrier import LinkError
-from motionlab.drive.motion import DriveMotion
+from motionlab.drive.motion import DriveMotion, changes_on_drives
 from motionlab.runs.run import Event
+from motionlab.service.drives import Drives
 from motionlab.service.live.clock import Clock
 from motionlab.service.live.run_recorder import RunRecorder
 from motionlab.service.live.session import Session, WrongState
 from motionlab.service.live.session_info import State
+from motionlab.simulation.simulation import ReadyEpoch
 
 _LOG = logging.getLogger(__name__)
 
@@ -21,8 +23,8 @@ _LOG = logging.getLogger(__name__)
 class DriveSession(Session):
     """One variant of a scenario on drives; runs once from its start to its end, or to a stop.
 
-    Only STOP is taken from anyone: what moves drives needs their lease, and goes to
-    ``/api/v1/drive``.
+    STOP is taken from anyone, changes of its controller from who holds the lease. They take effect
+    while the drives move, and where they hold their position after the motion.
 
     Parameters
     ----------
@@ -30,8 +32,8 @@ class DriveSession(Session):
         What the drives are to do.
     clock, threads, recorder
         As `Session` takes them.
-    drive : str
-        Title of the drive link.
+    drives : Drives
+        Their title, and the lease of who may change parameters.
     """
 
     def __init__(
@@ -41,10 +43,11 @@ class DriveSession(Session):
         threads: Executor,
         recorder: RunRecorder | None = None,
         *,
-        drive: str,
+        drives: Drives,
     ) -> None:
         self._motion = motion
-        super().__init__(motion.prepared, clock, threads, recorder, drive=drive)
+        self._lease = drives.lease
+        super().__init__(motion.prepared, clock, threads, recorder, drive=drives.config.title)
 
     async def begin(self) -> None:
         """Approach the start of the trajectory, and follow it in real time.
@@ -77,13 +80,9 @@ class DriveSession(Session):
         """Refuse."""
         raise WrongState("only a hand can push the mover of a drive")
 
-    async def change(self, changes: Mapping[str, Any]) -> int:
-        """Refuse: gains reach drives with the motion that its holder of the lease begins."""
-        raise WrongState("gains on drives change with the next motion, not within one")
-
-    async def undo(self) -> None:
-        """Refuse, as `change`."""
-        raise WrongState("gains on drives change with the next motion, not within one")
+    def authorise(self, lease: str) -> None:
+        """Refuse who does not hold the lease of the drives."""
+        self._lease.check(lease)
 
     def stop(self) -> None:
         """Brake to rest, then switch the torque off; also when this motion is over."""
@@ -109,6 +108,17 @@ class DriveSession(Session):
             self._motion.stop()
             self._note_stop("stopped")
             self._recorded()
+
+    async def _change(self, changes: Mapping[str, Any]) -> int:
+        self._refuse_when("stopping", "stopped")
+        return await super()._change(changes_on_drives(changes, self.variants[0]))
+
+    async def _put_in_effect(self, changes: Sequence[ReadyEpoch], event: Event) -> int:
+        """Wait for the loop in a thread: a stop must not wait meanwhile."""
+        tick = await self._in_thread(self._motion.adopt, changes)
+        with self._claimed():
+            self._note(event.model_copy(update={"tick": tick}))
+        return tick
 
     def _note_stop(self, state: State) -> None:
         """Take over that the drives stop, or have stopped, without an order of this session."""

@@ -9,7 +9,7 @@ import json
 import secrets
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
@@ -32,7 +32,7 @@ from motionlab.service.live.session_info import SessionStatus, State
 from motionlab.simulation.change import Change, changed
 from motionlab.simulation.machine import Machine
 from motionlab.simulation.prepare import Prepared
-from motionlab.simulation.simulation import Simulation, ready
+from motionlab.simulation.simulation import ReadyEpoch, Simulation, ready
 from motionlab.telemetry.recording import Recording
 
 METRICS_SECONDS = 10.0
@@ -246,6 +246,9 @@ class Session:
             self._note(Event(tick=self.tick, kind="push", axis=name, force=force, ticks=ticks))
             return self.tick
 
+    def authorise(self, lease: str) -> None:
+        """Refuse who may not change parameters; of a simulation everybody may."""
+
     async def change(self, changes: Mapping[str, Any]) -> int:
         """Change parameters at the next tick, all or none.
 
@@ -416,15 +419,20 @@ class Session:
         with self._claimed():  # parameters and the tick at which they hold
             scenario, checked = self.simulation.scenario, self.tick
         change, made_ready = await self._in_thread(prepared, scenario, checked)
-        with self._claimed():
-            self._refuse_when_closed()
-            self.simulation.adopt(made_ready)
-            self._scenario = self.simulation.scenario
-            tick = self.tick
-            facts = change.model_dump(include={"set", "previous"})
-            self._note(Event(tick=tick, kind="change", checked=checked, **facts))
+        facts = change.model_dump(include={"set", "previous"})
+        event = Event(tick=checked, kind="change", checked=checked, **facts)
+        tick = await self._put_in_effect(made_ready, event)
         await self._in_thread(self._changes.keep, change.model_copy(update={"tick": tick}))
         return tick
+
+    async def _put_in_effect(self, changes: Sequence[ReadyEpoch], event: Event) -> int:
+        """Put changes in effect at the next tick, note the event for it, and return the tick."""
+        with self._claimed():
+            self._refuse_when_closed()
+            tick = self.simulation.adopt(changes)
+            self._scenario = self.simulation.scenario
+            self._note(event.model_copy(update={"tick": tick}))
+            return tick
 
     def _measure(self, length: int) -> bytes:
         stopped = self.state in {"stopping", "stopped"}

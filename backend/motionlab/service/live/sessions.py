@@ -79,9 +79,7 @@ class Sessions:
 
         def made() -> DriveSession:
             motion = DriveMotion(prepare(), drives.link, drives.next_motion())
-            return DriveSession(
-                motion, self._clock, self.threads, self._recorder, drive=drives.config.title
-            )
+            return DriveSession(motion, self._clock, self.threads, self._recorder, drives=drives)
 
         return await self._added(made)
 

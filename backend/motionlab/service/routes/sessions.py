@@ -9,6 +9,7 @@ from fastapi import (
     APIRouter,
     Body,
     Depends,
+    Header,
     HTTPException,
     Path,
     Request,
@@ -110,6 +111,10 @@ def find_session(request: Request, session_id: SessionId) -> Session:
 
 
 FoundSession = Annotated[Session, Depends(find_session)]
+Lease = Annotated[
+    str,
+    Header(alias="Lease", max_length=64, description="On drives: token of the lease"),
+]
 
 
 def _info(session: Session, status: int = 200, headers: dict[str, str] | None = None) -> Response:
@@ -224,8 +229,9 @@ async def stop(session: FoundSession) -> Response:
     response_model=SessionInfo,
     responses=responses(404, 409, 422),
 )
-async def undo(session: FoundSession) -> Response:
+async def undo(session: FoundSession, lease: Lease = "") -> Response:
     """Take back the latest change of parameters."""
+    session.authorise(lease)
     await session.undo()
     return _info(session)
 
@@ -244,8 +250,11 @@ async def push(session: FoundSession, body: PushRequest) -> TickAnswer:
     operation_id="changeParameters",
     responses=responses(400, 404, 409, 413, 415, 422),
 )
-async def change_parameters(session: FoundSession, body: ChangeRequest) -> TickAnswer:
-    """Change parameters at the next tick, all or none."""
+async def change_parameters(
+    session: FoundSession, body: ChangeRequest, lease: Lease = ""
+) -> TickAnswer:
+    """Change parameters at the next tick, all or none; on drives, of the controller that moves."""
+    session.authorise(lease)
     return TickAnswer(tick=await session.change(body.set))
 
 

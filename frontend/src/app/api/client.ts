@@ -1,6 +1,7 @@
 /** REST calls. Every failure is an ApiError that carries the server's problem document. */
 
 import { pretty } from '../../ui/units';
+import { LEASE } from '../storage';
 import type { Answer, Method, Operation, Options, PathOf, RequestOf } from './operations';
 import type {
   Axis,
@@ -89,14 +90,19 @@ export class Api {
   command(id: string, name: 'play', body: Play): Promise<SessionInfo>;
   command(id: string, name: 'step', body: Step): Promise<SessionInfo>;
   async command(id: string, name: Command, body: object = {}): Promise<SessionInfo> {
-    const answer = await this.send('post', `/sessions/{session_id}/${name}`, { ...at(id), body });
+    const sent = { ...at(id), ...lease(), body };
+    const answer = await this.send('post', `/sessions/{session_id}/${name}`, sent);
     return whole(answer.json()) as Promise<SessionInfo>;
   }
 
   push = (id: string, body: { axis: Axis; force: number; duration: number }) =>
     this.json('post', '/sessions/{session_id}/push', { ...at(id), body });
   patch = (id: string, set: Changes) =>
-    this.json('patch', '/sessions/{session_id}/parameters', { ...at(id), body: { set } });
+    this.json('patch', '/sessions/{session_id}/parameters', {
+      ...at(id),
+      ...lease(),
+      body: { set },
+    });
 
   async whatif(body: RequestOf<'/whatif'>, signal: AbortSignal) {
     const response = await this.send('post', '/whatif', { body }, signal);
@@ -236,6 +242,12 @@ export class Api {
 /** The path of one session. */
 function at(session_id: string) {
   return { path: { session_id } };
+}
+
+/** Control of the drives, where this page holds it: without it they change nothing but STOP. */
+function lease() {
+  const Lease = sessionStorage.getItem(LEASE);
+  return Lease === null ? {} : { header: { Lease } };
 }
 
 function unreachable(detail: string): ApiError {

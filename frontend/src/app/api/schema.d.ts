@@ -584,7 +584,7 @@ export interface paths {
         head?: never;
         /**
          * Change Parameters
-         * @description Change parameters at the next tick, all or none.
+         * @description Change parameters at the next tick, all or none; on drives, of the controller that moves.
          */
         patch: operations["changeParameters"];
         trace?: never;
@@ -13516,7 +13516,10 @@ export interface operations {
     undo: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description On drives: token of the lease */
+                Lease?: string;
+            };
             path: {
                 /** @description Identifier of a session */
                 session_id: string;
@@ -13692,7 +13695,10 @@ export interface operations {
     changeParameters: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description On drives: token of the lease */
+                Lease?: string;
+            };
             path: {
                 /** @description Identifier of a session */
                 session_id: string;

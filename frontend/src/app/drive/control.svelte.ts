@@ -3,9 +3,8 @@
 import { ApiError } from '../api/client';
 import type { RequestOf } from '../api/operations';
 import { messages } from '../messages.svelte';
-import { load, save } from '../storage';
+import { LEASE, load, save } from '../storage';
 import { app } from '../store.svelte';
-import { LEASE } from './drive-link.svelte';
 
 /** Between two heartbeats, ms; the lease ends after 2 s without one. */
 const BEAT = 500;

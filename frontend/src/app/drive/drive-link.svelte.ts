@@ -2,12 +2,11 @@
 
 import type { Api } from '../api/client';
 import type { DriveStatus } from '../api/types';
+import { LEASE } from '../storage';
 
 /** Between two questions, ms: on the Drive screen, on others, and while the server is silent. */
 const FAST = 200;
 const SLOW = 1000;
-/** Where a tab keeps its control over a reload. */
-export const LEASE = 'motionlab.lease';
 const TORQUE = ['arming', 'holding', 'moving', 'stopping'];
 
 export class DriveLink {

@@ -1,11 +1,12 @@
 /** The scenario of a run, simulated anew and kept. */
 
-import type { RunDetail, Scenario } from '../api/types';
+import type { RunDetail } from '../api/types';
 import { messages } from '../messages.svelte';
 import { app } from '../store.svelte';
+import { asItRan } from './as-it-ran';
 
 /**
- * Simulates the scenario of a run.
+ * Simulates the scenario of a run, with the changes that were made while it ran.
  *
  * @param motor name of another motor; empty: that of the run
  * @returns the run of the simulation; null where it is a job that takes its time, or failed
@@ -15,9 +16,10 @@ export async function simulateRun(run: RunDetail, motor = ''): Promise<string | 
   await app.try(async () => {
     if (!run.scenario_document) return;
     const how = motor === '' ? 'simulated' : `simulated with ${motor}`;
+    const { scenario, set } = asItRan(run);
     const body = {
-      scenario: run.scenario_document as unknown as Scenario,
-      set: motor === '' ? {} : { plant: motor },
+      scenario,
+      set: motor === '' ? set : { ...set, plant: motor },
       keep: true,
       name: `${run.name.slice(0, 40)}, ${how}`,
     };

@@ -1,8 +1,8 @@
 /** The session on the server: which one, its state, its stream, and how it is found again. */
 
 import { ApiError, UNREACHABLE, type Api, type ScenarioRequest } from '../api/client';
-import { atStart, withChanges } from '../api/scenario-paths';
-import type { Axis, Changes, Scenario, SessionInfo } from '../api/types';
+import { at, atStart, equal, withChanges, without } from '../api/scenario-paths';
+import type { Axis, Changes, Scenario, SessionInfo, Value } from '../api/types';
 import { messages } from '../messages.svelte';
 import { fromAddress, setAddress } from '../storage';
 import { StreamClient, type Connection, type Subscription } from '../stream/stream-client';
@@ -112,9 +112,8 @@ export class SessionStore {
   /** Shows a motion on drives; what the controls show stays, and is still the session's of before. */
   showMotion(motion: SessionInfo): void {
     if (!this.info || !this.base) return;
-    if (this.home === '') this.home = this.id;
+    if (this.home === '') [this.home, this.whole] = [this.id, this.info.scenario];
     const { base, draft, paths } = this;
-    this.whole = this.info.scenario;
     this.adopt(motion, { base, draft, paths });
   }
 
@@ -227,7 +226,13 @@ export class SessionStore {
   }
 
   async undo(): Promise<void> {
+    const last = this.info?.changes.at(-1);
     this.update(await this.api.command(this.target, 'undo'));
+    if (!last || this.home === '') return;
+    const before = Object.entries(last.previous) as [string, Value][];
+    const changed = before.filter(([path, value]) => !equal(at(this.whole, path), value));
+    const draft = without(this.draft, Object.keys(last.set));
+    this.setDraft({ ...draft, ...Object.fromEntries(changed) });
   }
 
   async stop(): Promise<void> {
@@ -270,9 +275,19 @@ export class SessionStore {
 
   /** Changes parameters of the running session; the server chooses the tick. */
   async patch(set: Changes): Promise<void> {
-    await this.api.patch(this.target, set);
+    const now = this.home === '' ? set : without(set, this.waiting(set));
+    if (Object.keys(now).length > 0) await this.api.patch(this.target, now);
     // The stream brings the server's own account; until then the controls need not jump back.
     if (this.info) this.info = { ...this.info, scenario: withChanges(this.info.scenario, set) };
+    // What was changed on drives is not lost on the way back: it waits there as what-if changes.
+    if (this.home !== '') this.setDraft({ ...this.draft, ...set });
+  }
+
+  /** Paths of variants that do not move just now, after a stop of all: their next motion has them. */
+  private waiting(set: Changes): string[] {
+    const ofVariants = Object.keys(set).filter((path) => path.startsWith('variants.'));
+    if (this.info?.state === 'stopped') return ofVariants;
+    return ofVariants.filter((path) => !path.startsWith(`variants.${this.variant}.`));
   }
 
   private update(info: SessionInfo): void {
@@ -283,7 +298,15 @@ export class SessionStore {
   }
 
   private shown(info: SessionInfo): SessionInfo {
-    return this.whole ? { ...info, scenario: this.whole } : info;
+    if (!this.whole) return info;
+    const scenario = withChanges(this.whole, this.draft);
+    const variants = { ...scenario.variants };
+    for (const [name, own] of Object.entries(info.scenario.variants)) {
+      const shown = scenario.variants[name] ?? own;
+      const { delay } = shown.controller; // on drives it is always 1
+      variants[name] = { ...own, controller: { ...own.controller, delay } };
+    }
+    return { ...info, scenario: { ...scenario, variants } };
   }
 
   private adopt(info: SessionInfo, own: Partial<Own>): void {

@@ -46,7 +46,6 @@ class DriveRuns {
     if (this.noRun !== '') return;
     const scenario = app.session.info?.scenario;
     if (!scenario) return;
-    const body = { scenario, set: app.draft };
     this.ghosts.forEach((id) => parts.overlay?.overlay.remove(id));
     this.ghosts = [];
     app.setMode('live');
@@ -57,7 +56,8 @@ class DriveRuns {
         this.moving = variant;
         if (Object.keys(earlier).length > 0) await this.layBehind();
         await this.hold();
-        const request = { ...control.lease, body: { ...body, variant } };
+        // With what was changed since the one before began.
+        const request = { ...control.lease, body: { scenario, set: app.draft, variant } };
         const motion = await app.api.json('post', '/drive/motions', request);
         app.session.showMotion(motion);
         await app.afterLoad(earlier);
