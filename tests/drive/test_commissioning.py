@@ -7,9 +7,17 @@ from typing import Any
 
 import pytest
 
-from motionlab.drive.commissioning import ByHand, Commissioning, CommissioningRecord
+from motionlab.drive.commissioning.checks import (
+    ByHand,
+    compare_identity,
+    find_drives,
+    judge_encoders,
+)
+from motionlab.drive.commissioning.record import CommissioningRecord, ConfigChange, in_effect
+from motionlab.drive.commissioning.steps import Commissioning
 from motionlab.drive.link.carrier import LinkError
 from motionlab.drive.virtual.segment import default_drive
+from motionlab.errors import ConfigError
 
 
 @pytest.fixture
@@ -32,6 +40,7 @@ def found(**changes: Any) -> list[dict[str, Any]]:
             "serial": number,
             "name": "drive",
             "rated_current": node.rated_current,
+            "limits": [],
         }
         for number, node in enumerate(default_drive().nodes, start=1)
     ]
@@ -46,8 +55,8 @@ def pushed(x: float, y: float) -> ByHand:
 
 
 def two_done(steps: Commissioning) -> None:
-    steps.put("drives", steps.find_drives(found()))
-    steps.put("identity", steps.compare_identity(found()))
+    steps.put("drives", find_drives(default_drive(), found()))
+    steps.put("identity", compare_identity(default_drive(), found()))
 
 
 def test_each_step_waits_for_those_before_it(steps: Commissioning) -> None:
@@ -56,20 +65,20 @@ def test_each_step_waits_for_those_before_it(steps: Commissioning) -> None:
         steps.begin("encoders")
     two_done(steps)
     assert steps.present == "encoders"
-    steps.put("encoders", steps.judge_encoders(pushed(1e-3, 1e-3)))
-    assert steps.present is None
+    steps.put("encoders", judge_encoders(default_drive(), pushed(1e-3, 1e-3)))
+    assert steps.present == "currents"
 
 
 def test_doing_a_step_again_forgets_those_after_it(steps: Commissioning) -> None:
     two_done(steps)
-    steps.put("encoders", steps.judge_encoders(pushed(1e-3, 1e-3)))
-    steps.put("drives", steps.find_drives(found()))
+    steps.put("encoders", judge_encoders(default_drive(), pushed(1e-3, 1e-3)))
+    steps.put("drives", find_drives(default_drive(), found()))
     assert list(steps.record.findings) == ["drives"]
     assert steps.present == "identity"
 
 
 def test_a_missing_drive_holds_up_what_follows(steps: Commissioning) -> None:
-    finding = steps.find_drives(found()[:5])
+    finding = find_drives(default_drive(), found()[:5])
     assert not finding.holds
     assert finding.text.startswith("5 of 6 found")
     steps.put("drives", finding)
@@ -79,17 +88,17 @@ def test_a_missing_drive_holds_up_what_follows(steps: Commissioning) -> None:
 
 @pytest.mark.parametrize("change", [{"vendor": 1}, {"product": 2}, {"rated_current": 5.0}])
 def test_another_drive_than_expected(steps: Commissioning, change: dict[str, Any]) -> None:
-    finding = steps.compare_identity(found(**change))
+    finding = compare_identity(default_drive(), found(**change))
     assert [row.holds for row in finding.rows] == [True, True, False, True, True, True]
     assert not finding.holds
     assert finding.rows[2].found != finding.rows[2].expected
-    assert finding.text == "5 of 6 match; 10 A rated"
+    assert finding.text == "5 of 6 match; 10 A rated; 0 of 0 limits as asked for"
 
 
 def test_directions_of_encoders(steps: Commissioning) -> None:
-    right = steps.judge_encoders(pushed(0.6e-3, 0.7e-3))
+    right = judge_encoders(default_drive(), pushed(0.6e-3, 0.7e-3))
     assert (right.holds, right.changes, right.text) == (True, [], "both signs right")
-    wrong = steps.judge_encoders(pushed(0.6e-3, -0.7e-3))
+    wrong = judge_encoders(default_drive(), pushed(0.6e-3, -0.7e-3))
     assert not wrong.holds
     assert wrong.text == "y counts the wrong way"
     assert [change.model_dump() for change in wrong.changes] == [
@@ -129,3 +138,76 @@ def test_a_document_is_loaded_as_far_as_its_steps_follow(steps: Commissioning) -
     with pytest.raises(LinkError, match="of the link 'another'"):
         steps.load(CommissioningRecord(link="another"))
     assert steps.present == "encoders"
+
+
+def wrong_way(steps: Commissioning) -> list[ConfigChange]:
+    """Have y count the wrong way, and return the changes that are shown."""
+    two_done(steps)
+    finding = judge_encoders(steps.config, pushed(1e-3, -1e-3))
+    steps.put("encoders", finding)
+    return finding.changes
+
+
+def test_only_the_changes_that_are_shown_are_taken(steps: Commissioning, file: Path) -> None:
+    (change,) = wrong_way(steps)
+    for others in (
+        [],
+        [change, change],
+        [change.model_copy(update={"then": 1.0})],
+        [change.model_copy(update={"path": "x.direction"})],
+    ):
+        with pytest.raises(LinkError, match="not the changes that Encoders"):
+            steps.take("encoders", others)
+    assert steps.config == default_drive()
+    steps.take("encoders", [change])
+    assert steps.config.y.direction == -1
+    assert steps.config.x == default_drive().x
+    assert steps.present == "encoders"  # it is to be done again
+    with pytest.raises(LinkError, match="not the changes that Encoders"):
+        steps.take("encoders", [change])
+    assert Commissioning(default_drive(), file).config == steps.config
+
+
+def test_a_change_that_is_taken_back_leaves_the_file_as_it_is(steps: Commissioning) -> None:
+    steps.take("encoders", wrong_way(steps))
+    finding = judge_encoders(steps.config, pushed(1e-3, -1e-3))
+    assert [(c.now, c.then) for c in finding.changes] == [(-1.0, 1.0)]
+    steps.put("encoders", finding)
+    steps.take("encoders", finding.changes)
+    assert steps.record.taken == []
+    assert steps.config == default_drive()
+
+
+def test_a_change_of_a_value_that_was_edited_since_is_left_out(
+    steps: Commissioning, file: Path
+) -> None:
+    steps.take("encoders", wrong_way(steps))
+    edited = in_effect(default_drive(), steps.record.taken)
+    again = Commissioning(edited, file)
+    assert again.record.taken == []
+    assert again.config == edited
+    with pytest.raises(LinkError, match=r"changes y.direction = 1; the file of the link has -1"):
+        again.load(steps.record)
+
+
+def test_a_document_brings_its_changes(steps: Commissioning) -> None:
+    steps.take("encoders", wrong_way(steps))
+    record = steps.record
+    steps.load(CommissioningRecord(link=record.link))
+    assert steps.config == default_drive()
+    steps.load(record)
+    assert steps.config.y.direction == -1
+    far = ConfigChange(path="x.offset", now=0.0, then=5.0)
+    with pytest.raises(ConfigError, match=r"x.offset"):
+        steps.load(record.model_copy(update={"taken": [far]}))
+    assert steps.config.y.direction == -1
+
+
+def test_limits_stand_beside_those_that_were_asked_for() -> None:
+    name = "object 6072:00, largest torque, per mille of rated"
+    drives = found(limits=[{"name": name, "asked": 1000, "read": 900}])
+    finding = compare_identity(default_drive(), drives)
+    (row,) = (row for row in finding.rows if not row.holds)
+    assert (row.name, row.found, row.expected) == (f"3 x c, {name}", "900", "1000")
+    assert finding.text == "6 of 6 match; 10 A rated; 0 of 1 limits as asked for"
+    assert not finding.holds

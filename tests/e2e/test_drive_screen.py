@@ -307,15 +307,15 @@ def test_commissioning_goes_step_by_step(shown: Page, drive: VirtualDrive) -> No
     for axis in ("x", "y"):
         drive.switch(push={"axis": axis, "force": 12.0, "time": 0.1})
     expect(panel).to_contain_text("both signs right")
-    expect(panel).to_contain_text("3 of 3 done")
+    expect(panel).to_contain_text("3 of 8 done")
     shown.reload()
-    expect(panel).to_contain_text("3 of 3 done")  # the server keeps it
+    expect(panel).to_contain_text("3 of 8 done")  # the server keeps it
     shown.get_by_role("button", name="Again: Identity and limits").click()
-    expect(panel).to_contain_text("2 of 3 done")
+    expect(panel).to_contain_text("2 of 8 done")
     expect(panel).not_to_contain_text("both signs right")
     with shown.expect_download() as kept:
         button(shown, "Download")
     button(shown, "Start over")
-    expect(panel).to_contain_text("0 of 3 done")
+    expect(panel).to_contain_text("0 of 8 done")
     shown.get_by_label("Commissioning document").set_input_files(kept.value.path())
-    expect(panel).to_contain_text("2 of 3 done")
+    expect(panel).to_contain_text("2 of 8 done")

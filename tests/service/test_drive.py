@@ -72,7 +72,7 @@ def test_without_a_link_there_is_nothing(client: httpx.Client, contract: Contrac
         for method in methods
         if path.startswith(DRIVE)
     ]
-    assert len(calls) == 12
+    assert len(calls) == 14
     for method, path in calls:
         example = (
             body_examples(contract.document, operation["operationId"])

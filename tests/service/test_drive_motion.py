@@ -10,6 +10,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from types import TracebackType
 from typing import Any
 
@@ -18,8 +19,11 @@ import pytest
 
 from motionlab.cli.exit_codes import DONE, FAILED
 from motionlab.cli.main import main
+from motionlab.config.drive import load_drive
+from motionlab.drive.commissioning import currents
 from motionlab.drive.lease import SECONDS
 from motionlab.drive.virtual.process import VirtualDrive
+from motionlab.service import drive_friction
 from motionlab.service.settings import Settings
 from tests.drive.link.rig import SLOW, linked
 from tests.paths import ROOT
@@ -36,6 +40,7 @@ SHORT = {
 }
 MOTION = {"scenario": "circle", "variant": "B", "set": SHORT}
 LONG = MOTION | {"set": SHORT | {"trajectory.laps": 30}}
+BEFORE = ("drives", "identity", "encoders")
 SIMULATED_ONLY = ("position", "velocity", "acceleration", "friction", "bristle", "thrust")
 
 
@@ -281,6 +286,116 @@ def test_the_example_runs_a_then_b(operator: Operator, linked_server: Server) ->
     first, second = done.stdout.splitlines()
     assert first.startswith("A finished: largest error on x ")
     assert second.startswith("B finished: largest error on x ")
+
+
+def test_changes_that_are_taken_bring_the_link_up_with_them(
+    operator: Operator, anyone: httpx.Client, tmp_path: Path
+) -> None:
+    place = f"{DRIVE}/commissioning"
+    operator.arm()
+    change = {"path": "x.offset", "now": 0.0, "then": 0.0012}
+    document = {"link": "Virtual drive", "findings": {}, "taken": [change]}
+    load = {"json": document, "headers": operator.lease}
+    assert "while the link is holding" in anyone.put(place, **load).json()["detail"]
+    anyone.post(f"{DRIVE}/disarm", headers=operator.lease)
+    before = operator.until(lambda status: status["state"] == "ready")["axes"][0]["position"]
+    wrong = anyone.post(f"{place}/encoders/changes", json=[change], headers=operator.lease)
+    assert "not the changes that" in wrong.json()["detail"]
+    assert anyone.put(place, **load).json()["record"]["taken"] == [change]
+    status = operator.until(lambda status: status["state"] == "ready")
+    assert status["axes"][0]["position"] - before == pytest.approx(0.0012, abs=20e-6)
+    file = tmp_path / "drive.toml"
+    file.write_text(anyone.get(f"{DRIVE}/configuration").text)
+    assert load_drive(file).x.offset == 0.0012
+    document = {"link": "Virtual drive", "findings": {}}
+    assert anyone.put(place, json=document, headers=operator.lease).json()["record"]["taken"] == []
+    status = operator.until(lambda status: status["state"] == "ready")
+    assert status["axes"][0]["position"] == pytest.approx(before, abs=20e-6)
+
+
+def test_steps_with_torque(
+    operator: Operator,
+    anyone: httpx.Client,
+    linked_server: Server,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(currents, "RAMP", 0.05)
+    monkeypatch.setattr(currents, "HOLD", 0.1)
+    place, step = f"{DRIVE}/commissioning", f"{DRIVE}/commissioning/currents"
+    operator.arm()
+    anyone.post(f"{DRIVE}/disarm", headers=operator.lease)
+    operator.until(lambda status: status["state"] == "ready" and status["loop"]["phase_locked"])
+    done = {"at": 0.0, "holds": True, "text": "done"}
+    document = {"link": "Virtual drive", "findings": dict.fromkeys(BEFORE, done)}
+    loaded = anyone.put(place, json=document, headers=operator.lease).json()
+    assert [each["state"] for each in loaded["steps"]][2:5] == ["done", "now", "waiting"]
+    for body in (None, {}, {"confirm": False}, {"confirm": 1}, {"confirm": "true"}):
+        answer = anyone.post(step, json=body, headers=operator.lease)
+        assert answer.status_code == 422, body
+        assert "confirm" in answer.json()["errors"][0]["loc"]
+
+    confirmed = {"json": {"confirm": True}, "headers": operator.lease}
+    until(lambda: anyone.post(step, **confirmed).status_code == 200)
+    for call in ("arm", "motions", "reset", "commissioning/drives"):
+        body = None if call in {"reset", "commissioning/drives"} else MOTION
+        body = body and body | ({"confirm": True} if call == "arm" else {})
+        answer = anyone.post(f"{DRIVE}/{call}", json=body, headers=operator.lease)
+        assert "while the step currents goes on" in answer.json()["detail"], call
+    operator.until(lambda status: status["state"] == "testing")
+    assert anyone.post(f"{DRIVE}/stop").status_code == 200
+    until(lambda: anyone.get(place).json()["running"] is None)
+    assert anyone.get(DRIVE).json()["state"] == "ready"
+    finding = anyone.get(place).json()["steps"][3]["finding"]
+    assert (finding["holds"], finding["text"]) == (False, "ended before its end: STOP")
+
+    until(lambda: anyone.post(step, **confirmed).status_code == 200)
+    operator.until(lambda status: status["state"] == "testing")
+    operator.fall_silent()
+    operator.until(lambda status: status["holder"] is None)
+    told = anyone.get(place).json()["steps"][3]["finding"]["text"]
+    assert told == "ended before its end: control of the drives ended"
+    assert anyone.get(DRIVE).json()["state"] == "ready"
+
+    at = ["--server", linked_server.url]
+    assert main(["drive", "commission", "homing", "--confirm", *at]) == FAILED
+    assert "Phase currents, one by one comes first" in capsys.readouterr().err
+    operator.until(lambda status: status["holder"] is None)
+    assert main(["drive", "commission", "currents", "--confirm", *at]) == DONE
+    assert "all 6 follow, each alone" in capsys.readouterr().out
+    assert main(["drive", "commission", *at]) == DONE
+    told = capsys.readouterr().out
+    assert "4 currents     Phase currents, one by one" in told
+    assert "5 commutation  Commutation offset         torque now" in told
+
+
+def test_friction_is_identified_from_a_recorded_run(
+    operator: Operator, anyone: httpx.Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(drive_friction, "SPEEDS", (0.005, 0.02, 0.06))
+    monkeypatch.setattr(drive_friction, "DISTANCES", (0.004, 0.008, 0.015))
+    place = f"{DRIVE}/commissioning"
+    operator.arm()
+    anyone.post(f"{DRIVE}/disarm", headers=operator.lease)
+    operator.until(lambda status: status["state"] == "ready" and status["loop"]["phase_locked"])
+    done = {"at": 0.0, "holds": True, "text": "done"}
+    before = (*BEFORE, "currents", "commutation", "homing", "hold")
+    document = {"link": "Virtual drive", "findings": dict.fromkeys(before, done)}
+    anyone.put(place, json=document, headers=operator.lease)
+    confirmed = {"json": {"confirm": True}, "headers": operator.lease}
+    until(lambda: anyone.post(f"{place}/friction", **confirmed).status_code == 200)
+    until(lambda: anyone.get(place).json()["running"] is None)
+    finding = anyone.get(place).json()["steps"][7]["finding"]
+    assert finding["run"], finding["text"]
+    run = kept(anyone, finding["run"])
+    assert run["kind"] == "drive"
+    assert {f"{axis} {name}" for axis in "xy" for name in ("F_c", "F_s", "v_s", "sigma_2")} == {
+        row["name"] for row in finding["rows"]
+    }
+    (stiction,) = (row for row in finding["rows"] if row["name"] == "x F_s")
+    assert float(stiction["found"].split()[0]) == pytest.approx(3.59, rel=0.02)
+    assert stiction["expected"] == "3.591 N"
+    assert anyone.get(DRIVE).json()["state"] == "ready"
 
 
 def test_drives_of_another_identity(virtual: VirtualDrive) -> None:

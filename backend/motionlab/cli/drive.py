@@ -21,6 +21,8 @@ examples:
   motionlab drive status
   motionlab drive reset
   motionlab drive run circle --variant B --arm
+  motionlab drive commission
+  motionlab drive commission currents --confirm
   motionlab drive stop
 
 The server needs --drive; docs/drive.md. stop needs no control: it is for everybody.
@@ -54,6 +56,11 @@ def add(commands: Any) -> None:
     order("stop", _stop, "brake to rest and switch the torque off; needs no control")
     order("disarm", _disarm, "switch the torque off at once")
     order("reset", _reset, "clear a fault, or bring the drives up again; never arms")
+    step = order("commission", _commission, "show the steps of commissioning, or do one")
+    step.add_argument("step", metavar="STEP", nargs="?", help="step to do, such as currents")
+    step.add_argument(
+        "--confirm", action="store_true", help="the mover may move: steps with torque need it"
+    )
     moving = order(
         "arm", _arm, "switch the torque on and hold the position until interrupted, then stop"
     )
@@ -96,6 +103,70 @@ def _reset(options: argparse.Namespace) -> int:
         problem = _settled(server, {"ready"})
     print(problem or "ready", file=sys.stderr if problem else sys.stdout)
     return FAILED if problem else DONE
+
+
+def _commission(options: argparse.Namespace) -> int:
+    server = LabServer(options.server)
+    place = "/drive/commissioning"
+    if options.step is None:
+        print(_steps_in_words(server.call("GET", place)))
+        return DONE
+    body = {"confirm": True} if options.confirm else None
+    with _control(server) as lease:
+        server.call("POST", f"{place}/{options.step}", body, lease.headers)
+        told = ""
+        while (status := server.call("GET", place))["running"] or status["by_hand"]:
+            text = _under_way(status)
+            if text != told:
+                print(text, file=sys.stderr, flush=True)
+            told = text
+            time.sleep(_POLL)
+    step = next(each for each in status["steps"] if each["name"] == options.step)
+    finding = step["finding"]
+    if finding is None:
+        print(f"motionlab: {step['title']} was ended", file=sys.stderr)
+        return FAILED
+    print("\n".join(_finding_in_words(step["title"], finding)))
+    return DONE if finding["holds"] else FAILED
+
+
+def _under_way(status: dict[str, Any]) -> str:
+    """Return what a step does at the moment."""
+    if by_hand := status["by_hand"]:
+        x, y = (1e3 * moved for moved in by_hand["moved"])
+        return f"x {x:+.2f} mm, y {y:+.2f} mm"
+    return status["running"]["text"]
+
+
+def _steps_in_words(status: dict[str, Any]) -> str:
+    """Return the steps, one a line, and the changes that were taken."""
+    lines = []
+    for number, step in enumerate(status["steps"], start=1):
+        found = step["finding"]["text"] if step["finding"] else ""
+        torque = "torque" if step["torque"] else ""
+        line = f"{number} {step['name']:12} {step['title']:26} {torque:7}{step['state']:8}{found}"
+        lines.append(line.rstrip())
+    lines += [
+        f"taken: {change['path']} {change['now']:.10g} -> {change['then']:.10g}"
+        for change in status["record"]["taken"]
+    ]
+    return "\n".join(lines)
+
+
+def _finding_in_words(title: str, finding: dict[str, Any]) -> list[str]:
+    """Return what a step found, row by row."""
+    return [
+        f"{title}: {finding['text']}",
+        *(
+            f"  {'' if row['holds'] else 'NOT '}{row['name']}: {row['found']}"
+            f" (expected {row['expected']})"
+            for row in finding["rows"]
+        ),
+        *(
+            f"  to be taken: {change['path']} {change['now']:.10g} -> {change['then']:.10g}"
+            for change in finding["changes"]
+        ),
+    ]
 
 
 def _arm(options: argparse.Namespace) -> int:

@@ -69,6 +69,18 @@ def add(commands: Any) -> None:
         "--start", type=_pair, default=(0.0, 0.0), metavar="X,Y", help="position, m (0,0)"
     )
     parser.add_argument(
+        "--offset",
+        type=_pair,
+        metavar="X,Y",
+        help="position at count 0 of each encoder, m (that of the drive link)",
+    )
+    parser.add_argument(
+        "--swap",
+        choices=("x", "y", "xy"),
+        default="",
+        help="axes whose cables of phases b and c are exchanged",
+    )
+    parser.add_argument(
         "--seed",
         type=_whole("seed", 0, _SEED_MAX),
         default=0,
@@ -182,7 +194,7 @@ def _run(options: argparse.Namespace) -> int:
     """Answer until interrupted."""
     from motionlab.config.changes import parse_assignments
     from motionlab.config.drive import load_drive
-    from motionlab.drive.virtual.segment import Segment
+    from motionlab.drive.virtual.segment import Segment, mounted
     from motionlab.drive.virtual.server import (
         Server,
         open_ethernet,
@@ -191,7 +203,8 @@ def _run(options: argparse.Namespace) -> int:
         wall_clock,
     )
 
-    drive = None if options.drive is None else load_drive(options.drive)
+    drive = load_drive("virtual" if options.drive is None else options.drive)
+    drive = mounted(drive, offset=options.offset, swapped=options.swap)
     segment = Segment(
         options.motor,
         drive,

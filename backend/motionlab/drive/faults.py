@@ -17,6 +17,7 @@ NOT_ENABLED = 0x8702
 WRONG_MODE = 0x8703
 PHASE = 0x8704
 DIVERGED = 0x8613
+TRAVEL = 0x8614
 
 
 class Fault(NamedTuple):
@@ -66,11 +67,17 @@ FAULTS = {
         "\u00b5s",
         1e6,
     ),
+    TRAVEL: Fault(
+        "further from its beginning than a test may go",
+        "Look for what else moves this axis; check its encoder and its phases.",
+        "mm",
+        1e3,
+    ),
     DIVERGED: Fault("the controller diverged", "Lower its gains.", "\u00b5m", 1e6),
 }
 
 OF_AN_AXIS = frozenset(
-    {FOLLOWING_ERROR, POSITION_LIMIT, SPEED_LIMIT, ENCODER, DIVERGED},
+    {FOLLOWING_ERROR, POSITION_LIMIT, SPEED_LIMIT, ENCODER, DIVERGED, TRAVEL},
 )
 """Faults whose place is an axis; other places are drives."""
 

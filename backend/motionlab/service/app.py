@@ -15,6 +15,7 @@ from prometheus_client import CONTENT_TYPE_LATEST
 
 from motionlab import __version__
 from motionlab.config.shipped import data_root
+from motionlab.service.drive_friction import FrictionStep
 from motionlab.service.drives import Drives
 from motionlab.service.http import openapi, page, problems
 from motionlab.service.http.compression import CompressedJson
@@ -142,6 +143,9 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
 
     warming = asyncio.create_task(warm())
     app.state.drives = None if settings.drive is None else Drives(settings.drive)
+    if app.state.drives is not None:
+        friction = FrictionStep(app.state.drives, app.state.sessions, app.state.workers)
+        app.state.drives.torque_steps["friction"] = friction
     yield
     if app.state.drives is not None:
         await app.state.drives.close()

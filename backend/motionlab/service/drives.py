@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import logging
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from pydantic import BaseModel, Field
 
@@ -14,7 +15,25 @@ from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
 from motionlab.config.shipped import data_root
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.drive.commissioning import ByHand, Commissioning, StepName
+from motionlab.drive.commissioning.checks import (
+    ByHand,
+    compare_identity,
+    find_drives,
+    judge_encoders,
+)
+from motionlab.drive.commissioning.commutation import commutation_offset
+from motionlab.drive.commissioning.currents import phase_currents
+from motionlab.drive.commissioning.hold import hold_with_low_gains
+from motionlab.drive.commissioning.homing import find_stops
+from motionlab.drive.commissioning.record import (
+    CommissioningRecord,
+    ConfigChange,
+    Finding,
+    StepName,
+    step_of,
+)
+from motionlab.drive.commissioning.run import StepRun, Stopped
+from motionlab.drive.commissioning.steps import Commissioning
 from motionlab.drive.faults import DRIVE_ERRORS
 from motionlab.drive.lease import Lease
 from motionlab.drive.link.carrier import LinkError
@@ -22,11 +41,21 @@ from motionlab.drive.link.link import DriveLink, FaultNow
 from motionlab.drive.link.shared import Figure, Order, State, Status
 from motionlab.drive.motion import held_parameters, on_drives
 from motionlab.drive.process_data import STO_ACTIVE
-from motionlab.errors import StoreError
+from motionlab.errors import MotionLabError, StoreError
 from motionlab.service.drive_history import DriveHistory, PastFault, Recent
 
+_LOG = logging.getLogger(__name__)
+
 _WATCH = 0.2  # s
-_TORQUE = {State.ARMING, State.HOLDING, State.MOVING}
+_TEXT_MAX = 1000
+TORQUE_STEPS: dict[StepName, Callable[[StepRun], Finding]] = {
+    "currents": phase_currents,
+    "commutation": commutation_offset,
+    "homing": find_stops,
+    "hold": hold_with_low_gains,
+}
+_TORQUE = {State.ARMING, State.HOLDING, State.MOVING, State.TESTING}
+_ACTIVE = _TORQUE | {State.STOPPING}
 
 
 class Found(BaseModel):
@@ -108,7 +137,9 @@ class DriveStatus(BaseModel):
 
     title: str
     virtual: bool = Field(description="Whether a virtual drive answers")
-    state: str = Field(description="offline, ready, arming, holding, moving, stopping, fault")
+    state: str = Field(
+        description="offline, ready, arming, holding, moving, testing, stopping, fault"
+    )
     problem: str = Field(description="Why there is no link; empty when all is well")
     step: str = Field(description="Latest step of bring-up")
     fault: FaultNow | None
@@ -121,13 +152,22 @@ class DriveStatus(BaseModel):
     loop: LoopFigures
 
 
+class RunningStep(BaseModel):
+    """A step of commissioning that goes on."""
+
+    step: StepName
+    since: float = Field(description="Wall clock, s since 1970")
+    progress: float = Field(ge=0.0, le=1.0, description="Share that is done")
+    text: str = Field(description="What it does at the moment")
+
+
 class Drives:
     """A drive link with its lease.
 
     Parameters
     ----------
     config : DriveConfig
-        The link.
+        The link, as its file has it.
 
     Attributes
     ----------
@@ -135,17 +175,31 @@ class Drives:
         The drives.
     lease : Lease
         Who may move them.
+    commissioning : Commissioning
+        Its steps and what they found.
+    running : RunningStep or None
+        A step with torque that goes on.
+    torque_steps : dict of str to callable
+        What each step with torque does, in a thread.
     """
 
     def __init__(self, config: DriveConfig) -> None:
-        self.config = config
-        self.link = DriveLink(config)
-        self.lease = Lease()
         self.commissioning = Commissioning(config, data_root() / "commissioning.json")
+        self.link = DriveLink(self.config)
+        self.lease = Lease()
+        self.running: RunningStep | None = None
+        self.torque_steps = dict(TORQUE_STEPS)
+        self._step: StepRun | None = None
+        self._doing: asyncio.Task[None] | None = None
         self._history = DriveHistory(self.link)
         self._motions = 0
         self._beginning = asyncio.Lock()
         self._watching = asyncio.create_task(self._watch())
+
+    @property
+    def config(self) -> DriveConfig:
+        """The link in effect: its file with the changes that commissioning took."""
+        return self.commissioning.config
 
     async def order(self, order: Order, token: str) -> None:
         """Give an order in the name of who holds the lease.
@@ -167,14 +221,13 @@ class Drives:
         A loop whose process has ended, by itself or killed, begins anew.
         """
         self.lease.check(token)
+        self.check_free()
         if not self.link.ended:
             await self.order(Order.RESET, token)
             return
         async with self._beginning:
             if self.link.ended:  # no other request has begun one meanwhile
-                await asyncio.to_thread(self.link.close)
-                self.link = await asyncio.to_thread(DriveLink, self.config)
-                self._history.follow(self.link)
+                await self._begin_anew()
 
     async def arm(self, load: Callable[[], Scenario], variant: str | None, token: str) -> None:
         """Switch the torque on, with a scenario's gains holding the position.
@@ -185,6 +238,7 @@ class Drives:
             If drives cannot carry the scenario out.
         """
         self.lease.check(token)
+        self.check_free()
 
         def arm() -> None:
             if self.link.state is not State.READY:  # gains of what moves stay as they are
@@ -196,8 +250,52 @@ class Drives:
 
         await asyncio.to_thread(arm)
 
+    async def take(self, name: StepName, changes: Sequence[ConfigChange]) -> None:
+        """Take the changes that a step shows, and bring the link up with them.
+
+        Raises
+        ------
+        LinkError
+            If these are not the changes that it shows, or the drives have torque.
+        ConfigError
+            If a value is out of its range.
+        StoreError
+            If the document cannot be kept.
+        """
+        await self._reconfigure(lambda: self.commissioning.take(name, changes))
+
+    async def load_commissioning(self, record: CommissioningRecord) -> None:
+        """Take another document; the link is brought up anew where that changes it.
+
+        Raises
+        ------
+        LinkError
+            If it is of another link, or the drives have torque.
+        ConfigError
+            If a value is out of its range.
+        StoreError
+            If it cannot be kept.
+        """
+        await self._reconfigure(lambda: self.commissioning.load(record))
+
+    async def _reconfigure(self, change: Callable[[], None]) -> None:
+        self.check_free()
+        async with self._beginning:
+            if self.link.state in _ACTIVE:
+                raise LinkError(f"not possible while the link is {self.link.state.name.lower()}")
+            before = self.config
+            await asyncio.to_thread(change)
+            if self.config != before:
+                await self._begin_anew()
+
+    async def _begin_anew(self) -> None:
+        """End the loop and begin another one, with the configuration in effect."""
+        await asyncio.to_thread(self.link.close)
+        self.link = await asyncio.to_thread(DriveLink, self.config)
+        self._history.follow(self.link)
+
     async def do_step(self, name: StepName) -> None:
-        """Do a step of commissioning; of encoders it only begins, and ends once both were moved.
+        """Do a step of commissioning; one with torque, or by hand, only begins, and ends later.
 
         Raises
         ------
@@ -206,21 +304,71 @@ class Drives:
         StoreError
             If what was found cannot be kept.
         """
+        self.check_free()
         state, found = self.link.state, self.link.found
         if state is not State.READY or not found:
             raise LinkError(
                 f"commissioning needs drives without torque: the link is {state.name.lower()}"
             )
+        if step_of(name).torque and not self.link.status(Status.PHASE_LOCKED):
+            raise LinkError("not yet in phase with SYNC0 of the drives: wait a moment")
         commissioning = self.commissioning
         commissioning.begin(name)
         if name == "encoders":
             commissioning.by_hand = ByHand(self.link.figure(Figure.POSITION))
             return
-        judge = {
-            "drives": commissioning.find_drives,
-            "identity": commissioning.compare_identity,
-        }[name]
-        await asyncio.to_thread(commissioning.put, name, judge(found))
+        if step_of(name).torque:
+            self._begin_step(name)
+            return
+        judge = {"drives": find_drives, "identity": compare_identity}[name]
+        await asyncio.to_thread(commissioning.put, name, judge(self.config, found))
+
+    def check_free(self) -> None:
+        """Refuse while a step of commissioning goes on.
+
+        Raises
+        ------
+        LinkError
+            Naming it.
+        """
+        if self.running is not None:
+            raise LinkError(f"not possible while the step {self.running.step} goes on")
+
+    def stop(self, why: str = "STOP") -> None:
+        """Stop whatever has torque, and a step of commissioning with all that it would do yet."""
+        if self._step is None:
+            self.link.stop()
+        else:
+            self._step.stop(why)
+
+    def _begin_step(self, name: StepName) -> None:
+        """Begin a step with torque."""
+
+        def report(share: float, text: str) -> None:
+            if self.running is not None:
+                update = {"progress": min(share, 1.0), "text": text}
+                self.running = self.running.model_copy(update=update)
+
+        self.running = RunningStep(step=name, since=time.time(), progress=0.0, text="begins")
+        self._step = StepRun(self.link, self.next_motion, report)
+        self._doing = asyncio.create_task(self._finish_step(name, self._step))
+
+    async def _finish_step(self, name: StepName, run: StepRun) -> None:
+        """Do a step with torque to its end, and keep what it found."""
+        try:
+            finding = await asyncio.to_thread(self.torque_steps[name], run)
+        except Stopped as error:
+            finding = Finding(at=time.time(), holds=False, text=f"ended before its end: {error}")
+        except MotionLabError as error:
+            self.link.stop()
+            finding = Finding(at=time.time(), holds=False, text=str(error)[:_TEXT_MAX])
+        except Exception:
+            self.link.stop()
+            _LOG.exception("step %s of commissioning", name)
+            finding = Finding(at=time.time(), holds=False, text="it failed: see the server's log")
+        with contextlib.suppress(StoreError):  # it is shown, and kept with the next step
+            await asyncio.to_thread(self.commissioning.put, name, finding)
+        self.running = self._step = None
 
     async def _note_by_hand(self) -> None:
         """Follow a mover that is pushed by hand, for as long as torque is off."""
@@ -232,15 +380,15 @@ class Drives:
             return
         by_hand.note(self.link.figure(Figure.POSITION))
         if by_hand.complete:
-            finding = self.commissioning.judge_encoders(by_hand)
+            finding = judge_encoders(self.config, by_hand)
             with contextlib.suppress(StoreError):  # it is shown, and kept with the next step
                 await asyncio.to_thread(self.commissioning.put, "encoders", finding)
 
     def give_up(self, token: str) -> None:
         """End a lease; armed drives stop first."""
         self.lease.check(token)
-        if self.link.state in _TORQUE:
-            self.link.stop()
+        if self.running is not None or self.link.state in _TORQUE:
+            self.stop("control was given up")
         elif self.link.state is not State.STOPPING:
             self.lease.free()
             return
@@ -256,6 +404,9 @@ class Drives:
         self._watching.cancel()
         with contextlib.suppress(asyncio.CancelledError):
             await self._watching
+        if self._doing is not None:
+            self.stop("the server ended")
+            await self._doing
         await asyncio.to_thread(self.link.close)
 
     def status(self) -> DriveStatus:
@@ -357,7 +508,7 @@ class Drives:
             self._history.note()
             await self._note_by_hand()
             if self.lease.expired:
-                if self.link.state in _TORQUE:
-                    self.link.stop()
+                if self.running is not None or self.link.state in _TORQUE:
+                    self.stop("control of the drives ended")
                 elif self.link.state is not State.STOPPING:
                     self.lease.free()

@@ -10,6 +10,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from motionlab.config.drive import DriveConfig
 from motionlab.config.load import load_scenario
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.drive.ethercat import Datagram, datagrams, frame
@@ -50,6 +51,15 @@ class _Carrier:
 class Lockstep:
     """A loop, its drives in OP, and the frames between them.
 
+    Parameters
+    ----------
+    start : tuple of float
+        Position of the mover, m.
+    changes : mapping of str to value, optional
+        Of the motor, as `Segment` takes them.
+    config, machine : DriveConfig
+        What the loop takes the drives for, and what they are; the shipped ones when left out.
+
     Attributes
     ----------
     read_lost, write_lost : bool
@@ -61,10 +71,15 @@ class Lockstep:
     """
 
     def __init__(
-        self, start: tuple[float, float] = (0.0, 0.0), changes: Mapping[str, Any] | None = None
+        self,
+        start: tuple[float, float] = (0.0, 0.0),
+        changes: Mapping[str, Any] | None = None,
+        *,
+        config: DriveConfig | None = None,
+        machine: DriveConfig | None = None,
     ) -> None:
-        self.config = default_drive()
-        self.segment = Segment(start=start, changes=changes)
+        self.config = config or default_drive()
+        self.segment = Segment(start=start, drive=machine or self.config, changes=changes)
         self.memory = new_memory()
         descriptor = create()
         self.shared = attach(descriptor)
@@ -157,9 +172,10 @@ class Lockstep:
         write_set(self.shared, 1 - command[Command.PARAMETERS], parameters)
         command[Command.PARAMETERS] = 1 - command[Command.PARAMETERS]
 
-    def order(self, order: Order) -> bool:
-        """Give an order; return whether it was obeyed."""
+    def order(self, order: Order, stops: int | None = None) -> bool:
+        """Give an order that knows of so many stops, or all; return whether it was obeyed."""
         command = self.shared.command
+        command[Command.STOPS_BEFORE] = command[Command.STOPS] if stops is None else stops
         command[Command.ORDER] = order
         command[Command.SEQUENCE] += 1
         self.cycle()

@@ -9,6 +9,7 @@ from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.drive import faults
 from motionlab.drive.ethercat import OP, REGISTER_AL_STATUS, REGISTER_AL_STATUS_CODE
 from motionlab.drive.link.bus import Inputs
+from motionlab.drive.link.carrier import LinkError
 from motionlab.drive.link.commanding import ARMING, REST, _command_currents
 from motionlab.drive.link.cycle import (
     BRING_UP,
@@ -22,6 +23,7 @@ from motionlab.drive.link.cycle import (
 from motionlab.drive.link.memory import PERIOD
 from motionlab.drive.link.shared import Figure, Order, State, Status
 from motionlab.drive.process_data import DISABLE_VOLTAGE, NODES, drive_state
+from motionlab.drive.virtual.objects import Dictionary
 from motionlab.kernel.layout import parameter_row
 from motionlab.telemetry.channels import Sample
 from tests.drive.link.lockstep import Lockstep
@@ -279,6 +281,22 @@ def test_safe_torque_off_stops_all_and_says_so(loop: Lockstep) -> None:
 
 
 # Limits
+
+
+def test_a_drive_that_did_not_take_a_limit_is_refused(
+    loop: Lockstep, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write = Dictionary.write
+
+    def of_its_own(self: Dictionary, index: int, subindex: int, data: bytes, **exact: bool) -> None:
+        own = self._n == 2 and index == 0x6072
+        write(self, index, subindex, (900).to_bytes(2, "little") if own else data, **exact)
+
+    monkeypatch.setattr(Dictionary, "write", of_its_own)
+    told = "drive 3 did not take object 6072:00, .*: 1000 written, 900 read back"
+    with pytest.raises(LinkError, match=told):
+        loop.bring_up()
+    assert OP not in set(loop.segment.arrays.memory[:, REGISTER_AL_STATUS].tolist())
 
 
 def test_a_command_that_is_no_number_never_reaches_a_coil(loop: Lockstep) -> None:

@@ -86,7 +86,16 @@ _SETTLE = 20_000_000  # ns of SYNC0 before OP is asked for
 _PERIOD = round(CONTROL_PERIOD * 1e9)
 _SYNC0, _SM_EVENT = 2, 1  # 1C32:01
 _MILLI = 1000.0
+_POSITION_LIMIT = 0x607D
 _DELAY_MAX = 10_000  # ns, of a line of six drives
+
+
+class Limit(NamedTuple):
+    """A limit of a drive: what was asked for, and what it says that it has."""
+
+    name: str
+    asked: int
+    read: int
 
 
 class Found(NamedTuple):
@@ -98,6 +107,7 @@ class Found(NamedTuple):
     serial: int
     name: str
     rated_current: float  # A
+    limits: tuple[Limit, ...] = ()
 
 
 class Parameter(NamedTuple):
@@ -173,7 +183,9 @@ class BringUp:
                 self._mailboxes[node].download(
                     parameter.index, parameter.subindex, parameter.value, parameter.size
                 )
-        self.steps.append("parameters written")
+            limits = tuple(self._read_back(node, each) for each in limits_of(self.config, config))
+            self.found[node] = self.found[node]._replace(limits=limits)
+        self.steps.append("parameters written, limits read back")
         if self.config.link.distributed_clocks:
             self._set_clocks()
             self.steps.append("clocks distributed")
@@ -322,6 +334,18 @@ class BringUp:
             raise LinkError(f"drive {node + 1} has no cyclic synchronous torque mode")
         return found
 
+    def _read_back(self, node: int, parameter: Parameter) -> Limit:
+        """Return a limit as the drive has it; refuse a drive that did not take it."""
+        index, subindex, size, asked, meaning = parameter
+        data = self._mailboxes[node].upload(index, subindex)
+        read = int.from_bytes(data[:size], "little", signed=index == _POSITION_LIMIT)
+        name = f"object {index:04X}:{subindex:02X}, {meaning}"
+        if read != asked:
+            raise LinkError(
+                f"drive {node + 1} did not take {name}: {asked} written, {read} read back"
+            )
+        return Limit(name, asked, read)
+
     def _set_clocks(self) -> None:
         """Measure the delays along the bus, set offsets, and start SYNC0 in every drive."""
         self.carrier.exchange(Datagram(BWR, 0, REGISTER_DC_RECEIVE_TIME, bytes(4)))
@@ -383,13 +407,11 @@ class BringUp:
         raise LinkError(f"drive {node + 1}: its information memory lists no sync managers")
 
 
-def startup_list(config: DriveConfig, node: NodeConfig) -> list[Parameter]:
-    """Return what is written to a drive between PREOP and SAFEOP, in this order."""
+def limits_of(config: DriveConfig, node: NodeConfig) -> list[Parameter]:
+    """Return the limits that a drive is to hold."""
     axis = getattr(config, node.axis)
-    clocks = config.link.distributed_clocks
     of_rated = round(_MILLI * axis.current_max / node.rated_current)
     limits = [
-        Parameter(0x6060, 0, 1, CYCLIC_TORQUE, "mode: cyclic synchronous torque"),
         Parameter(0x6072, 0, 2, of_rated, "largest torque, per mille of rated"),
         Parameter(0x6073, 0, 2, of_rated, "largest current, per mille of rated"),
     ]
@@ -403,15 +425,22 @@ def startup_list(config: DriveConfig, node: NodeConfig) -> list[Parameter]:
                 0x6065, 0, 4, round(axis.following_error / axis.resolution), "error window, counts"
             ),
             Parameter(0x6066, 0, 2, round(axis.following_error_time * _MILLI), "its time-out, ms"),
-            Parameter(0x607D, 1, 4, counts[0], "least position, counts"),
-            Parameter(0x607D, 2, 4, counts[1], "largest position, counts"),
+            Parameter(_POSITION_LIMIT, 1, 4, counts[0], "least position, counts"),
+            Parameter(_POSITION_LIMIT, 2, 4, counts[1], "largest position, counts"),
         ]
+    return limits
+
+
+def startup_list(config: DriveConfig, node: NodeConfig) -> list[Parameter]:
+    """Return what is written to a drive between PREOP and SAFEOP, in this order."""
+    clocks = config.link.distributed_clocks
     return [
         *_mapping(RX_PDO, 0x1C12, OUTPUTS),
         *_mapping(TX_PDO, 0x1C13, INPUTS),
         Parameter(0x1C32, 1, 2, _SYNC0 if clocks else _SM_EVENT, "outputs act at SYNC0"),
         Parameter(0x1C33, 1, 2, _SYNC0 if clocks else _SM_EVENT, "inputs are latched at SYNC0"),
-        *limits,
+        Parameter(0x6060, 0, 1, CYCLIC_TORQUE, "mode: cyclic synchronous torque"),
+        *limits_of(config, node),
     ]
 
 

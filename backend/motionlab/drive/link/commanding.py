@@ -37,10 +37,10 @@ _ROW = {name: row for row, name in enumerate(Inputs._fields)}
 _P_REF, _V_REF, _A_REF = _ROW["p_ref"], _ROW["v_ref"], _ROW["a_ref"]
 _COLUMN = {name: row for row, name in enumerate(Sample._fields)}
 _CURRENT = _COLUMN["current_a"]
-_CURRENT_COMMAND = _COLUMN["current_command_a"]
+CURRENT_COMMAND = _COLUMN["current_command_a"]
 _ERROR = _COLUMN["following_error"]
-_MEASURED = _COLUMN["position_measured"]
-_VELOCITY = _COLUMN["velocity_measured"]
+MEASURED = _COLUMN["position_measured"]
+VELOCITY = _COLUMN["velocity_measured"]
 UNKNOWN = tuple(
     _COLUMN[name]
     for name in (
@@ -68,6 +68,8 @@ def enable(shared: Shared, memory: Memory) -> None:
         if memory.count[Count.SINCE] > ARMING:
             latch(shared, faults.NOT_ENABLED, 0, enabled, NODES)
         return
+    memory.anchor[:] = memory.position
+    memory.resting[:] = 0
     memory.state[:] = 0.0
     memory.state[_FAILED] = -1.0
     memory.outside[:] = 0
@@ -75,7 +77,7 @@ def enable(shared: Shared, memory: Memory) -> None:
     memory.reference[:] = 0.0
     for axis in range(2):
         memory.reference[0, axis] = memory.position[axis]
-    enter(shared, State.HOLDING)
+    enter(shared, State.TESTING if memory.count[Count.TEST] else State.HOLDING)
 
 
 @part
@@ -144,7 +146,7 @@ def control(good: bool, layout: Layout, shared: Shared, memory: Memory) -> None:
             latch(shared, faults.DIVERGED, axis + 1, error, 0.0)
     if good:
         _command_currents(layout, shared, memory)
-    _keep_sample(good, layout, shared, memory)
+    keep_sample(good, layout, shared, memory)
 
 
 @part
@@ -176,18 +178,24 @@ def _command_currents(layout: Layout, shared: Shared, memory: Memory) -> None:
     """Turn the controller's currents into per mille of rated, positive and within limits."""
     for node in range(NODES):
         axis = layout.axis[node]
-        row = _CURRENT_COMMAND + layout.phase[node]
+        row = CURRENT_COMMAND + layout.phase[node]
         current = np.float64(memory.samples[0, row, axis])
         if not np.isfinite(current):
             latch(shared, faults.NOT_A_NUMBER, node + 1, 0.0, 0.0)
             memory.torque[node] = 0
             continue
-        current = min(max(current, 0.0), layout.current_max[axis])
-        memory.torque[node] = np.int64(np.rint(1000.0 * current / layout.rated[node]))
+        most, rated = np.float64(layout.current_max[axis]), np.float64(layout.rated[node])
+        memory.torque[node] = per_mille(current, most, rated)
 
 
 @part
-def _keep_sample(good: bool, layout: Layout, shared: Shared, memory: Memory) -> None:
+def per_mille(current: float, most: float, rated: float) -> np.int64:
+    """Return a current in per mille of the rated one, positive and within a limit."""
+    return np.int64(np.rint(1000.0 * min(max(current, 0.0), most) / rated))
+
+
+@part
+def keep_sample(good: bool, layout: Layout, shared: Shared, memory: Memory) -> None:
     """Put a sample into the ring, with currents of the drives and NaN for what is not measured."""
     count, status, command = memory.count, shared.status, shared.command
     tick = count[Count.RUN_TICK]
@@ -207,9 +215,9 @@ def _keep_sample(good: bool, layout: Layout, shared: Shared, memory: Memory) -> 
         for row in UNKNOWN:
             shared.samples[place, row, axis] = np.nan
         if not good:
-            shared.samples[place, _MEASURED, axis] = np.nan
+            shared.samples[place, MEASURED, axis] = np.nan
             shared.samples[place, _ERROR, axis] = np.nan
-            shared.samples[place, _VELOCITY, axis] = np.nan
+            shared.samples[place, VELOCITY, axis] = np.nan
     status[Status.END] = recorded + 1
 
 

@@ -23,6 +23,7 @@ from motionlab.drive.link.memory import (
     with_torque,
 )
 from motionlab.drive.link.shared import Command, Order, Shared, State, Status
+from motionlab.drive.link.testing import command_test
 from motionlab.drive.process_data import NODES
 
 ANSWER = 6 * PERIOD // 10  # ns after the start of a period, until which an answer is waited for
@@ -97,13 +98,21 @@ def act(  # noqa: PLR0913, PLR0917 - all that a cycle touches
         all_off(bus)
         return leave
     begun = now(bus.clock)
-    if with_torque(shared):
-        control(good, layout, shared, memory)
+    _command(good, layout, shared, memory)
     spent = now(bus.clock) - begun
     status[Status.CONTROL_LAST] = spent
     status[Status.CONTROL_TIME] = max(status[Status.CONTROL_TIME], spent)
     fill_outputs(bus, shared, memory)
     return 0
+
+
+@part
+def _command(good: bool, layout: Layout, shared: Shared, memory: Memory) -> None:
+    """Compute the commands of one tick, where the drives are to have torque."""
+    if shared.status[Status.STATE] == State.TESTING:
+        command_test(good, layout, shared, memory)
+    elif with_torque(shared):
+        control(good, layout, shared, memory)
 
 
 @part
@@ -117,8 +126,7 @@ def _make_up(layout: Layout, shared: Shared, memory: Memory) -> None:
         count[Count.MISSED] += 1
         shared.status[Status.MISSED] += 1
         judge_loss(layout, shared, memory)
-        if with_torque(shared):
-            control(False, layout, shared, memory)
+        _command(False, layout, shared, memory)
     count[Count.SKIPPED] = 0
 
 
@@ -157,32 +165,52 @@ def _carry_out(order: int, shared: Shared, memory: Memory) -> int:
                 return BRING_UP
             status[Status.FAULT] = 0
             enter(shared, State.READY)
-    elif order == Order.ARM and state == State.READY:
-        if status[Status.PHASE_LOCKED]:
-            count[Count.SINCE] = 0
-            enter(shared, State.ARMING)
-        else:
-            status[Status.REFUSED] = 1
-    elif order == Order.START and state == State.HOLDING:
-        count[Count.RUN_TICK] = 0
-        count[Count.RECORDING] = 1
-        status[Status.END] = 0
-        status[Status.RUN] = shared.command[Command.RUN]
-        enter(shared, State.MOVING)
+    elif shared.command[Command.STOPS] != shared.command[Command.STOPS_BEFORE]:
+        status[Status.REFUSED] = 1  # what needs torque was asked for before a stop
     else:
-        status[Status.REFUSED] = 1
+        _begin(order, state, shared, memory)
     return 0
 
 
 @part
+def _begin(order: int, state: int, shared: Shared, memory: Memory) -> None:
+    """Switch the torque on, or begin a motion with it, where the state allows it."""
+    status, count = shared.status, memory.count
+    if order == Order.START and state == State.HOLDING:
+        _begin_record(shared, memory)
+        enter(shared, State.MOVING)
+        return
+    testing = order == Order.TEST
+    possible = state == State.READY and status[Status.PHASE_LOCKED]
+    if not possible or not (testing or order == Order.ARM):
+        status[Status.REFUSED] = 1
+        return
+    if testing:
+        _begin_record(shared, memory)
+        status[Status.AT_STOP] = 0
+    count[Count.TEST] = testing
+    count[Count.SINCE] = 0
+    enter(shared, State.ARMING)
+
+
+@part
+def _begin_record(shared: Shared, memory: Memory) -> None:
+    """Begin to record a motion, or a test, from its first tick."""
+    memory.count[Count.RUN_TICK] = 0
+    memory.count[Count.RECORDING] = 1
+    shared.status[Status.END] = 0
+    shared.status[Status.RUN] = shared.command[Command.RUN]
+
+
+@part
 def _stop(shared: Shared, memory: Memory) -> None:
-    """Begin to brake; drives that are on their way to torque turn back."""
+    """Begin to brake; drives that have no controller to brake with lose their torque."""
     state = shared.status[Status.STATE]
-    if state == State.ARMING:
-        enter(shared, State.READY)
-    elif State.HOLDING <= state < State.STOPPING:
+    if State.HOLDING <= state <= State.MOVING:
         memory.count[Count.SINCE] = 0
         enter(shared, State.STOPPING)
+    elif State.ARMING <= state <= State.TESTING:
+        enter(shared, State.READY)
 
 
 @part

@@ -9,6 +9,7 @@ from motionlab.drive.libc import part
 from motionlab.drive.link.bus import Bus, Inputs, i16, i32, input_at, u16
 from motionlab.drive.link.memory import Count, Layout, Memory, latch, with_torque
 from motionlab.drive.link.shared import ROUND_TRIP_BINS, Figure, Shared, State, Status
+from motionlab.drive.link.testing import judge_bounds
 from motionlab.drive.process_data import CYCLIC_TORQUE, NODES, STO_ACTIVE
 
 _PLAUSIBLE = 40  # missed cycles over which a change of position is still judged
@@ -88,8 +89,15 @@ def judge_drives(layout: Layout, shared: Shared, memory: Memory) -> None:
                 latch(shared, faults.NOT_ENABLED, node + 1, word, 0.0)
         elif state >= State.ARMING and status[Status.NODE_MODE + node] != CYCLIC_TORQUE:
             latch(shared, faults.WRONG_MODE, node + 1, 0.0, 0.0)
-    if not with_torque(shared):
-        return
+    if state == State.TESTING:
+        judge_bounds(layout, shared, memory)
+    elif with_torque(shared):
+        _judge_limits(layout, shared, memory)
+
+
+@part
+def _judge_limits(layout: Layout, shared: Shared, memory: Memory) -> None:
+    """Latch a fault where a position or a speed is beyond its limit."""
     for axis in range(2):
         position, speed = memory.position[axis], abs(memory.velocity[axis])
         if position < layout.position_min[axis]:

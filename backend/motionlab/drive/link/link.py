@@ -27,6 +27,7 @@ from motionlab.drive.link.carrier import LinkError
 from motionlab.drive.link.shared import (
     RING_TICKS,
     RUN_TICKS_MAX,
+    TEST_CURRENT,
     Command,
     Figure,
     Order,
@@ -50,7 +51,7 @@ _STEPS = {
     "finding drives": "finding drives",
     "operational": "drives operational, without torque",
 }
-_WITH_TORQUE = {State.HOLDING, State.MOVING, State.STOPPING}
+_WITH_TORQUE = {State.HOLDING, State.MOVING, State.TESTING, State.STOPPING}
 
 
 class FaultNow(BaseModel):
@@ -86,6 +87,28 @@ class DriveNow:
     def state(self) -> str:
         """Its state in the words of CiA 402."""
         return drive_state(self.status_word)
+
+
+@dataclass(frozen=True)
+class OpenLoopTest:
+    """An open-loop test.
+
+    Attributes
+    ----------
+    currents : ndarray, shape (ticks, 3, 2)
+        Of the phases a, b, c of x and y, A.
+    travel : tuple of float
+        How far x and y may go from where it begins, m.
+    rest_ticks : int
+        It ends once an axis with current has rested for more than that; 0 for never.
+    rest_from : int
+        First tick that counts as rest.
+    """
+
+    currents: NDArray[np.float64]
+    travel: tuple[float, float]
+    rest_ticks: int = 0
+    rest_from: int = 0
 
 
 class DriveLink:
@@ -163,8 +186,21 @@ class DriveLink:
         """Histogram of the time from request to answer, bins of 1 us; a copy."""
         return self._shared.round_trips.copy()
 
-    def order(self, order: Order) -> None:
+    @property
+    def stops(self) -> int:
+        """How many stops there have been."""
+        return int(self._shared.command[Command.STOPS])
+
+    def order(self, order: Order, stops: int | None = None) -> None:
         """Give an order and wait until it is carried out.
+
+        Parameters
+        ----------
+        order : Order
+            What is to be done.
+        stops : int, optional
+            From `stops`: after a further stop the loop refuses what needs torque; the present
+            number when left out.
 
         Raises
         ------
@@ -173,6 +209,7 @@ class DriveLink:
         """
         with self._lock:
             command = self._shared.command
+            command[Command.STOPS_BEFORE] = self.stops if stops is None else stops
             sequence = int(command[Command.SEQUENCE]) + 1
             command[Command.ORDER] = order
             command[Command.SEQUENCE] = sequence
@@ -182,7 +219,9 @@ class DriveLink:
                 command[Command.ORDER] = Order.NONE  # nothing is carried out that late
                 raise
             refused = self._shared.status[Status.REFUSED]
-        if refused and order == Order.ARM and self.state == State.READY:
+        if refused and stops not in {None, self.stops}:
+            raise LinkError("there was a STOP")
+        if refused and order in {Order.ARM, Order.TEST} and self.state == State.READY:
             error = abs(self.status(Status.PHASE_ERROR)) * 1e-3
             raise LinkError(
                 f"not in phase with SYNC0 yet: {error:.0f} \u00b5s; "
@@ -240,7 +279,13 @@ class DriveLink:
             self._loads += 1
             return Loaded(self._loads, self.status(Status.PARAMETERS_TICK))
 
-    def start(self, reference: NDArray[np.float64], first: int, number: int) -> None:
+    def start(
+        self,
+        reference: NDArray[np.float64],
+        first: int,
+        number: int,
+        stops: int | None = None,
+    ) -> None:
         """Begin a motion.
 
         Parameters
@@ -251,6 +296,8 @@ class DriveLink:
             First tick that is recorded; what precedes it is the approach.
         number : int
             Number of the motion; grows from one to the next.
+        stops : int, optional
+            As `order` takes it.
 
         Raises
         ------
@@ -265,7 +312,44 @@ class DriveLink:
             command[Command.RUN_TICKS] = len(reference)
             command[Command.RUN_FIRST] = first
             command[Command.RUN] = number
-            self.order(Order.START)
+            self.order(Order.START, stops)
+
+    def test(self, test: OpenLoopTest, number: int, stops: int) -> None:
+        """Begin an open-loop test: torque on, the currents of its table, torque off.
+
+        Parameters
+        ----------
+        test : Test
+            Currents and bounds.
+        number : int
+            As of a motion.
+        stops : int
+            As `order` takes it.
+
+        Raises
+        ------
+        LinkError
+            If it is beyond a bound, there was a stop, or the drives are not ready.
+        """
+        check_test(test, self.config)
+        with self._lock:
+            if self.state != State.READY:
+                raise LinkError(f"not possible while the link is {self.state.name.lower()}")
+            self._shared.reference[: len(test.currents)] = test.currents
+            command = self._shared.command
+            command[Command.RUN_TICKS] = len(test.currents)
+            command[Command.RUN_FIRST] = 0
+            command[Command.RUN] = number
+            for axis in range(len(AXES)):
+                command[Command.TRAVEL_X + axis] = round(test.travel[axis] * 1e9)
+            command[Command.REST_TICKS] = test.rest_ticks
+            command[Command.REST_FROM] = test.rest_from
+            self.order(Order.TEST, stops)
+
+    @property
+    def at_stop(self) -> int:
+        """Axis from 1 that ended the latest test by resting; else 0."""
+        return self.status(Status.AT_STOP)
 
     def check_holding(self) -> None:
         """Refuse unless the drives hold their position.
@@ -363,6 +447,23 @@ class DriveLink:
                     self.found = report["found"]
         if not self._closed.is_set() and not self.problem:
             self.problem = _ENDED
+
+
+def check_test(test: OpenLoopTest, config: DriveConfig) -> None:
+    """Refuse a test that is too long, or beyond the bound of currents.
+
+    Raises
+    ------
+    LinkError
+        Saying which bound.
+    """
+    if len(test.currents) > RUN_TICKS_MAX:
+        raise LinkError(f"a test takes at most {RUN_TICKS_MAX * CONTROL_PERIOD:.0f} s")
+    for i, name in enumerate(AXES):
+        most = TEST_CURRENT * getattr(config, name).current_max
+        currents = test.currents[:, :, i]
+        if not (currents.min() >= 0.0 and currents.max() <= most):  # NaN too
+            raise LinkError(f"a test of {name} has currents beyond 0 to {most:g} A")
 
 
 def check_reference(reference: NDArray[np.float64], config: DriveConfig) -> None:

@@ -38,6 +38,9 @@ class Layout(NamedTuple):
     window: NDArray[np.float64]  # following error, m
     window_cycles: NDArray[np.int64]
     current_max: NDArray[np.float64]  # A
+    test_current: NDArray[np.float64]  # A, of open-loop tests
+    test_velocity: NDArray[np.float64]  # m/s
+    test_travel: NDArray[np.float64]  # m, from where a test began
     loss_cycles: int
     clocks: int  # whether the drives act at SYNC0
     sync_start: int  # system time of a SYNC0, ns
@@ -58,6 +61,8 @@ class Memory(NamedTuple):
     reference: NDArray[np.float64]  # (3, 2): position, velocity, acceleration
     torque: NDArray[np.int64]  # last command of each drive, per mille
     outside: NDArray[np.int64]  # cycles in which the following error was outside its window
+    anchor: NDArray[np.float64]  # of a test: where an axis moved last, m
+    resting: NDArray[np.int64]  # of a test: ticks since
 
 
 class Count(enum.IntEnum):
@@ -75,6 +80,7 @@ class Count(enum.IntEnum):
     IN_PHASE = 9  # cycles in a row in phase; below 0 out of it
     RECORDING = 10
     PHASE = 11  # phase error, its magnitude averaged over about 64 cycles, ns
+    TEST = 12  # whether drives are enabled for a test
 
 
 def new_memory() -> Memory:
@@ -90,6 +96,8 @@ def new_memory() -> Memory:
         np.zeros(2),
         np.zeros((3, 2)),
         np.zeros(NODES, np.int64),
+        np.zeros(2, np.int64),
+        np.zeros(2),
         np.zeros(2, np.int64),
     )
 

@@ -28,7 +28,17 @@ from motionlab.drive.link.bus import Bus, cyclic_bus
 from motionlab.drive.link.carrier import Carrier, LinkError
 from motionlab.drive.link.cycle import BRING_UP, GONE, HEARTBEAT, QUITTING, RESETTING, run
 from motionlab.drive.link.memory import Count, Layout, new_memory
-from motionlab.drive.link.shared import Command, Order, Shared, State, Status, attach
+from motionlab.drive.link.shared import (
+    TEST_BEYOND,
+    TEST_CURRENT,
+    TEST_SPEED,
+    Command,
+    Order,
+    Shared,
+    State,
+    Status,
+    attach,
+)
 
 _LOCK_ALL = 1 | 2  # MCL_CURRENT, MCL_FUTURE
 _POLL = 0.05  # s, while there is no link
@@ -106,7 +116,10 @@ class Loop:
                 if not self._wait_for_reset():
                     return None
                 continue
-            found = [drive._asdict() for drive in drives.found]
+            found = [
+                drive._asdict() | {"limits": [limit._asdict() for limit in drive.limits]}
+                for drive in drives.found
+            ]
             self._tell(step="operational", found=found, steps=drives.steps)
             return drives
 
@@ -174,6 +187,9 @@ def layout_of(config: DriveConfig, sync_start: int) -> Layout:
         window=both("following_error"),
         window_cycles=np.rint(both("following_error_time") / CONTROL_PERIOD).astype(np.int64),
         current_max=both("current_max"),
+        test_current=TEST_CURRENT * both("current_max"),
+        test_velocity=TEST_SPEED * both("velocity_max"),
+        test_travel=both("position_max") - both("position_min") + TEST_BEYOND,
         loss_cycles=round(link.loss / CONTROL_PERIOD),
         clocks=int(link.distributed_clocks),
         sync_start=sync_start,

@@ -28,6 +28,14 @@ ROUND_TRIP_BINS = 512
 """Bins of 1 us; the last takes all that is longer."""
 
 
+TEST_CURRENT = 0.4
+"""Largest current of an open-loop test, of the largest current of the axis."""
+TEST_SPEED = 0.4
+"""Largest speed of a test, of the largest speed of the axis."""
+TEST_BEYOND = 0.02
+"""Largest travel of a test beyond the range of positions, m."""
+
+
 class State(enum.IntEnum):
     """What the loop does; its names are those of the Drive screen."""
 
@@ -36,8 +44,9 @@ class State(enum.IntEnum):
     ARMING = 2  # drives on their way to operation enabled
     HOLDING = 3  # torque, at rest
     MOVING = 4  # torque, along a motion
-    STOPPING = 5  # torque, braking to rest
-    FAULT = 6  # no torque, latched
+    TESTING = 5  # torque, phase currents from a table, no controller
+    STOPPING = 6  # torque, braking to rest
+    FAULT = 7  # no torque, latched
 
 
 class Order(enum.IntEnum):
@@ -49,6 +58,7 @@ class Order(enum.IntEnum):
     RESET = 3
     START = 4
     QUIT = 5
+    TEST = 6
 
 
 class Command(enum.IntEnum):
@@ -62,6 +72,11 @@ class Command(enum.IntEnum):
     PARAMETERS = 5  # which of the two sets of parameters is in effect
     STOPS = 6  # grows with each stop, which waits for no other order
     SEQUENCE = 7  # grows with each order, after its numbers
+    STOPS_BEFORE = 8  # stops that the order knew of: one with torque is refused after another
+    TRAVEL_X = 9  # of a test, from where it begins, nm
+    TRAVEL_Y = 10
+    REST_TICKS = 11  # ticks at rest after which a test ends; 0 for never
+    REST_FROM = 12  # first tick of a test that counts as rest
 
 
 class Status(enum.IntEnum):
@@ -98,7 +113,8 @@ class Status(enum.IntEnum):
     NODE_ERROR = NODE_STATUS + NODES  # error codes
     NODE_TORQUE = NODE_ERROR + NODES  # per mille
     NODE_MODE = NODE_TORQUE + NODES  # mode of operation display
-    COUNT = NODE_MODE + NODES
+    AT_STOP = NODE_MODE + NODES  # axis from 1 that ended a test by resting; else 0
+    COUNT = AT_STOP + 1
 
 
 class Figure(enum.IntEnum):
@@ -124,7 +140,8 @@ class Shared(NamedTuple):
     parameters: NDArray[np.float64]  # two sets, as `LoopParameters` has them
     tabled: NDArray[np.int64]
     tables: NDArray[np.float64]
-    reference: NDArray[np.float64]  # (ticks, 3, 2): position, velocity, acceleration of x and y
+    reference: NDArray[np.float64]
+    """(ticks, 3, 2): position, velocity, acceleration, or currents of the phases, of x and y"""
     samples: NDArray[np.float32]  # (ticks, SAMPLE_ROWS, 2), a ring
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from collections.abc import Sequence
 from types import TracebackType
 from typing import Any
 
@@ -38,6 +39,8 @@ class VirtualDrive:
         How many times slower than real time it runs.
     interface : str
         Network card, for raw Ethernet in place of UDP.
+    options : sequence of str
+        Further options of the command, such as ``--swap=x``.
 
     Attributes
     ----------
@@ -63,6 +66,7 @@ class VirtualDrive:
         priority: int = 0,
         slow: int = 1,
         interface: str = "",
+        options: Sequence[str] = (),
     ) -> None:
         self.address = address
         self.port = port
@@ -81,6 +85,7 @@ class VirtualDrive:
             f"--drift={drift * 1e6!r}",
             f"--priority={priority}",
             f"--slow={slow}",
+            *options,
             *(
                 [f"--interface={interface}", "--control=0"]
                 if interface

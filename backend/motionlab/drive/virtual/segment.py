@@ -89,6 +89,32 @@ def default_drive() -> DriveConfig:
     return load_drive(config_root() / "drives" / "virtual.toml")
 
 
+def mounted(
+    drive: DriveConfig, *, offset: tuple[float, float] | None = None, swapped: str = ""
+) -> DriveConfig:
+    """Return a link whose machine was put together otherwise.
+
+    Parameters
+    ----------
+    drive : DriveConfig
+        The link.
+    offset : tuple of float, optional
+        Position at count 0 of the encoders of x and y, m; as it is when left out.
+    swapped : str
+        Axes whose cables of phases b and c are exchanged.
+    """
+    other = {"a": "a", "b": "c", "c": "b"}
+    changes: dict[str, Any] = {
+        "nodes": tuple(
+            node.model_copy(update={"phase": other[node.phase]}) if node.axis in swapped else node
+            for node in drive.nodes
+        )
+    }
+    for axis, place in zip(AXES, offset or (), strict=False):
+        changes[axis] = getattr(drive, axis).model_copy(update={"offset": place})
+    return drive.model_copy(update=changes)
+
+
 class Segment:
     """Six virtual drives with a motor behind them.
 

@@ -2,19 +2,38 @@
 
 from __future__ import annotations
 
-import asyncio
 from typing import Annotated, Literal
 
-from fastapi import APIRouter, Body
-from pydantic import BaseModel, Field
+import tomli_w
+from fastapi import APIRouter, Body, Response
+from pydantic import BaseModel, ConfigDict, Field
 
-from motionlab.drive.commissioning import STEPS, CommissioningRecord, Finding, StepName
-from motionlab.service.drives import Drives
+from motionlab.drive.commissioning.record import (
+    STEPS,
+    CommissioningRecord,
+    ConfigChange,
+    Finding,
+    StepName,
+    step_of,
+)
+from motionlab.errors import ConfigError, FieldError
+from motionlab.service.drives import Drives, RunningStep
+from motionlab.service.http.openapi_input import examples
 from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute
 from motionlab.service.routes.drive import FoundDrives, Token
 
-router = APIRouter(prefix="/drive/commissioning", tags=["drive"], route_class=JsonRoute)
+router = APIRouter(prefix="/drive", tags=["drive"], route_class=JsonRoute)
+
+
+class StepRequest(BaseModel):
+    """That the person means it."""
+
+    model_config = ConfigDict(extra="forbid", strict=True) | examples({"confirm": True})
+
+    confirm: bool = Field(
+        default=False, description="True: the mover may move from now on; needed with torque"
+    )
 
 
 class StepStatus(BaseModel):
@@ -24,6 +43,7 @@ class StepStatus(BaseModel):
     title: str
     task: str
     state: Literal["done", "now", "waiting"]
+    torque: bool = Field(description="Whether it switches torque on, and so needs `confirm`")
     finding: Finding | None
 
 
@@ -39,39 +59,93 @@ class CommissioningStatus(BaseModel):
 
     steps: list[StepStatus]
     by_hand: HandStatus | None = Field(description="While encoders are moved by hand")
+    running: RunningStep | None = Field(description="A step that goes on at the moment")
     record: CommissioningRecord
 
 
-@router.get("", operation_id="getCommissioning", responses=responses(404))
+@router.get("/commissioning", operation_id="getCommissioning", responses=responses(404))
 async def get_commissioning(drives: FoundDrives) -> CommissioningStatus:
     """Return the steps and what they found."""
     return _status(drives)
 
 
 @router.post(
-    "/{step}", operation_id="doCommissioningStep", responses=responses(404, 409, 422, 503, 507)
+    "/commissioning/{step}",
+    operation_id="doCommissioningStep",
+    responses=responses(400, 404, 409, 413, 415, 422, 503, 507),
 )
 async def do_commissioning_step(
-    drives: FoundDrives, step: StepName, lease: Token
+    drives: FoundDrives,
+    step: StepName,
+    lease: Token,
+    body: Annotated[StepRequest | None, Body()] = None,
 ) -> CommissioningStatus:
-    """Do a step, or do it again; those after it are forgotten. No step here switches torque on."""
+    """Do a step, or do it again; those after it are forgotten.
+
+    A step with torque begins, and its finding comes later.
+    """
     drives.lease.check(lease)
+    if step_of(step).torque and not (body and body.confirm):
+        raise ConfigError(FieldError("confirm", "this step switches torque on: send true"))
     await drives.do_step(step)
     return _status(drives)
 
 
+@router.post(
+    "/commissioning/{step}/changes",
+    operation_id="takeChanges",
+    responses=responses(400, 404, 409, 413, 415, 422, 503, 507),
+)
+async def take_changes(
+    drives: FoundDrives,
+    step: StepName,
+    body: Annotated[
+        list[ConfigChange],
+        Body(
+            min_length=1,
+            max_length=64,
+            examples=[[{"path": "x.direction", "now": 1.0, "then": -1.0}]],
+        ),
+    ],
+    lease: Token,
+) -> CommissioningStatus:
+    """Take the changes that a step shows, all of them; the drives are brought up with them."""
+    drives.lease.check(lease)
+    await drives.take(step, body)
+    return _status(drives)
+
+
 @router.put(
-    "",
+    "/commissioning",
     operation_id="loadCommissioning",
     responses=responses(400, 404, 409, 413, 415, 422, 503, 507),
 )
 async def load_commissioning(
     drives: FoundDrives, body: Annotated[CommissioningRecord, Body()], lease: Token
 ) -> CommissioningStatus:
-    """Take a document that was kept; an empty one starts over."""
+    """Take a document that was kept; an empty one starts over, with the values of the file."""
     drives.lease.check(lease)
-    await asyncio.to_thread(drives.commissioning.load, body)
+    await drives.load_commissioning(body)
     return _status(drives)
+
+
+@router.get(
+    "/configuration",
+    operation_id="getDriveConfiguration",
+    response_class=Response,
+    responses={
+        200: {
+            "description": "A file for `motionlab serve --drive`; docs/drive.md",
+            "content": {"text/plain": {"schema": {"type": "string"}}},
+        },
+        **responses(404),
+    },
+)
+async def get_drive_configuration(drives: FoundDrives) -> Response:
+    """Return the configuration in effect as TOML: the file with the changes that were taken."""
+    text = tomli_w.dumps(drives.config.model_dump(mode="json"))
+    headers = {"Content-Disposition": 'attachment; filename="drive.toml"'}
+    return Response(text, headers=headers, media_type="text/plain; charset=utf-8")
 
 
 def _status(drives: Drives) -> CommissioningStatus:
@@ -91,10 +165,12 @@ def _status(drives: Drives) -> CommissioningStatus:
                 title=step.title,
                 task=step.task,
                 state=state(number),
+                torque=step.torque,
                 finding=findings.get(step.name),
             )
             for number, step in enumerate(STEPS)
         ],
         by_hand=by_hand and HandStatus(moved=list(by_hand.moved), travel=by_hand.travel),
+        running=drives.running,
         record=commissioning.record,
     )

@@ -141,6 +141,7 @@ async def begin_motion(
 ) -> Response:
     """Begin a motion of armed drives; it is a live session, recorded as a run."""
     drives.lease.check(lease)
+    drives.check_free()
     settings: Settings = request.app.state.settings
     sessions: Sessions = request.app.state.sessions
 
@@ -174,5 +175,5 @@ async def reset(drives: FoundDrives, lease: Token) -> DriveStatus:
 @router.post("/stop", operation_id="stopDrive", responses=responses(404))
 async def stop(drives: FoundDrives) -> DriveStatus:
     """Brake to rest, then switch the torque off; anyone may, without the lease."""
-    drives.link.stop()
+    drives.stop()
     return drives.status()

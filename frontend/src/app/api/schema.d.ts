@@ -1624,7 +1624,7 @@ export interface paths {
         get: operations["getCommissioning"];
         /**
          * Load Commissioning
-         * @description Take a document that was kept; an empty one starts over.
+         * @description Take a document that was kept; an empty one starts over, with the values of the file.
          */
         put: operations["loadCommissioning"];
         post?: never;
@@ -1645,9 +1645,51 @@ export interface paths {
         put?: never;
         /**
          * Do Commissioning Step
-         * @description Do a step, or do it again; those after it are forgotten. No step here switches torque on.
+         * @description Do a step, or do it again; those after it are forgotten.
+         *
+         *     A step with torque begins, and its finding comes later.
          */
         post: operations["doCommissioningStep"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/drive/commissioning/{step}/changes": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Take Changes
+         * @description Take the changes that a step shows, all of them; the drives are brought up with them.
+         */
+        post: operations["takeChanges"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/drive/configuration": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Drive Configuration
+         * @description Return the configuration in effect as TOML: the file with the changes that were taken.
+         */
+        get: operations["getDriveConfiguration"];
+        put?: never;
+        post?: never;
         delete?: never;
         options?: never;
         head?: never;
@@ -2735,6 +2777,11 @@ export interface components {
             findings?: {
                 [key: string]: components["schemas"]["Finding"];
             };
+            /**
+             * Taken
+             * @description Changes in effect: `now` is the value of the file, `then` the one in effect
+             */
+            taken?: components["schemas"]["ConfigChange"][];
         };
         /**
          * CommissioningStatus
@@ -2745,6 +2792,8 @@ export interface components {
             steps: components["schemas"]["StepStatus"][];
             /** @description While encoders are moved by hand */
             by_hand: components["schemas"]["HandStatus"] | null;
+            /** @description A step that goes on at the moment */
+            running: components["schemas"]["RunningStep"] | null;
             record: components["schemas"]["CommissioningRecord"];
         };
         /**
@@ -3066,9 +3115,17 @@ export interface components {
         /**
          * ConfigChange
          * @description A value of the configuration that does not fit what was found.
+         * @example {
+         *       "now": 0,
+         *       "path": "x.offset",
+         *       "then": 0.0012
+         *     }
          */
         ConfigChange: {
-            /** Path */
+            /**
+             * Path
+             * @description In the file of the link
+             */
             path: string;
             /** Now */
             now: number;
@@ -3724,7 +3781,7 @@ export interface components {
             virtual: boolean;
             /**
              * State
-             * @description offline, ready, arming, holding, moving, stopping, fault
+             * @description offline, ready, arming, holding, moving, testing, stopping, fault
              */
             state: string;
             /**
@@ -4204,9 +4261,14 @@ export interface components {
             rows?: components["schemas"]["FoundFigure"][];
             /**
              * Changes
-             * @description To be made in the file of the link
+             * @description To be taken before the step is done again
              */
             changes?: components["schemas"]["ConfigChange"][];
+            /**
+             * Run
+             * @description Run from which it was found
+             */
+            run?: string | null;
         };
         /**
          * FirstDifference
@@ -8955,6 +9017,32 @@ export interface components {
             }[];
         };
         /**
+         * RunningStep
+         * @description A step of commissioning that goes on.
+         */
+        RunningStep: {
+            /**
+             * Step
+             * @enum {string}
+             */
+            step: "drives" | "identity" | "encoders" | "currents" | "commutation" | "homing" | "hold" | "friction";
+            /**
+             * Since
+             * @description Wall clock, s since 1970
+             */
+            since: number;
+            /**
+             * Progress
+             * @description Share that is done
+             */
+            progress: number;
+            /**
+             * Text
+             * @description What it does at the moment
+             */
+            text: string;
+        };
+        /**
          * Scenario
          * @description Complete input of a run: equal scenarios give bit-identical results.
          */
@@ -10048,21 +10136,6 @@ export interface components {
             dwell: number;
         };
         /**
-         * StepRequest
-         * @description How far to step.
-         * @example {
-         *       "ticks": 200
-         *     }
-         */
-        StepRequest: {
-            /**
-             * Ticks
-             * @description Control periods
-             * @default 1
-             */
-            ticks: number;
-        };
-        /**
          * StepStatus
          * @description One step as it stands.
          */
@@ -10071,7 +10144,7 @@ export interface components {
              * Name
              * @enum {string}
              */
-            name: "drives" | "identity" | "encoders";
+            name: "drives" | "identity" | "encoders" | "currents" | "commutation" | "homing" | "hold" | "friction";
             /** Title */
             title: string;
             /** Task */
@@ -10081,6 +10154,11 @@ export interface components {
              * @enum {string}
              */
             state: "done" | "now" | "waiting";
+            /**
+             * Torque
+             * @description Whether it switches torque on, and so needs `confirm`
+             */
+            torque: boolean;
             finding: components["schemas"]["Finding"] | null;
         };
         /**
@@ -11024,6 +11102,36 @@ export interface components {
              * @description Sliding velocity
              */
             velocity: number;
+        };
+        /**
+         * StepRequest
+         * @description That the person means it.
+         * @example {
+         *       "confirm": true
+         *     }
+         */
+        motionlab__service__routes__commissioning__StepRequest: {
+            /**
+             * Confirm
+             * @description True: the mover may move from now on; needed with torque
+             * @default false
+             */
+            confirm: boolean;
+        };
+        /**
+         * StepRequest
+         * @description How far to step.
+         * @example {
+         *       "ticks": 200
+         *     }
+         */
+        motionlab__service__routes__sessions__StepRequest: {
+            /**
+             * Ticks
+             * @description Control periods
+             * @default 1
+             */
+            ticks: number;
         };
         /**
          * Problem
@@ -13281,7 +13389,7 @@ export interface operations {
         };
         requestBody?: {
             content: {
-                "application/json": components["schemas"]["StepRequest"] | null;
+                "application/json": components["schemas"]["motionlab__service__routes__sessions__StepRequest"] | null;
             };
         };
         responses: {
@@ -20348,11 +20456,15 @@ export interface operations {
                 Lease: string;
             };
             path: {
-                step: "drives" | "identity" | "encoders";
+                step: "drives" | "identity" | "encoders" | "currents" | "commutation" | "homing" | "hold" | "friction";
             };
             cookie?: never;
         };
-        requestBody?: never;
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["motionlab__service__routes__commissioning__StepRequest"] | null;
+            };
+        };
         responses: {
             /** @description Successful Response */
             200: {
@@ -20408,6 +20520,24 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description Unprocessable Entity */
             422: {
                 headers: {
@@ -20428,6 +20558,181 @@ export interface operations {
             };
             /** @description Insufficient Storage */
             507: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    takeChanges: {
+        parameters: {
+            query?: never;
+            header: {
+                /** @description Token of the lease, from takeControl */
+                Lease: string;
+            };
+            path: {
+                step: "drives" | "identity" | "encoders" | "currents" | "commutation" | "homing" | "hold" | "friction";
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ConfigChange"][];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CommissioningStatus"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Insufficient Storage */
+            507: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getDriveConfiguration: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description A file for `motionlab serve --drive`; docs/drive.md */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/plain": string;
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
                 headers: {
                     [name: string]: unknown;
                 };

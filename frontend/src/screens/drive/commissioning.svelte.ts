@@ -26,7 +26,7 @@ class CommissioningSteps {
   }
 
   async do(step: Step['name']): Promise<void> {
-    const asked = { path: { step }, ...control.lease };
+    const asked = { path: { step }, body: {}, ...control.lease };
     this.now = await app.api.json('post', `${PATH}/{step}`, asked);
   }
 
