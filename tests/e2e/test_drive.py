@@ -93,6 +93,20 @@ def arm(page: Page, server: Server) -> None:
     page.get_by_role("navigation").get_by_role("link", name="Lab").click()
 
 
+def run_with_a_reload(page: Page, server: Server) -> None:
+    """Run A, load the page anew meanwhile, and run B, which is left."""
+    scenario = region(page, "Scenario")
+    scenario.get_by_role("button", name=RUN).click()
+    expect(scenario.get_by_role("button", name="A moves")).to_be_visible()
+    reaches(page, server, "moving")
+    page.reload()
+    rest = scenario.get_by_role("button", name="Run B on the drive")
+    expect(rest).to_be_enabled()
+    expect(scenario).to_contain_text("A is done, B left.")
+    rest.click()
+    expect(scenario.get_by_role("button", name="B moves")).to_be_visible()
+
+
 def test_a_then_b_and_a_stop_by_somebody_else(
     page: Page, server: Server, browser: Browser, refusals: list[str]
 ) -> None:
@@ -106,8 +120,7 @@ def test_a_then_b_and_a_stop_by_somebody_else(
     page.get_by_role("button", name="Take control").click()
     arm(page, server)
 
-    scenario.get_by_role("button", name=RUN).click()
-    expect(scenario.get_by_role("button", name="B moves")).to_be_visible()
+    run_with_a_reload(page, server)
     overlaid = region(page, "Overlaid runs")
     expect(overlaid).to_contain_text("circle A on Virtual drive")
     expect(scenario.get_by_role("button", name=RUN)).to_be_enabled()

@@ -140,12 +140,16 @@ def test_stop_of_another_browser_that_holds_nothing(
         expect(region(other, "Control")).to_contain_text("Held by browser")
         for name in ("Disarm", "Arm…", "Take control"):
             expect(other.get_by_role("button", name=name)).to_be_disabled()
+        button(other, "Ask for control")
+        expect(other.get_by_role("button", name="Asked")).to_be_disabled()
+        expect(region(shown, "Control")).to_contain_text("asks for control")
         other.goto(f"{linked.url}/?screen=runs")
         expect(other.locator(".bar").get_by_text("armed", exact=True)).to_be_visible()
         other.get_by_role("button", name="STOP").click()
         expect(other.locator(".bar").get_by_text("no torque", exact=True)).to_be_visible()
     expect(headline(shown)).to_have_text("Ready to arm")
     expect(region(shown, "Control")).to_contain_text("This browser")
+    expect(region(shown, "Torque")).to_contain_text("Last stop: STOP (browser ")
 
 
 def test_escape_is_stop_over_the_question_too(shown: Page, linked: Server) -> None:

@@ -72,7 +72,7 @@ def test_without_a_link_there_is_nothing(client: httpx.Client, contract: Contrac
         for method in methods
         if path.startswith(DRIVE)
     ]
-    assert len(calls) == 14
+    assert len(calls) == 15
     for method, path in calls:
         example = (
             body_examples(contract.document, operation["operationId"])
@@ -121,6 +121,9 @@ def test_one_holds_the_lease(drive: httpx.Client) -> None:
     assert (
         refused(drive.post(f"{DRIVE}/lease", json={"holder": "Bob"})) == "'Ada' controls the drives"
     )
+    assert drive.get(DRIVE).json()["asking"] is None
+    assert drive.post(f"{DRIVE}/lease/request", json={"holder": "Bob"}).status_code == 204
+    assert drive.get(DRIVE).json()["asking"] == "Bob"
     for call in ("/arm", "/motions", "/disarm", "/reset"):
         answer = drive.post(DRIVE + call, json=ARM)
         assert answer.status_code == 422
@@ -128,7 +131,10 @@ def test_one_holds_the_lease(drive: httpx.Client) -> None:
     assert drive.put(f"{DRIVE}/lease", headers=held).status_code == 204
     assert drive.delete(f"{DRIVE}/lease", headers=held).status_code == 204
     until(lambda: drive.get(DRIVE).json()["holder"] is None)
+    nobody = drive.post(f"{DRIVE}/lease/request", json={"holder": "Bob"})
+    assert refused(nobody) == "no one controls the drives: take control"
     take(drive, "Bob")
+    assert drive.get(DRIVE).json()["asking"] is None
 
 
 def test_the_lease_ends_without_a_heartbeat(drive: httpx.Client) -> None:
@@ -144,7 +150,9 @@ def test_the_lease_ends_without_a_heartbeat(drive: httpx.Client) -> None:
 def test_anyone_may_stop(drive: httpx.Client) -> None:
     assert drive.post(f"{DRIVE}/stop").status_code == 200
     take(drive)
-    assert drive.post(f"{DRIVE}/stop").status_code == 200
+    status = drive.post(f"{DRIVE}/stop", params={"by": "\n" + 500 * "ä"})  # no name refuses a stop
+    assert status.status_code == 200
+    assert status.json()["stopped"] is None  # nothing had torque
 
 
 def test_arming_is_meant(drive: httpx.Client) -> None:

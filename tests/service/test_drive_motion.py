@@ -220,9 +220,12 @@ def test_anyone_stops_a_motion(operator: Operator, anyone: httpx.Client, how: st
         )
         assert answer.status_code in {409, 422}, call
     assert anyone.get(DRIVE).json()["state"] == "moving"
-    assert anyone.post(f"{DRIVE}/stop" if how == "drive" else f"{path}/stop").status_code == 200
+    stop = f"{DRIVE}/stop?by=Eve%0A" if how == "drive" else f"{path}/stop"
+    assert anyone.post(stop).status_code == 200
     status = operator.until(lambda status: status["state"] in {"ready", "fault"})
     assert status["state"] == "ready", status["fault"]
+    if how == "drive":
+        assert {**status["stopped"], "at": 0} == {"at": 0, "cause": "STOP", "by": "Eve"}
     session = ended(anyone, path)
     assert session["state"] == "stopped"
     events = kept(anyone, session["run"])["events"]
@@ -410,4 +413,7 @@ def test_drives_of_another_identity(virtual: VirtualDrive) -> None:
     finally:
         server.stop()
     assert status["problem"] == "nodes.0.product: drive 1 is 0x5001, 0x5002 expected"
+    answers = [drive["answers"]["product"] for drive in status["drives"]]
+    assert answers == 6 * [0x5001]
+    assert status["drives"][0]["product"] == 0x5002
     assert status["state"] == "offline"

@@ -84,7 +84,7 @@ def _status(options: argparse.Namespace) -> int:
 
 
 def _stop(options: argparse.Namespace) -> int:
-    status = LabServer(options.server).call("POST", "/drive/stop")
+    status = LabServer(options.server).call("POST", "/drive/stop?by=command%20line")
     print(f"STOP given; the drives were {status['state']}")
     return DONE
 

@@ -12,6 +12,9 @@ from motionlab.errors import MotionLabError
 SECONDS = 2.0
 """Time without a heartbeat after which a lease ends, s."""
 
+ASKED = 60.0
+"""Time for which the holder is told that somebody asks for control, s."""
+
 
 class NotHeld(MotionLabError):
     """A command that needs the lease, from someone who does not hold it."""
@@ -25,11 +28,30 @@ class Lease:
     since: float = 0.0  # wall clock, s
     _token: str = ""
     _until: float = 0.0
+    _asking: tuple[str, float] = ("", 0.0)
 
     @property
     def expired(self) -> bool:
         """Whether the holder's heartbeat has stopped."""
         return bool(self._token) and time.monotonic() >= self._until
+
+    @property
+    def asking(self) -> str:
+        """Who asked the holder for control lately; empty for no one."""
+        name, until = self._asking
+        return name if self._token and time.monotonic() < until else ""
+
+    def ask(self, name: str) -> None:
+        """Let the holder know who would like control.
+
+        Raises
+        ------
+        NotHeld
+            If no one has it, so that there is nobody to ask.
+        """
+        if not self._token:
+            raise NotHeld("no one controls the drives: take control")
+        self._asking = name, time.monotonic() + ASKED
 
     def take(self, holder: str) -> str:
         """Return the token of a new lease.
@@ -43,6 +65,7 @@ class Lease:
             raise NotHeld(f"{self.holder!r} controls the drives")
         self.holder, self.since = holder, time.time()
         self._token = secrets.token_urlsafe(16)
+        self._asking = ("", 0.0)
         self._until = time.monotonic() + SECONDS
         return self._token
 

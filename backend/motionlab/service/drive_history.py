@@ -17,6 +17,7 @@ _FAULTS_KEPT = 50
 _SECONDS = 60
 _BIN = 1e-6  # s, of the histogram of the loop
 _TOGETHER = 4  # bins of the loop in one of the answer
+_NAME_MAX = 40
 
 
 class PastFault(FaultNow):
@@ -24,6 +25,14 @@ class PastFault(FaultNow):
 
     at: float = Field(description="Wall clock, s since 1970")
     reset_at: float | None = Field(description="When it was reset; null while it is latched")
+
+
+class LastStop(BaseModel):
+    """Who or what switched the torque off by intent; faults are told apart."""
+
+    at: float = Field(description="Wall clock, s since 1970")
+    cause: str = Field(description="In words: STOP, disarmed, control given up, ...")
+    by: str = Field(description="Name that was given; empty where none was")
 
 
 class Recent(BaseModel):
@@ -62,6 +71,7 @@ class DriveHistory:
 
     def __init__(self, link: DriveLink) -> None:
         self._faults: deque[PastFault] = deque(maxlen=_FAULTS_KEPT)
+        self.stopped: LastStop | None = None
         self.follow(link)
 
     def follow(self, link: DriveLink) -> None:
@@ -79,6 +89,11 @@ class DriveHistory:
         self._note_fault()
         if time.monotonic() - self._moments[-1].time >= 1.0:
             self._moments.append(self._now())
+
+    def note_stop(self, cause: str, by: str) -> None:
+        """Take who or what switches the torque off."""
+        name = "".join(letter for letter in by if letter.isprintable())[:_NAME_MAX]
+        self.stopped = LastStop(at=time.time(), cause=cause, by=name)
 
     def recent(self) -> Recent:
         """Return the figures of the last minute."""

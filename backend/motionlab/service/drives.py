@@ -42,7 +42,7 @@ from motionlab.drive.link.shared import Figure, Order, State, Status
 from motionlab.drive.motion import held_parameters, on_drives
 from motionlab.drive.process_data import STO_ACTIVE
 from motionlab.errors import MotionLabError, StoreError
-from motionlab.service.drive_history import DriveHistory, PastFault, Recent
+from motionlab.service.drive_history import DriveHistory, LastStop, PastFault, Recent
 
 _LOG = logging.getLogger(__name__)
 
@@ -69,6 +69,13 @@ class Found(BaseModel):
     rated_current: float = Field(description="A")
 
 
+class Identity(BaseModel):
+    """What a drive's information memory says of it."""
+
+    vendor: int
+    product: int
+
+
 class OneDrive(BaseModel):
     """One drive at the moment."""
 
@@ -86,6 +93,9 @@ class OneDrive(BaseModel):
     rated_current: float = Field(description="A")
     vendor: int = Field(description="Object 1018:01, as expected")
     product: int = Field(description="Object 1018:02, as expected")
+    answers: Identity | None = Field(
+        description="While there is no link: who answers in this place of the bus, if known"
+    )
     found: Found | None = Field(description="What the drive says of itself, once it is found")
 
 
@@ -146,6 +156,8 @@ class DriveStatus(BaseModel):
     faults: list[PastFault] = Field(description="Since the server began, the latest first")
     holder: str | None = Field(description="Who controls the drives")
     held_since: float | None = Field(description="Wall clock, s since 1970")
+    asking: str | None = Field(description="Who asked for control in the last minute")
+    stopped: LastStop | None = Field(description="The last stop since the server began")
     bus: BusFacts
     drives: list[OneDrive]
     axes: list[OneAxis]
@@ -213,6 +225,8 @@ class Drives:
         """
         self.lease.check(token)
         self._history.note()  # a fault that is about to be reset
+        if order is Order.DISARM:
+            self.note_stop("disarmed", self.lease.holder)
         await asyncio.to_thread(self.link.order, order)
 
     async def reset(self, token: str) -> None:
@@ -384,9 +398,15 @@ class Drives:
             with contextlib.suppress(StoreError):  # it is shown, and kept with the next step
                 await asyncio.to_thread(self.commissioning.put, "encoders", finding)
 
+    def note_stop(self, cause: str, by: str = "") -> None:
+        """Keep who or what is about to switch the torque off, where it is on."""
+        if self.running is not None or self.link.state in _TORQUE:
+            self._history.note_stop(cause, by)
+
     def give_up(self, token: str) -> None:
         """End a lease; armed drives stop first."""
         self.lease.check(token)
+        self.note_stop("control given up", self.lease.holder)
         if self.running is not None or self.link.state in _TORQUE:
             self.stop("control was given up")
         elif self.link.state is not State.STOPPING:
@@ -431,6 +451,8 @@ class Drives:
             faults=self._history.faults,
             holder=self.lease.holder or None,
             held_since=self.lease.since if self.lease.holder else None,
+            asking=self.lease.asking or None,
+            stopped=self._history.stopped,
             bus=BusFacts(
                 carrier=bus.carrier,
                 place=bus.interface or f"{bus.address}:{bus.port}",
@@ -453,6 +475,7 @@ class Drives:
                     rated_current=node.rated_current,
                     vendor=node.vendor,
                     product=node.product,
+                    answers=Identity(**link.answers[number]) if link.answers else None,
                     found=Found(**found[number]) if found else None,
                 )
                 for number, (node, drive) in enumerate(
@@ -508,6 +531,7 @@ class Drives:
             self._history.note()
             await self._note_by_hand()
             if self.lease.expired:
+                self.note_stop("no heartbeat", self.lease.holder)
                 if self.running is not None or self.link.state in _TORQUE:
                     self.stop("control of the drives ended")
                 elif self.link.state is not State.STOPPING:

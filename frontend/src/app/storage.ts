@@ -42,7 +42,15 @@ export const partOf =
 /** Returns what was kept, or `fallback` where that is damaged or not of the form. */
 export function load<T>(key: string, fallback: T, form: Form = fallback): T {
   try {
-    const text = localStorage.getItem(PREFIX + key);
+    return parsed(localStorage.getItem(PREFIX + key), fallback, form);
+  } catch {
+    return fallback; // forbidden
+  }
+}
+
+/** Returns the value of a text that was kept, or `fallback` as `load` does. */
+export function parsed<T>(text: string | null, fallback: T, form: Form = fallback): T {
+  try {
     const kept: unknown = text === null ? null : JSON.parse(text);
     return text !== null && alike(kept, form) ? (kept as T) : fallback;
   } catch {

@@ -98,6 +98,13 @@ class Limit(NamedTuple):
     read: int
 
 
+class Identity(NamedTuple):
+    """What a drive's information memory says of it."""
+
+    vendor: int
+    product: int
+
+
 class Found(NamedTuple):
     """What one drive says of itself."""
 
@@ -126,6 +133,8 @@ class BringUp:
 
     Attributes
     ----------
+    answers : list of Identity
+        Who answers, in the order of the bus.
     found : list of Found
         The drives, in the order of the bus.
     sync_start : int
@@ -136,6 +145,7 @@ class BringUp:
 
     carrier: Carrier
     config: DriveConfig
+    answers: list[Identity] = field(default_factory=list)
     found: list[Found] = field(default_factory=list)
     sync_start: int = 0
     steps: list[str] = field(default_factory=list)
@@ -167,8 +177,13 @@ class BringUp:
         self._clear(REGISTER_SYNC_MANAGER, 8 * 4)
         self._broadcast(REGISTER_DC_ACTIVATION, 0, size=1)
         self._broadcast(REGISTER_SII_CONFIGURATION, 0, size=1)  # the master reads it, not the drive
-        for node, expected in enumerate(self.config.nodes):
-            vendor, product = self._sii(node, _SII_VENDOR), self._sii(node, _SII_PRODUCT)
+        self.answers = [
+            Identity(self._sii(node, _SII_VENDOR), self._sii(node, _SII_PRODUCT))
+            for node in range(NODES)
+        ]
+        for node, (expected, (vendor, product)) in enumerate(
+            zip(self.config.nodes, self.answers, strict=True)
+        ):
             self._expect(node, "vendor", expected.vendor, vendor)
             self._expect(node, "product", expected.product, product)
         self.steps.append(f"{NODES} drives, identities as configured")

@@ -126,6 +126,7 @@ class DriveLink:
         self.reports: deque[dict[str, Any]] = deque([began], maxlen=_REPORTS_KEPT)
         self.problem = ""
         self.found: list[dict[str, Any]] = []
+        self.answers: list[dict[str, Any]] = []
         self._lock = threading.RLock()
         self._stops = threading.Lock()
         self._loads = 0
@@ -442,8 +443,9 @@ class DriveLink:
                 _LOG.info("drive link: %s", report.get("problem") or _STEPS[report["step"]])
                 if "problem" in report:
                     self.problem = report["problem"]
+                    self.answers = report.get("answers", [])
                 elif report.get("step") == "operational":
-                    self.problem = ""
+                    self.problem, self.answers = "", []
                     self.found = report["found"]
         if not self._closed.is_set() and not self.problem:
             self.problem = _ENDED

@@ -102,6 +102,7 @@ class Loop:
     def _brought_up(self) -> BringUp | None:
         """Return a bus in OP; None after an order to quit."""
         while True:
+            drives: BringUp | None = None
             try:
                 if self._carrier is None:
                     self._carrier = Carrier(self._config.link)
@@ -112,7 +113,8 @@ class Loop:
                 if self._carrier is not None:
                     self._carrier.close()
                     self._carrier = None
-                self._tell(problem=str(error))
+                answers = [one._asdict() for one in drives.answers] if drives else []
+                self._tell(problem=str(error), answers=answers)
                 if not self._wait_for_reset():
                     return None
                 continue

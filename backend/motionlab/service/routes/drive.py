@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from fastapi import APIRouter, Body, Depends, Header, HTTPException, Request, Response
+from fastapi import APIRouter, Body, Depends, Header, HTTPException, Query, Request, Response
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic_core import PydanticKnownError
 
@@ -120,6 +120,18 @@ async def give_up_control(drives: FoundDrives, lease: Token) -> Response:
     return Response(status_code=204)
 
 
+@router.post(
+    "/lease/request",
+    operation_id="askForControl",
+    status_code=204,
+    responses=responses(400, 404, 409, 413, 415, 422),
+)
+async def ask_for_control(drives: FoundDrives, body: Annotated[LeaseRequest, Body()]) -> Response:
+    """Let the holder of the lease know who would like it; it stays with the holder."""
+    drives.lease.ask(body.holder)
+    return Response(status_code=204)
+
+
 @router.post("/arm", operation_id="arm", responses=responses(400, 404, 409, 413, 415, 422))
 async def arm(
     drives: FoundDrives, body: Annotated[ArmRequest, Body()], lease: Token
@@ -173,7 +185,11 @@ async def reset(drives: FoundDrives, lease: Token) -> DriveStatus:
 
 
 @router.post("/stop", operation_id="stopDrive", responses=responses(404))
-async def stop(drives: FoundDrives) -> DriveStatus:
+async def stop(
+    drives: FoundDrives,
+    by: Annotated[str, Query(description="Name that others see as who stopped")] = "",
+) -> DriveStatus:
     """Brake to rest, then switch the torque off; anyone may, without the lease."""
+    drives.note_stop("STOP", by)
     drives.stop()
     return drives.status()

@@ -1510,6 +1510,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/drive/lease/request": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Ask For Control
+         * @description Let the holder of the lease know who would like it; it stays with the holder.
+         */
+        post: operations["askForControl"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/drive/arm": {
         parameters: {
             query?: never;
@@ -3810,6 +3830,13 @@ export interface components {
              * @description Wall clock, s since 1970
              */
             held_since: number | null;
+            /**
+             * Asking
+             * @description Who asked for control in the last minute
+             */
+            asking: string | null;
+            /** @description The last stop since the server began */
+            stopped: components["schemas"]["LastStop"] | null;
             bus: components["schemas"]["BusFacts"];
             /** Drives */
             drives: components["schemas"]["OneDrive"][];
@@ -5313,6 +5340,16 @@ export interface components {
             result?: components["schemas"]["IdentificationDocument"] | null;
         };
         /**
+         * Identity
+         * @description What a drive's information memory says of it.
+         */
+        Identity: {
+            /** Vendor */
+            vendor: number;
+            /** Product */
+            product: number;
+        };
+        /**
          * Import
          * @description How a file is read as a run: what was found out, guessed, derived.
          */
@@ -5866,6 +5903,27 @@ export interface components {
             partial?: components["schemas"]["PartialLandscape"] | null;
             /** @description Results of a job that is done */
             result?: components["schemas"]["LandscapeDocument"] | null;
+        };
+        /**
+         * LastStop
+         * @description Who or what switched the torque off by intent; faults are told apart.
+         */
+        LastStop: {
+            /**
+             * At
+             * @description Wall clock, s since 1970
+             */
+            at: number;
+            /**
+             * Cause
+             * @description In words: STOP, disarmed, control given up, ...
+             */
+            cause: string;
+            /**
+             * By
+             * @description Name that was given; empty where none was
+             */
+            by: string;
         };
         /**
          * LeaseAnswer
@@ -6904,6 +6962,8 @@ export interface components {
              * @description Object 1018:02, as expected
              */
             product: number;
+            /** @description While there is no link: who answers in this place of the bus, if known */
+            answers: components["schemas"]["Identity"] | null;
             /** @description What the drive says of itself, once it is found */
             found: components["schemas"]["Found"] | null;
         };
@@ -19858,6 +19918,100 @@ export interface operations {
             };
         };
     };
+    askForControl: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["LeaseRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     arm: {
         parameters: {
             query?: never;
@@ -20221,7 +20375,10 @@ export interface operations {
     };
     stopDrive: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Name that others see as who stopped */
+                by?: string;
+            };
             header?: never;
             path?: never;
             cookie?: never;
@@ -20266,6 +20423,15 @@ export interface operations {
             };
             /** @description Not Found */
             404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
                 headers: {
                     [name: string]: unknown;
                 };

@@ -5,10 +5,10 @@ import type { RequestOf } from '../api/operations';
 import { messages } from '../messages.svelte';
 import { LEASE, load, save } from '../storage';
 import { app } from '../store.svelte';
+import { NAME } from './drive-link.svelte';
 
 /** Between two heartbeats, ms; the lease ends after 2 s without one. */
 const BEAT = 500;
-const NAME = 'drive-name';
 
 class DriveControl {
   /** Name under which others see who holds control. */
@@ -35,6 +35,12 @@ class DriveControl {
   async take(): Promise<void> {
     const body = { holder: this.name };
     this.hold((await app.api.json('post', '/drive/lease', { body })).lease);
+    await this.look();
+  }
+
+  /** Lets the holder know that this browser would like control. */
+  async ask(): Promise<void> {
+    await app.api.json('post', '/drive/lease/request', { body: { holder: this.name } });
     await this.look();
   }
 

@@ -2,12 +2,14 @@
 
 import type { Api } from '../api/client';
 import type { DriveStatus } from '../api/types';
-import { LEASE } from '../storage';
+import { LEASE, load } from '../storage';
 
 /** Between two questions, ms: on the Drive screen, on others, and while the server is silent. */
 const FAST = 200;
 const SLOW = 1000;
-const TORQUE = ['arming', 'holding', 'moving', 'stopping'];
+/** Where this browser keeps the name under which others see what it does. */
+export const NAME = 'drive-name';
+const TORQUE = ['arming', 'holding', 'moving', 'testing', 'stopping'];
 
 export class DriveLink {
   /** Whether the server has a link; null until it has said so. */
@@ -49,7 +51,8 @@ export class DriveLink {
   }
 
   async stop(): Promise<void> {
-    if (this.linked) this.take(await this.api.json('post', '/drive/stop', {}));
+    const query = { by: load(NAME, '') };
+    if (this.linked) this.take(await this.api.json('post', '/drive/stop', { query }));
   }
 
   private async poll(): Promise<void> {

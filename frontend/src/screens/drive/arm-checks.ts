@@ -42,7 +42,7 @@ export function obstacle(situation: Situation): string {
 /** The same but for the phase, which comes back by itself: the question waits for it. */
 export function lasting(situation: Situation): string {
   const { status, held } = situation;
-  if (['arming', 'holding', 'moving', 'stopping'].includes(status.state)) return '';
+  if (['arming', 'holding', 'moving', 'testing', 'stopping'].includes(status.state)) return '';
   if (situation.silent !== '') return 'The server does not answer.';
   if (status.state === 'offline') return 'There is no link to the drives.';
   if (status.state === 'fault') return 'A fault is latched. Reset it first.';

@@ -7,9 +7,29 @@ import {
   hex,
   placeText,
   stateText,
+  stopText,
   stoText,
+  strangers,
 } from './drive-text';
 import { exampleDrive, exampleFault, exampleStatus } from './example-status';
+
+it('puts who answers beside who is expected, where that is known', () => {
+  expect(strangers(exampleStatus())).toEqual([]);
+  const drives = [0x5001, 0x5002].map((product) =>
+    exampleDrive({ answers: { vendor: 0xe0000001, product } }),
+  );
+  expect(strangers(exampleStatus({ drives })).map(({ same }) => same)).toEqual([true, false]);
+  expect(strangers(exampleStatus({ drives }))[1]).toMatchObject({
+    expected: '0xE0000001, 0x5001',
+    found: '0xE0000001, 0x5002',
+  });
+});
+
+it('says what the last stop was, and who gave it', () => {
+  const at = new Date(2026, 0, 1, 15, 2, 11).getTime() / 1000;
+  expect(stopText({ at, cause: 'STOP', by: 'Ada' })).toBe('STOP (Ada), 15:02:11');
+  expect(stopText({ at, cause: 'STOP', by: '' })).toBe('STOP, 15:02:11');
+});
 
 describe('the headline', () => {
   it('names the state in words', () => {

@@ -15,7 +15,7 @@ const STATES: Record<string, string> = {
 };
 
 const STEPS: Record<string, string> = {
-  compiling: 'compiling the loop; a new version takes a minute or two',
+  compiling: 'compiling the loop',
   'finding drives': 'finding drives',
   operational: 'operational',
 };
@@ -56,6 +56,25 @@ export function stateText({ state, error }: OneDrive): string {
 export function stoText({ sto }: OneDrive): string {
   if (sto === null) return 'not reported';
   return sto ? 'STO active' : 'STO allows';
+}
+
+/** The last stop: what it was, who gave it, and when. */
+export function stopText({ at, cause, by }: NonNullable<DriveStatus['stopped']>): string {
+  return `${cause}${by === '' ? '' : ` (${by})`}, ${timeOfDay(at)}`;
+}
+
+/** Each place of the bus with who is expected and who answers there; empty while that is unknown. */
+export function strangers(
+  status: DriveStatus,
+): { name: string; expected: string; found: string; same: boolean }[] {
+  const text = ({ vendor, product }: { vendor: number; product: number }) =>
+    `${hex(vendor)}, ${hex(product)}`;
+  return status.drives.flatMap((drive, i) => {
+    if (!drive.answers) return [];
+    const [expected, found] = [text(drive), text(drive.answers)];
+    const name = `${i + 1} ${drive.axis} ${drive.phase}`;
+    return [{ name, expected, found, same: expected === found }];
+  });
 }
 
 /** What a fault concerns: `drive 5, y b`, `axis y`, `the link`. */
@@ -104,6 +123,8 @@ export function headline(status: DriveStatus): Headline {
       return good('Armed, at rest', 'torque holds the position');
     case 'moving':
       return good('Armed and moving', 'along the motion of the Lab');
+    case 'testing':
+      return good('A step has torque', 'a step of commissioning moves the stage');
     case 'stopping':
       return good('Stopping', 'brakes to rest, then switches the torque off');
     default:

@@ -19,6 +19,7 @@ export function exampleDrive(change: Partial<OneDrive> = {}): OneDrive {
     vendor: 0xe0000001,
     product: 0x5001,
     found: null,
+    answers: null,
     ...change,
   };
 }
@@ -65,6 +66,8 @@ export function exampleStatus(
     faults: [],
     holder: null,
     held_since: null,
+    asking: null,
+    stopped: null,
     bus: {
       carrier: 'udp',
       place: '127.0.0.1:34980',

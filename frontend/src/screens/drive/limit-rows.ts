@@ -27,7 +27,7 @@ export function limitRows({ axes, drives }: DriveStatus): LimitRow[] {
     row('least position', 'mm', '607D:01', ({ limits }) => fixed(1e3 * limits.position_min)),
     row('largest position', 'mm', '607D:02', ({ limits }) => fixed(1e3 * limits.position_max)),
     row('speed', 'mm/s', 'loop', ({ limits }) => digits(1e3 * limits.velocity_max)),
-    row('current of a phase', 'A', '6073', ({ limits }) => digits(limits.current_max)),
+    row('phase current', 'A', '6073', ({ limits }) => digits(limits.current_max)),
     row('step of current', 'mA', '6071', ({ axis }) => digits(rated(axis))),
   ];
 }

@@ -49,7 +49,7 @@ export function linkRows({ loop, bus, drives, state }: DriveStatus): FigureRow[]
           look: down ? undefined : loop.phase_locked ? 'good' : 'warn',
         }
       : { name: 'distributed clocks', value: 'off' },
-    { name: 'watchdog of the drives', value: digits(1e3 * bus.watchdog), unit: 'ms' },
-    { name: 'stops and latches after', value: digits(1e3 * bus.loss), unit: 'ms' },
+    { name: 'drive watchdog', value: digits(1e3 * bus.watchdog), unit: 'ms' },
+    { name: 'stops after', value: digits(1e3 * bus.loss), unit: 'ms' },
   ];
 }

@@ -1,5 +1,6 @@
 /** Variants on the drives, one motion after another; those before lie behind the present one. */
 
+import { ApiError } from '../../../app/api/client';
 import type { Metrics } from '../../../app/api/types';
 import { control } from '../../../app/drive/control.svelte';
 import { messages } from '../../../app/messages.svelte';
@@ -7,6 +8,7 @@ import { getRun } from '../../../app/runs/runs-api';
 import { load, save } from '../../../app/storage';
 import { app } from '../../../app/store.svelte';
 import { parts } from '../parts.svelte';
+import { keepSequence, keptSequence, type Sequence } from './sequence';
 import { runText, whyNot } from './why-not';
 
 export type Machine = 'simulation' | 'drive';
@@ -28,8 +30,23 @@ class DriveRuns {
       moving: this.moving,
     }),
   );
-  readonly text = $derived(this.moving === '' ? runText(app.variants) : `${this.moving} moves`);
-  private ghosts: string[] = [];
+  private sequence = $state.raw<Sequence | null>(null);
+  /** Variants of a sequence that was interrupted while one of them moved. */
+  readonly left = $derived(
+    this.moving === '' && app.session.id === this.sequence?.motions.at(-1)
+      ? this.sequence.left
+      : [],
+  );
+  readonly text = $derived(
+    this.moving === ''
+      ? runText(this.left.length > 0 ? this.left : app.variants)
+      : `${this.moving} moves`,
+  );
+  private ghosts: readonly string[] = [];
+
+  constructor() {
+    if (this.machine === 'drive') void app.try(() => this.resume());
+  }
 
   /** Simulates, or runs on drives, from now on; a motion that has begun goes on. */
   async choose(machine: Machine): Promise<void> {
@@ -41,33 +58,69 @@ class DriveRuns {
     }
   }
 
-  /** Runs every variant of the controls in turn. */
-  async run(): Promise<void> {
+  /** Runs what is left of a sequence, or every variant of the controls, in turn. */
+  async run(again = false): Promise<void> {
     if (this.noRun !== '') return;
     const scenario = app.session.info?.scenario;
     if (!scenario) return;
-    this.ghosts.forEach((id) => parts.overlay?.overlay.remove(id));
-    this.ghosts = [];
+    const goesOn = this.left.length > 0 && !again;
+    let motions: readonly string[] = goesOn ? (this.sequence?.motions ?? []) : [];
+    let left: readonly string[] = goesOn ? this.left : app.variants;
+    if (!goesOn) this.clearGhosts();
     app.setMode('live');
     const leave = app.drive.follow();
-    let earlier: Metrics['variants'] = {};
     try {
-      for (const variant of app.variants) {
+      for (let [variant] = left; variant !== undefined; [variant] = left) {
         this.moving = variant;
-        if (Object.keys(earlier).length > 0) await this.layBehind();
+        const earlier = await metricsOf(motions);
+        if (motions.length > 0) await this.layBehind();
         await this.hold();
         // With what was changed since the one before began.
         const request = { ...control.lease, body: { scenario, set: app.draft, variant } };
         const motion = await app.api.json('post', '/drive/motions', request);
+        [motions, left] = [[...motions, motion.id], left.slice(1)];
+        this.keep({ motions, left, ghosts: this.ghosts });
         app.session.showMotion(motion);
         await app.afterLoad(earlier);
-        if (!(await this.finished(motion.id))) return;
-        earlier = { ...earlier, ...(await app.api.metrics(motion.id)).variants };
+        if (!(await this.finished(motion.id))) left = [];
       }
+      this.keep(null);
     } finally {
       this.moving = '';
       leave();
     }
+  }
+
+  /** Shows the motion during which the page was loaded anew; what is left waits for the button. */
+  private async resume(): Promise<void> {
+    const kept = keptSequence();
+    const last = kept?.motions.at(-1);
+    if (!kept || last === undefined) return;
+    this.ghosts = kept.ghosts;
+    while (!app.session.info) await pause();
+    try {
+      const motion = await app.api.session(last);
+      this.moving = Object.keys(motion.scenario.variants)[0] ?? '';
+      app.session.showMotion(motion);
+      await app.afterLoad(await metricsOf(kept.motions.slice(0, -1)));
+      const sound = await this.finished(last);
+      this.keep(sound && kept.left.length > 0 ? kept : null);
+    } catch (error) {
+      this.keep(null);
+      if (!(error instanceof ApiError) || error.status !== 404) throw error;
+    } finally {
+      this.moving = '';
+    }
+  }
+
+  private keep(sequence: Sequence | null): void {
+    this.sequence = sequence;
+    keepSequence(sequence);
+  }
+
+  private clearGhosts(): void {
+    this.ghosts.forEach((id) => parts.overlay?.overlay.remove(id));
+    this.ghosts = [];
   }
 
   /** Lays the run of the motion that is shown behind the next one. */
@@ -82,7 +135,7 @@ class DriveRuns {
     );
     await parts.loadOverlay();
     parts.overlay?.overlay.add([run]);
-    this.ghosts.push(run);
+    this.ghosts = [...this.ghosts, run];
   }
 
   /** Waits until the drives hold their position. */
@@ -107,6 +160,12 @@ class DriveRuns {
     if (fault) messages.error(`The drives stopped: ${fault.name}. ${fault.remedy}`);
     return false;
   }
+}
+
+/** Metrics of the variants of motions that have ended. */
+async function metricsOf(motions: readonly string[]): Promise<Metrics['variants']> {
+  const all = await Promise.all(motions.map((id) => app.api.metrics(id)));
+  return Object.assign({}, ...all.map(({ variants }) => variants)) as Metrics['variants'];
 }
 
 function pause(): Promise<void> {

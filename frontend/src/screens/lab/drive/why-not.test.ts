@@ -23,6 +23,8 @@ test('says what is wrong with the drives', () => {
   expect(whyNot(asked({ state: 'fault', fault }))).toBe('Fault: link lost. Reset it first.');
   expect(whyNot(asked({ state: 'offline', problem: 'no answer' }))).toBe('No drives: no answer.');
   expect(whyNot(asked({ state: 'offline' }))).toBe('The drives are not up yet.');
+  const free = { state: 'offline', problem: 'no answer', holder: null };
+  expect(whyNot(asked(free, { held: false }))).toBe('No drives: no answer.');
   expect(whyNot(asked({}, { silent: 'gone' }))).toBe('No answer from the server: gone');
   expect(whyNot({ ...asked({}), status: null })).toBe('Asking for the drives.');
 });

@@ -17,6 +17,9 @@ export function whyNot({ status, silent, held, moving }: Asked): string {
   if (silent !== '') return `No answer from the server: ${silent}`;
   if (!status) return 'Asking for the drives.';
   if (moving !== '') return `${moving} moves. STOP ends it.`;
+  if (status.state === 'offline') {
+    return status.problem === '' ? 'The drives are not up yet.' : `No drives: ${status.problem}.`;
+  }
   if (!held) {
     return status.holder === null
       ? 'Take control of the drives first.'
@@ -25,10 +28,10 @@ export function whyNot({ status, silent, held, moving }: Asked): string {
   switch (status.state) {
     case 'holding':
       return '';
-    case 'offline':
-      return status.problem === '' ? 'The drives are not up yet.' : `No drives: ${status.problem}.`;
     case 'fault':
       return `Fault: ${status.fault?.name ?? 'see the Drive screen'}. Reset it first.`;
+    case 'testing':
+      return 'A step of commissioning goes on.';
     case 'ready':
       return 'Arm the drives first.';
     default:
