@@ -296,6 +296,23 @@ def test_a_server_without_drives_says_how_to_try_them(page: Page) -> None:
     expect(said).to_contain_text("motionlab serve --drive configs/drives/virtual.toml")
 
 
+def a_step_is_stopped(page: Page, panel: Locator) -> None:
+    """Begin the step with torque that is due, and stop it."""
+    button(page, "Begin…")
+    question = page.get_by_role("alertdialog", name="Begin phase currents, one by one?")
+    expect(question).to_contain_text("1.00 A a phase")
+    expect(question.get_by_role("button", name="Cancel")).to_be_focused()
+    begin = question.get_by_role("button", name="Begin")
+    expect(begin).to_be_disabled()
+    question.get_by_role("checkbox").check()
+    begin.press("Space")
+    expect(panel.get_by_role("progressbar")).to_be_visible()
+    page.get_by_role("button", name="STOP").click()
+    expect(panel).to_contain_text("ended before its end")
+    expect(panel.get_by_role("progressbar")).to_have_count(0)
+    expect(headline(page)).to_have_text("Ready to arm")
+
+
 def test_commissioning_goes_step_by_step(shown: Page, drive: VirtualDrive) -> None:
     panel = region(shown, "Commissioning")
     steps = panel.get_by_role("listitem")
@@ -308,18 +325,35 @@ def test_commissioning_goes_step_by_step(shown: Page, drive: VirtualDrive) -> No
     expect(panel).to_contain_text("6 of 6 match; 10 A rated")
     button(shown, "Begin")
     expect(panel.get_by_role("status")).to_contain_text("x 0 mm, y 0 mm")
-    for axis in ("x", "y"):
-        drive.switch(push={"axis": axis, "force": 12.0, "time": 0.1})
+    for axis, force in (("x", -12.0), ("y", 12.0)):
+        drive.switch(push={"axis": axis, "force": force, "time": 0.1})
+    expect(panel).to_contain_text("x counts the wrong way")
+    button(shown, "Take these changes")
+    kept = panel.get_by_role("list", name="Changes in effect")
+    expect(kept).to_contain_text("x.direction 1 \u2192 \u22121")
+    expect(headline(shown)).to_have_text("Ready to arm", timeout=BRING_UP)
+    button(shown, "Begin")
+    for axis, force in (("x", -12.0), ("y", 12.0)):
+        drive.switch(push={"axis": axis, "force": force, "time": 0.1})
     expect(panel).to_contain_text("both signs right")
     expect(panel).to_contain_text("3 of 8 done")
+    a_step_is_stopped(shown, panel)
     shown.reload()
     expect(panel).to_contain_text("3 of 8 done")  # the server keeps it
+    shown.emulate_media(media="print")
+    on_paper = shown.locator("article")
+    expect(on_paper).to_contain_text("Commissioning of Virtual drive")
+    expect(on_paper.get_by_role("row", name="x.direction", include_hidden=True)).to_be_visible()
+    expect(panel).to_be_hidden()
+    shown.emulate_media(media="screen")
     shown.get_by_role("button", name="Again: Identity and limits").click()
     expect(panel).to_contain_text("2 of 8 done")
     expect(panel).not_to_contain_text("both signs right")
-    with shown.expect_download() as kept:
+    with shown.expect_download() as document:
         button(shown, "Download")
     button(shown, "Start over")
     expect(panel).to_contain_text("0 of 8 done")
-    shown.get_by_label("Commissioning document").set_input_files(kept.value.path())
+    expect(kept).to_have_count(0)
+    shown.get_by_label("Commissioning document").set_input_files(document.value.path())
     expect(panel).to_contain_text("2 of 8 done")
+    expect(kept).to_be_visible()

@@ -8,10 +8,14 @@ import { saveFile } from '../../ui/save-file';
 const PERIOD = 500; // ms
 const PATH = '/drive/commissioning';
 
-type Step = CommissioningStatus['steps'][number];
+export type Step = CommissioningStatus['steps'][number];
+export type Finding = NonNullable<Step['finding']>;
+export type Figure = NonNullable<Finding['rows']>[number];
+export type Change = NonNullable<CommissioningRecord['taken']>[number];
 
 class CommissioningSteps {
   now = $state.raw<CommissioningStatus | null>(null);
+  readonly done = $derived(this.now?.steps.filter(({ state }) => state === 'done').length ?? 0);
 
   /** Asks twice a second until the returned function is called. */
   follow(): () => void {
@@ -25,9 +29,16 @@ class CommissioningSteps {
     return () => clearInterval(timer);
   }
 
-  async do(step: Step['name']): Promise<void> {
-    const asked = { path: { step }, body: {}, ...control.lease };
+  /** Does a step; one with torque has to be confirmed, and only begins. */
+  async do(step: Step['name'], body: { confirm?: true } = {}): Promise<void> {
+    const asked = { path: { step }, ...control.lease, body };
     this.now = await app.api.json('post', `${PATH}/{step}`, asked);
+  }
+
+  /** Takes the changes that a step shows; the link is brought up anew with them. */
+  async takeChanges(step: Step['name'], body: Change[]): Promise<void> {
+    const asked = { path: { step }, ...control.lease, body };
+    this.now = await app.api.json('post', `${PATH}/{step}/changes`, asked);
   }
 
   /** Downloads what was found. */
@@ -42,7 +53,7 @@ class CommissioningSteps {
   }
 
   async startOver(): Promise<void> {
-    if (this.now) await this.take({ link: this.now.record.link, findings: {} });
+    if (this.now) await this.take({ link: this.now.record.link, findings: {}, taken: [] });
   }
 
   private async take(body: CommissioningRecord): Promise<void> {
