@@ -122,8 +122,8 @@ class DriveLink:
 
     def __init__(self, config: DriveConfig) -> None:
         self.config = config
-        began = {"time": time.time(), "step": "compiling"}  # or loading what is compiled
-        self.reports: deque[dict[str, Any]] = deque([began], maxlen=_REPORTS_KEPT)
+        self.reports: deque[dict[str, Any]] = deque(maxlen=_REPORTS_KEPT)
+        self._note({"time": time.time(), "step": "compiling"})  # or loading what is compiled
         self.problem = ""
         self.found: list[dict[str, Any]] = []
         self.answers: list[dict[str, Any]] = []
@@ -435,12 +435,15 @@ class DriveLink:
         while not self._closed.wait(_HEARTBEAT):
             self._shared.command[Command.HEARTBEAT] = time.monotonic_ns()
 
+    def _note(self, report: dict[str, Any]) -> None:
+        self.reports.append(report)
+        _LOG.info("drive link: %s", report.get("problem") or _STEPS[report["step"]])
+
     def _read_reports(self, descriptor: int) -> None:
         with open(descriptor, encoding="utf-8") as lines:
             for line in lines:
                 report = json.loads(line)
-                self.reports.append(report)
-                _LOG.info("drive link: %s", report.get("problem") or _STEPS[report["step"]])
+                self._note(report)
                 if "problem" in report:
                     self.problem = report["problem"]
                     self.answers = report.get("answers", [])
