@@ -150,7 +150,7 @@ def test_a_then_b_and_a_stop_by_somebody_else(
         assert refused.status == 409
         scenario.get_by_role("button", name=RUN).click()
         reaches(page, server, "moving")
-        second.get_by_role("button", name="STOP").click()
+        second.get_by_role("button", name="STOP", exact=True).click()
         reaches(page, server, "ready")
     finally:
         other.close()

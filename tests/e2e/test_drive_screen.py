@@ -44,7 +44,7 @@ def shown(browser: Browser, linked: Server, drive: VirtualDrive) -> Iterator[Pag
     page.goto(f"{linked.url}/?screen=drive")
     made_ready(page)
     yield page
-    page.get_by_role("button", name="STOP").click()
+    page.get_by_role("button", name="STOP", exact=True).click()
     context.close()
     assert complaints == []
 
@@ -145,7 +145,7 @@ def test_stop_of_another_browser_that_holds_nothing(
         expect(region(shown, "Control")).to_contain_text("asks for control")
         other.goto(f"{linked.url}/?screen=runs")
         expect(other.locator(".bar").get_by_text("armed", exact=True)).to_be_visible()
-        other.get_by_role("button", name="STOP").click()
+        other.get_by_role("button", name="STOP", exact=True).click()
         expect(other.locator(".bar").get_by_text("no torque", exact=True)).to_be_visible()
     expect(headline(shown)).to_have_text("Ready to arm")
     expect(region(shown, "Control")).to_contain_text("This browser")
@@ -157,12 +157,12 @@ def test_escape_is_stop_over_the_question_too(shown: Page, linked: Server) -> No
     button(shown, "Arm…")
     question = shown.get_by_role("alertdialog")
     expect(question).to_be_visible()
-    with shown.expect_request("**/api/v1/drive/stop"):
+    with shown.expect_request("**/api/v1/drive/stop*"):
         shown.keyboard.press("Escape")
     expect(question).to_be_hidden()
     button(shown, "Arm…")
-    with shown.expect_request("**/api/v1/drive/stop"):
-        shown.get_by_role("button", name="STOP").click()  # the veil does not cover it
+    with shown.expect_request("**/api/v1/drive/stop*"):
+        shown.get_by_role("button", name="STOP", exact=True).click()  # the veil does not cover it
     button(shown, "Cancel")
     assert status(shown, linked)["state"] == "ready"
     armed(shown)
@@ -286,7 +286,7 @@ def test_a_phone_watches_and_stops(shown: Page) -> None:
     for name in ("Torque", "Control", "Timing", "Link"):
         expect(region(shown, name)).to_be_hidden()
     assert shown.evaluate("document.documentElement.scrollWidth <= innerWidth")
-    expect(shown.get_by_role("button", name="STOP")).to_be_in_viewport(ratio=1)
+    expect(shown.get_by_role("button", name="STOP", exact=True)).to_be_in_viewport(ratio=1)
 
 
 def test_a_server_without_drives_says_how_to_try_them(page: Page) -> None:
@@ -307,7 +307,7 @@ def a_step_is_stopped(page: Page, panel: Locator) -> None:
     question.get_by_role("checkbox").check()
     begin.press("Space")
     expect(panel.get_by_role("progressbar")).to_be_visible()
-    page.get_by_role("button", name="STOP").click()
+    page.get_by_role("button", name="STOP", exact=True).click()
     expect(panel).to_contain_text("ended before its end")
     expect(panel.get_by_role("progressbar")).to_have_count(0)
     expect(headline(page)).to_have_text("Ready to arm")
@@ -329,6 +329,7 @@ def test_commissioning_goes_step_by_step(shown: Page, drive: VirtualDrive) -> No
         drive.switch(push={"axis": axis, "force": force, "time": 0.1})
     expect(panel).to_contain_text("x counts the wrong way")
     button(shown, "Take these changes")
+    expect(headline(shown)).not_to_have_text("Ready to arm")
     kept = panel.get_by_role("list", name="Changes in effect")
     expect(kept).to_contain_text("x.direction 1 \u2192 \u22121")
     expect(headline(shown)).to_have_text("Ready to arm", timeout=BRING_UP)

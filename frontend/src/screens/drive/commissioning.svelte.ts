@@ -39,6 +39,7 @@ class CommissioningSteps {
   async takeChanges(step: Step['name'], body: Change[]): Promise<void> {
     const asked = { path: { step }, ...control.lease, body };
     this.now = await app.api.json('post', `${PATH}/{step}/changes`, asked);
+    app.drive.take(await app.api.json('get', '/drive', {})); // which is no longer ready
   }
 
   /** Downloads what was found. */
