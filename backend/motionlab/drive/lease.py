@@ -13,7 +13,7 @@ SECONDS = 2.0
 """Time without a heartbeat after which a lease ends, s."""
 
 ASKED = 60.0
-"""Time for which the holder is told that somebody asks for control, s."""
+"""Time for which the holder sees who asks for control, s."""
 
 
 class NotHeld(MotionLabError):
@@ -47,7 +47,7 @@ class Lease:
         Raises
         ------
         NotHeld
-            If no one has it, so that there is nobody to ask.
+            If no one has it: there is no holder to ask.
         """
         if not self._token:
             raise NotHeld("no one controls the drives: take control")

@@ -28,7 +28,7 @@ class PastFault(FaultNow):
 
 
 class LastStop(BaseModel):
-    """Who or what switched the torque off by intent; faults are told apart."""
+    """Who or what switched the torque off by intent; faults have a list of their own."""
 
     at: float = Field(description="Wall clock, s since 1970")
     cause: str = Field(description="In words: STOP, disarmed, control given up, ...")
