@@ -52,7 +52,7 @@ def measured() -> str:
     drives = Lockstep(changes=machine | {"plant.x.force_map.F_pk": STRONGER * 34.1})
     scenario = on_drives(load_scenario("circle", {"trajectory": SLOW_AND_FAST}), "A")
     prepared = prepare(scenario)
-    drives.shared.parameters[:] = held_parameters(scenario)
+    drives.put(held_parameters(scenario))
     drives.arm()
     reference = prepared.reference
     motion = (reference.position, reference.velocity, reference.acceleration)

@@ -26,7 +26,7 @@ from motionlab.service.routes.drive import FoundDrives, Token
 router = APIRouter(prefix="/drive", tags=["drive"], route_class=JsonRoute)
 
 
-class StepRequest(BaseModel):
+class CommissioningRequest(BaseModel):
     """That the person means it."""
 
     model_config = ConfigDict(extra="forbid", strict=True) | examples({"confirm": True})
@@ -78,7 +78,7 @@ async def do_commissioning_step(
     drives: FoundDrives,
     step: StepName,
     lease: Token,
-    body: Annotated[StepRequest | None, Body()] = None,
+    body: Annotated[CommissioningRequest | None, Body()] = None,
 ) -> CommissioningStatus:
     """Do a step, or do it again; those after it are forgotten.
 

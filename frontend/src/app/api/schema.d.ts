@@ -2804,6 +2804,21 @@ export interface components {
             taken?: components["schemas"]["ConfigChange"][];
         };
         /**
+         * CommissioningRequest
+         * @description That the person means it.
+         * @example {
+         *       "confirm": true
+         *     }
+         */
+        CommissioningRequest: {
+            /**
+             * Confirm
+             * @description True: the mover may move from now on; needed with torque
+             * @default false
+             */
+            confirm: boolean;
+        };
+        /**
          * CommissioningStatus
          * @description Where commissioning stands.
          */
@@ -5906,7 +5921,7 @@ export interface components {
         };
         /**
          * LastStop
-         * @description Who or what switched the torque off by intent; faults are told apart.
+         * @description Who or what switched the torque off by intent; faults have a list of their own.
          */
         LastStop: {
             /**
@@ -10196,6 +10211,21 @@ export interface components {
             dwell: number;
         };
         /**
+         * StepRequest
+         * @description How far to step.
+         * @example {
+         *       "ticks": 200
+         *     }
+         */
+        StepRequest: {
+            /**
+             * Ticks
+             * @description Control periods
+             * @default 1
+             */
+            ticks: number;
+        };
+        /**
          * StepStatus
          * @description One step as it stands.
          */
@@ -11162,36 +11192,6 @@ export interface components {
              * @description Sliding velocity
              */
             velocity: number;
-        };
-        /**
-         * StepRequest
-         * @description That the person means it.
-         * @example {
-         *       "confirm": true
-         *     }
-         */
-        motionlab__service__routes__commissioning__StepRequest: {
-            /**
-             * Confirm
-             * @description True: the mover may move from now on; needed with torque
-             * @default false
-             */
-            confirm: boolean;
-        };
-        /**
-         * StepRequest
-         * @description How far to step.
-         * @example {
-         *       "ticks": 200
-         *     }
-         */
-        motionlab__service__routes__sessions__StepRequest: {
-            /**
-             * Ticks
-             * @description Control periods
-             * @default 1
-             */
-            ticks: number;
         };
         /**
          * Problem
@@ -13449,7 +13449,7 @@ export interface operations {
         };
         requestBody?: {
             content: {
-                "application/json": components["schemas"]["motionlab__service__routes__sessions__StepRequest"] | null;
+                "application/json": components["schemas"]["StepRequest"] | null;
             };
         };
         responses: {
@@ -20628,7 +20628,7 @@ export interface operations {
         };
         requestBody?: {
             content: {
-                "application/json": components["schemas"]["motionlab__service__routes__commissioning__StepRequest"] | null;
+                "application/json": components["schemas"]["CommissioningRequest"] | null;
             };
         };
         responses: {
