@@ -71,6 +71,7 @@ MAY_TAKE_TWO = {
     "drive/link/test_running.py": "a machine that stands still for 60 ms ends a motion on drives",
     "e2e/test_scene.py": "the 3-D view is drawn by software beside its server",
     "runs/test_recording.py": "disks are filled and made read-only under servers that end",
+    "service/test_drive_motion.py": "a machine that stands still for 60 ms ends a motion on drives",
     "service/test_slow_clients.py": "what a slow client loses depends on when its process runs",
     "service/test_view3d.py": "processes are ended and started again while viewers connect",
 }

@@ -271,7 +271,7 @@ def test_a_study_ends_without_workers_or_scheduler(
                 process.send_signal(signal.SIGSTOP if lost.endswith("stopped") else signal.SIGKILL)
 
     gone: list[subprocess.Popen[str]] = []
-    said = "has no workers any more" if lost == "workers" else "does not answer|was lost"
+    said = "has no workers left" if lost == "workers" else "does not answer|was lost"
     with pytest.raises(WorkerLost, match=said), executing(own.address):
         list(current().map(slow, range(200), lose))
     assert capfd.readouterr().err == ""

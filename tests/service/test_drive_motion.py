@@ -375,8 +375,8 @@ def test_steps_with_torque(
 def test_friction_is_identified_from_a_recorded_run(
     operator: Operator, anyone: httpx.Client, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(drive_friction, "SPEEDS", (0.005, 0.02, 0.06))
-    monkeypatch.setattr(drive_friction, "DISTANCES", (0.004, 0.008, 0.015))
+    monkeypatch.setattr(drive_friction, "SPEEDS", (0.01, 0.03, 0.06))
+    monkeypatch.setattr(drive_friction, "DISTANCES", (0.003, 0.006, 0.012))
     place = f"{DRIVE}/commissioning"
     operator.arm()
     anyone.post(f"{DRIVE}/disarm", headers=operator.lease)

@@ -179,7 +179,7 @@ class _Watch:
             self._asked_at = now
         if now - self._well_at > _LOST_SECONDS:
             silent = self._asked is not None and now - self._asked_at > _LOST_SECONDS / 2
-            what = "has no workers any more" if self._answers and not silent else "does not answer"
+            what = "has no workers left" if self._answers and not silent else "does not answer"
             raise WorkerLost(f"the scheduler {self._address} {what}")
 
 

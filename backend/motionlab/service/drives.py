@@ -10,11 +10,9 @@ from collections.abc import Callable, Sequence
 
 from pydantic import BaseModel, Field
 
-from motionlab.config.drive import DriveAxisConfig, DriveConfig
-from motionlab.config.planar import AXES
+from motionlab.config.drive import DriveConfig
 from motionlab.config.scenario import Scenario
 from motionlab.config.shipped import data_root
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.drive.commissioning.checks import (
     ByHand,
     compare_identity,
@@ -34,15 +32,14 @@ from motionlab.drive.commissioning.record import (
 )
 from motionlab.drive.commissioning.run import StepRun, Stopped
 from motionlab.drive.commissioning.steps import Commissioning
-from motionlab.drive.faults import DRIVE_ERRORS
 from motionlab.drive.lease import Lease
 from motionlab.drive.link.carrier import LinkError
-from motionlab.drive.link.link import DriveLink, FaultNow
+from motionlab.drive.link.link import DriveLink
 from motionlab.drive.link.shared import Figure, Order, State, Status
 from motionlab.drive.motion import held_parameters, on_drives
-from motionlab.drive.process_data import STO_ACTIVE
 from motionlab.errors import MotionLabError, StoreError
-from motionlab.service.drive_history import DriveHistory, LastStop, PastFault, Recent
+from motionlab.service.drive_history import DriveHistory
+from motionlab.service.drive_status import DriveStatus, drive_status
 
 _LOG = logging.getLogger(__name__)
 
@@ -56,112 +53,6 @@ TORQUE_STEPS: dict[StepName, Callable[[StepRun], Finding]] = {
 }
 _TORQUE = {State.ARMING, State.HOLDING, State.MOVING, State.TESTING}
 _ACTIVE = _TORQUE | {State.STOPPING}
-
-
-class Found(BaseModel):
-    """What a drive says of itself."""
-
-    vendor: int
-    product: int
-    revision: int
-    serial: int
-    name: str
-    rated_current: float = Field(description="A")
-
-
-class Identity(BaseModel):
-    """What a drive's information memory says of it."""
-
-    vendor: int
-    product: int
-
-
-class OneDrive(BaseModel):
-    """One drive at the moment."""
-
-    axis: str
-    phase: str
-    state: str = Field(description="In the words of CiA 402")
-    status_word: int = Field(description="Object 6041")
-    error: int = Field(description="Object 603F")
-    error_name: str
-    sto: bool | None = Field(
-        description="Whether safe torque off is active; null where the drive does not report it"
-    )
-    current: float = Field(description="A")
-    current_max: float = Field(description="Limit of the loop and of the drive, A")
-    rated_current: float = Field(description="A")
-    vendor: int = Field(description="Object 1018:01, as expected")
-    product: int = Field(description="Object 1018:02, as expected")
-    answers: Identity | None = Field(
-        description="While there is no link: who answers in this place of the bus, if known"
-    )
-    found: Found | None = Field(description="What the drive says of itself, once it is found")
-
-
-class OneAxis(BaseModel):
-    """One axis at the moment, m and m/s, and its limits."""
-
-    axis: str
-    position: float
-    velocity: float
-    following_error: float
-    limits: DriveAxisConfig
-
-
-class LoopFigures(BaseModel):
-    """How the loop keeps its time."""
-
-    cycles: int
-    late: int = Field(description="Cycles that ended after the next should have begun")
-    late_run: int = Field(description="Longest run of these")
-    missed: int = Field(description="Cycles without a good answer; the last command was held")
-    working_counter: int
-    al_status: int = Field(description="Application-layer status of all drives, or-ed")
-    phase_error: float = Field(description="Of the exchange against SYNC0, s")
-    phase_locked: bool
-    round_trip: float = Field(description="Latest, s")
-    wake_late: float = Field(description="Longest time from a period's start until it was awake, s")
-    control_time: float = Field(description="Longest time of the controller's half, s")
-    period: float = Field(description="s")
-    recent: Recent
-    age: float | None = Field(description="Time since the last cycle, s; null before the first")
-    priority_wanted: int = Field(description="Of the configuration")
-    priority: int = Field(description="Under SCHED_FIFO; 0 where it is not permitted")
-    memory_locked: bool
-
-
-class BusFacts(BaseModel):
-    """Where the drives are, and when they stop by themselves."""
-
-    carrier: str
-    place: str = Field(description="Address and port, or network card")
-    slow: int = Field(description="How many times slower than real time link and drives run")
-    distributed_clocks: bool
-    watchdog: float = Field(description="Of the drives, s")
-    loss: float = Field(description="Without an answer for this long the loop latches a fault, s")
-
-
-class DriveStatus(BaseModel):
-    """What a person needs to know of the link."""
-
-    title: str
-    virtual: bool = Field(description="Whether a virtual drive answers")
-    state: str = Field(
-        description="offline, ready, arming, holding, moving, testing, stopping, fault"
-    )
-    problem: str = Field(description="Why there is no link; empty when all is well")
-    step: str = Field(description="Latest step of bring-up")
-    fault: FaultNow | None
-    faults: list[PastFault] = Field(description="Since the server began, the latest first")
-    holder: str | None = Field(description="Who controls the drives")
-    held_since: float | None = Field(description="Wall clock, s since 1970")
-    asking: str | None = Field(description="Who asked for control in the last minute")
-    stopped: LastStop | None = Field(description="The last stop since the server began")
-    bus: BusFacts
-    drives: list[OneDrive]
-    axes: list[OneAxis]
-    loop: LoopFigures
 
 
 class RunningStep(BaseModel):
@@ -240,8 +131,7 @@ class Drives:
             await self.order(Order.RESET, token)
             return
         async with self._beginning:
-            if self.link.ended:  # no other request has begun one meanwhile
-                await self._begin_anew()
+            await self._begin_anew()
 
     async def arm(self, load: Callable[[], Scenario], variant: str | None, token: str) -> None:
         """Switch the torque on, with a scenario's gains holding the position.
@@ -338,15 +228,17 @@ class Drives:
         await asyncio.to_thread(commissioning.put, name, judge(self.config, found))
 
     def check_free(self) -> None:
-        """Refuse while a step of commissioning goes on.
+        """Refuse while a step of commissioning goes on, or the link is brought up anew.
 
         Raises
         ------
         LinkError
-            Naming it.
+            Saying which.
         """
         if self.running is not None:
             raise LinkError(f"not possible while the step {self.running.step} goes on")
+        if self._beginning.locked():
+            raise LinkError("not possible while the link is brought up anew")
 
     def stop(self, why: str = "STOP") -> None:
         """Stop whatever has torque, and a step of commissioning with all that it would do yet."""
@@ -431,98 +323,7 @@ class Drives:
 
     def status(self) -> DriveStatus:
         """Return what a person needs to know of the link at the moment."""
-        link, bus, found = self.link, self.config.link, self.link.found
-        self._history.note()
-        figures = [
-            link.figure(figure)
-            for figure in (Figure.POSITION, Figure.VELOCITY, Figure.FOLLOWING_ERROR)
-        ]
-        return DriveStatus(
-            title=self.config.title,
-            virtual=self.config.virtual,
-            state=link.state.name.lower(),
-            problem="the drive loop has ended: reset begins it anew"
-            if link.ended
-            else link.problem,
-            step=next(
-                (report["step"] for report in reversed(link.reports) if "step" in report), ""
-            ),
-            fault=link.fault(),
-            faults=self._history.faults,
-            holder=self.lease.holder or None,
-            held_since=self.lease.since if self.lease.holder else None,
-            asking=self.lease.asking or None,
-            stopped=self._history.stopped,
-            bus=BusFacts(
-                carrier=bus.carrier,
-                place=bus.interface or f"{bus.address}:{bus.port}",
-                slow=bus.slow,
-                distributed_clocks=bus.distributed_clocks,
-                watchdog=bus.watchdog,
-                loss=bus.loss,
-            ),
-            drives=[
-                OneDrive(
-                    axis=node.axis,
-                    phase=node.phase,
-                    state=drive.state,
-                    status_word=drive.status_word,
-                    error=drive.error,
-                    error_name=known.name if (known := DRIVE_ERRORS.get(drive.error)) else "",
-                    sto=self._sto(drive.status_word),
-                    current=drive.torque * node.rated_current * 1e-3,
-                    current_max=getattr(self.config, node.axis).current_max,
-                    rated_current=node.rated_current,
-                    vendor=node.vendor,
-                    product=node.product,
-                    answers=Identity(**link.answers[number]) if link.answers else None,
-                    found=Found(**found[number]) if found else None,
-                )
-                for number, (node, drive) in enumerate(
-                    zip(self.config.nodes, link.drives, strict=True)
-                )
-            ],
-            axes=[
-                OneAxis(
-                    axis=axis,
-                    position=p,
-                    velocity=v,
-                    following_error=e,
-                    limits=getattr(self.config, axis),
-                )
-                for axis, p, v, e in zip(AXES, *figures, strict=True)
-            ],
-            loop=self._loop_figures(),
-        )
-
-    def _sto(self, status_word: int) -> bool | None:
-        """Return whether STO is active; bit 14 is known to mean it in the virtual drive only."""
-        active = bool(status_word & STO_ACTIVE)
-        known = self.config.virtual and self.link.state is not State.OFFLINE
-        return active if active or known else None
-
-    def _loop_figures(self) -> LoopFigures:
-        status = self.link.status
-        updated, slow = status(Status.UPDATED), self.config.link.slow
-        return LoopFigures(
-            cycles=status(Status.CYCLES),
-            late=status(Status.LATE),
-            late_run=status(Status.LATE_RUN),
-            missed=status(Status.MISSED),
-            working_counter=status(Status.WORKING_COUNTER),
-            al_status=status(Status.AL_STATUS),
-            phase_error=status(Status.PHASE_ERROR) * 1e-9,
-            phase_locked=bool(status(Status.PHASE_LOCKED)),
-            round_trip=status(Status.ROUND_TRIP) * 1e-9,
-            wake_late=status(Status.WAKE_LATE) * 1e-9,
-            control_time=status(Status.CONTROL_TIME) * 1e-9,
-            period=CONTROL_PERIOD,
-            recent=self._history.recent(),
-            age=max(0.0, time.monotonic() - updated * slow * 1e-9) if updated else None,
-            priority_wanted=self.config.link.priority,
-            priority=status(Status.PRIORITY),
-            memory_locked=bool(status(Status.MEMORY_LOCKED)),
-        )
+        return drive_status(self.config, self.link, self.lease, self._history)
 
     async def _watch(self) -> None:
         """Stop what moves when the heartbeat of the lease ends; then free it."""

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from motionlab.drive import faults
+from motionlab.drive.link.bounds import OpenLoopTest, check_test
 from motionlab.drive.link.carrier import LinkError
 from motionlab.drive.link.commanding import MEASURED
 from motionlab.drive.link.cycle import GONE, HEARTBEAT
-from motionlab.drive.link.link import OpenLoopTest, check_test
 from motionlab.drive.link.shared import Command, Order, State, Status
 from tests.drive.link.lockstep import Lockstep
 from tests.drive.link.test_safety import assert_off, states

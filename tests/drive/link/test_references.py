@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.drive.link.bounds import check_reference
 from motionlab.drive.link.carrier import LinkError
-from motionlab.drive.link.link import check_reference
 from motionlab.drive.link.shared import RUN_TICKS_MAX
 from motionlab.drive.motion import braking, minimum_jerk
 from motionlab.drive.virtual.segment import default_drive

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,9 +18,9 @@ from motionlab.drive.commissioning.field import (
     reference_model,
     turned,
 )
-from motionlab.drive.commissioning.record import ConfigChange, Finding, FoundFigure
+from motionlab.drive.commissioning.record import Finding, Findings
 from motionlab.drive.commissioning.run import StepRun, Stopped, ticks_of
-from motionlab.drive.link.link import OpenLoopTest
+from motionlab.drive.link.bounds import OpenLoopTest
 
 Array = NDArray[np.float64]
 
@@ -51,20 +50,17 @@ def commutation_offset(run: StepRun) -> Finding:
         If it was ended before.
     """
     model = reference_model()
-    rows: list[FoundFigure] = []
-    changes: list[ConfigChange] = []
-    told: list[str] = []
+    found = Findings()
     for index, axis in enumerate(AXES):
         field = Field(axis, model)
         with run.part(index / len(AXES), (index + 1) / len(AXES), f"{axis}: from phase to phase"):
             at = _visited(run, index, field)
-        wrong = _order(axis, np.diff(at[:3]), np.diff(at[2:]), field.pitch, rows)
+        wrong = _order(axis, np.diff(at[:3]), np.diff(at[2:]), field.pitch, found)
         if wrong:
-            told.append(wrong)
-            continue
-        _offset(run, axis, at, field, rows, changes, told)
-    holds = all(row.holds for row in rows)
-    return Finding(at=time.time(), holds=holds, text="; ".join(told), rows=rows, changes=changes)
+            found.tell(wrong)
+        else:
+            _offset(getattr(run.config, axis).offset, axis, at, field, found)
+    return found.finding()
 
 
 def _visited(run: StepRun, index: int, field: Field) -> Array:
@@ -88,18 +84,16 @@ def _visited(run: StepRun, index: int, field: Field) -> Array:
     return at
 
 
-def _order(axis: str, up: Array, down: Array, pitch: float, rows: list[FoundFigure]) -> str:
+def _order(axis: str, up: Array, down: Array, pitch: float, found: Findings) -> str:
     """Note the order of the phases; return what is wrong with it, or nothing."""
     moves = np.concatenate((up, -down)) / (pitch / 3.0)
     right = bool(((moves > _FOLLOWS[0]) & (moves < _FOLLOWS[1])).all())
     third = 1e3 * pitch / 3.0
-    rows.append(
-        FoundFigure(
-            name=f"{axis}, from phase to phase",
-            found=f"{third * moves.min():+.2f} to {third * moves.max():+.2f} mm",
-            expected=f"{third:+.2f} mm",
-            holds=right,
-        )
+    found.row(
+        f"{axis}, from phase to phase",
+        found=f"{third * moves.min():+.2f} to {third * moves.max():+.2f} mm",
+        expected=f"{third:+.2f} mm",
+        holds=right,
     )
     if right:
         return ""
@@ -113,48 +107,35 @@ def _order(axis: str, up: Array, down: Array, pitch: float, rows: list[FoundFigu
     return f"{axis}: the mover does not follow everywhere; is an end stop within a pitch?"
 
 
-def _offset(  # noqa: PLR0913, PLR0917 - what it adds to
-    run: StepRun,
-    axis: str,
-    at: Array,
-    field: Field,
-    rows: list[FoundFigure],
-    changes: list[ConfigChange],
-    told: list[str],
-) -> None:
-    """Note the commutation offset, and what would have to change."""
+def _offset(now: float, axis: str, at: Array, field: Field, found: Findings) -> None:
+    """Note the commutation offset beside the configured one, and what would have to change."""
     pitch = field.pitch
     b, c, a = (at[0] + at[4]) / 2, (at[1] + at[3]) / 2, (at[2] - pitch + at[5]) / 2
     expected = [field.position(phase) for phase in range(3)]
-    turns = [(found - right) / pitch for found, right in zip((a, b, c), expected, strict=True)]
+    turns = [(place - right) / pitch for place, right in zip((a, b, c), expected, strict=True)]
     mean = float(np.angle(np.mean(np.exp(2j * np.pi * np.array(turns))))) / (2 * math.pi)
     apart = [math.remainder(turn - mean, 1.0) for turn in turns]
     stall = float(np.mean(np.array([at[4] - at[0], at[3] - at[1], at[5] + pitch - at[2]]))) / 2
     worst = max(apart, key=abs)
     agree = abs(worst) <= SPREAD
     close = abs(mean) <= TOLERANCE
-    rows += [
-        FoundFigure(
-            name=f"{axis}, position beside the aligned one",
-            found=f"{1e3 * pitch * mean:+.3f} mm",
-            expected=f"within {1e3 * pitch * TOLERANCE:.3f} mm",
-            holds=close,
-        ),
-        FoundFigure(
-            name=f"{axis}, phases among each other",
-            found=f"{1e3 * pitch * worst:+.3f} mm ({PHASES[apart.index(worst)]}), "
-            f"friction stalls {1e3 * stall:.2f} mm short",
-            expected=f"within {1e3 * pitch * SPREAD:.3f} mm",
-            holds=agree,
-        ),
-    ]
+    found.row(
+        f"{axis}, position beside the aligned one",
+        found=f"{1e3 * pitch * mean:+.3f} mm",
+        expected=f"within {1e3 * pitch * TOLERANCE:.3f} mm",
+        holds=close,
+    )
+    found.row(
+        f"{axis}, phases among each other",
+        found=f"{1e3 * pitch * worst:+.3f} mm ({PHASES[apart.index(worst)]}), "
+        f"friction stalls {1e3 * stall:.2f} mm short",
+        expected=f"within {1e3 * pitch * SPREAD:.3f} mm",
+        holds=agree,
+    )
     if not agree:
-        told.append(f"{axis}: the phases do not agree on an offset")
+        found.tell(f"{axis}: the phases do not agree on an offset")
     elif close:
-        told.append(f"{axis}: offset right within {1e3 * pitch * abs(mean):.3f} mm")
+        found.tell(f"{axis}: offset right within {1e3 * pitch * abs(mean):.3f} mm")
     else:
-        now = getattr(run.config, axis).offset
-        changes.append(
-            ConfigChange(path=f"{axis}.offset", now=now, then=round(now - pitch * mean, 7))
-        )
-        told.append(f"{axis}: offset wrong by {1e3 * pitch * mean:+.3f} mm")
+        found.change(f"{axis}.offset", now=now, then=round(now - pitch * mean, 7))
+        found.tell(f"{axis}: offset wrong by {1e3 * pitch * mean:+.3f} mm")

@@ -11,7 +11,7 @@ from motionlab.config.planar import AXES
 from motionlab.drive.commissioning.field import Field, reference_model
 from motionlab.drive.commissioning.record import Finding, FoundFigure
 from motionlab.drive.commissioning.run import StepRun, ticks_of
-from motionlab.drive.link.link import OpenLoopTest
+from motionlab.drive.link.bounds import OpenLoopTest
 
 SHARE = 0.1
 """Current of the test, of the largest current of the axis."""

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import time
 from typing import NamedTuple
 
 import numpy as np
 
+from motionlab.config.drive import DriveAxisConfig
 from motionlab.config.planar import AXES
 from motionlab.drive.commissioning.field import (
     DRAW,
@@ -17,9 +17,9 @@ from motionlab.drive.commissioning.field import (
     reference_model,
     turned,
 )
-from motionlab.drive.commissioning.record import ConfigChange, Finding, FoundFigure
+from motionlab.drive.commissioning.record import Finding, Findings
 from motionlab.drive.commissioning.run import StepRun, Traced, ticks_of
-from motionlab.drive.link.link import OpenLoopTest
+from motionlab.drive.link.bounds import OpenLoopTest
 from motionlab.drive.link.shared import Figure
 
 SPEED = 10e-3
@@ -48,15 +48,12 @@ def find_stops(run: StepRun) -> Finding:
         If it was ended before.
     """
     model = reference_model()
-    rows: list[FoundFigure] = []
-    changes: list[ConfigChange] = []
-    told: list[str] = []
+    found = Findings()
     for index, axis in enumerate(AXES):
         field = Field(axis, model)
         ends = _ends(run, index, field)
-        _judge(run, axis, ends, field, rows, changes, told)
-    holds = all(row.holds for row in rows)
-    return Finding(at=time.time(), holds=holds, text="; ".join(told), rows=rows, changes=changes)
+        _judge(getattr(run.config, axis), axis, ends, field.pitch, found)
+    return found.finding()
 
 
 def _ends(run: StepRun, index: int, field: Field) -> _Ends:
@@ -100,73 +97,50 @@ def _last(traced: Traced, index: int) -> float:
     return float(np.nanmedian(traced.position[-ticks_of(REST / 4) :, index]))
 
 
-def _judge(  # noqa: PLR0913, PLR0917 - what it adds to
-    run: StepRun,
-    axis: str,
-    ends: _Ends,
-    field: Field,
-    rows: list[FoundFigure],
-    changes: list[ConfigChange],
-    told: list[str],
-) -> None:
+def _judge(config: DriveAxisConfig, axis: str, ends: _Ends, pitch: float, found: Findings) -> None:
     """Compare the ends that were found with the limits of position."""
-    config = getattr(run.config, axis)
     low, high = ends
     expected = f"beyond {1e3 * config.position_min:.1f} to {1e3 * config.position_max:.1f} mm"
     if low is None or high is None:
         side = "positive" if high is None else "negative"
         reach = 1e3 * (config.position_max - config.position_min + BEYOND)
-        rows.append(
-            FoundFigure(
-                name=f"{axis}, end stops",
-                found=f"no {side} one",
-                expected=expected,
-                holds=False,
-            )
-        )
-        told.append(f"{axis}: no {side} end stop within {reach:.0f} mm")
+        found.row(f"{axis}, end stops", found=f"no {side} one", expected=expected, holds=False)
+        found.tell(f"{axis}: no {side} end stop within {reach:.0f} mm")
         return
     stroke, middle = high - low, (low + high) / 2
     off = middle - (config.position_min + config.position_max) / 2
-    pitches = round(off / field.pitch)
+    pitches = round(off / pitch)
     wide = stroke >= config.position_max - config.position_min
-    sure = abs(off - pitches * field.pitch) <= _DOUBT * field.pitch
-    shift = pitches * field.pitch
+    sure = abs(off - pitches * pitch) <= _DOUBT * pitch
+    shift = pitches * pitch
     inside = low - shift <= config.position_min and high - shift >= config.position_max
-    rows += [
-        FoundFigure(
-            name=f"{axis}, end stops",
-            found=f"{1e3 * low:.2f} to {1e3 * high:.2f} mm, stroke {1e3 * stroke:.2f} mm",
-            expected=expected,
-            holds=wide and inside and pitches == 0,
-        ),
-        FoundFigure(
-            name=f"{axis}, middle beside that of the limits",
-            found=f"{1e3 * off:+.2f} mm, {pitches:+d} pitches"
-            if pitches
-            else f"{1e3 * off:+.2f} mm",
-            expected=f"within {1e3 * _DOUBT * field.pitch:.2f} mm",
-            holds=sure and pitches == 0,
-        ),
-    ]
+    found.row(
+        f"{axis}, end stops",
+        found=f"{1e3 * low:.2f} to {1e3 * high:.2f} mm, stroke {1e3 * stroke:.2f} mm",
+        expected=expected,
+        holds=wide and inside and pitches == 0,
+    )
+    found.row(
+        f"{axis}, middle beside that of the limits",
+        found=f"{1e3 * off:+.2f} mm" + (f", {pitches:+d} pitches" if pitches else ""),
+        expected=f"within {1e3 * _DOUBT * pitch:.2f} mm",
+        holds=sure and pitches == 0,
+    )
     if not wide:
-        told.append(
+        found.tell(
             f"{axis}: stopped after {1e3 * stroke:.2f} mm, less than its limits are apart; "
             "is something in its way, or are the limits too wide?"
         )
     elif not sure:
-        told.append(
+        found.tell(
             f"{axis}: the middle is {1e3 * off:+.2f} mm off, no multiple of the pitch; "
             "are the limits those of this machine?"
         )
     elif pitches:
-        changes.append(
-            ConfigChange(
-                path=f"{axis}.offset", now=config.offset, then=round(config.offset - shift, 7)
-            )
-        )
-        told.append(f"{axis}: offset wrong by {pitches:+d} pitches")
+        then = round(config.offset - shift, 7)
+        found.change(f"{axis}.offset", now=config.offset, then=then)
+        found.tell(f"{axis}: offset wrong by {pitches:+d} pitches")
     elif not inside:
-        told.append(f"{axis}: an end stop lies within the limits of position")
+        found.tell(f"{axis}: an end stop lies within the limits of position")
     else:
-        told.append(f"{axis}: stroke {1e3 * stroke:.2f} mm, offset right")
+        found.tell(f"{axis}: stroke {1e3 * stroke:.2f} mm, offset right")

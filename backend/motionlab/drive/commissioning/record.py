@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterable
 from typing import Literal, NamedTuple
 
@@ -116,6 +117,37 @@ class Finding(BaseModel):
     run: str | None = Field(
         default=None, pattern="^r-[a-z2-7]{12}$", description="Run from which it was found"
     )
+
+
+class Findings:
+    """What a step finds on its way, axis by axis."""
+
+    def __init__(self) -> None:
+        self.rows: list[FoundFigure] = []
+        self.changes: list[ConfigChange] = []
+        self._told: list[str] = []
+
+    def row(self, name: str, *, found: str, expected: str, holds: bool) -> None:
+        """Add a figure beside what is expected."""
+        self.rows.append(FoundFigure(name=name, found=found, expected=expected, holds=holds))
+
+    def change(self, path: str, *, now: float, then: float) -> None:
+        """Add a value of the configuration that does not fit."""
+        self.changes.append(ConfigChange(path=path, now=now, then=then))
+
+    def tell(self, text: str) -> None:
+        """Add to the line of text."""
+        self._told.append(text)
+
+    def finding(self) -> Finding:
+        """Return all of it; it holds where every figure does."""
+        return Finding(
+            at=time.time(),
+            holds=all(row.holds for row in self.rows),
+            text="; ".join(self._told),
+            rows=self.rows,
+            changes=self.changes,
+        )
 
 
 class CommissioningRecord(BaseModel):

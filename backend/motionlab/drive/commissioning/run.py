@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from motionlab.config.drive import DriveConfig
 from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.drive.link.link import DriveLink, OpenLoopTest
+from motionlab.drive.link.bounds import OpenLoopTest
+from motionlab.drive.link.link import DriveLink
 from motionlab.drive.link.shared import Order, State
 from motionlab.drive.loop_parameters import LoopParameters
 from motionlab.errors import MotionLabError

@@ -23,11 +23,10 @@ from motionlab.config.drive import DriveConfig
 from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.drive.faults import DRIVE_ERRORS, DRIVE_FAULT, FAULTS, OF_AN_AXIS
+from motionlab.drive.link.bounds import OpenLoopTest, check_reference, check_test
 from motionlab.drive.link.carrier import LinkError
 from motionlab.drive.link.shared import (
     RING_TICKS,
-    RUN_TICKS_MAX,
-    TEST_CURRENT,
     Command,
     Figure,
     Order,
@@ -87,28 +86,6 @@ class DriveNow:
     def state(self) -> str:
         """Its state in the words of CiA 402."""
         return drive_state(self.status_word)
-
-
-@dataclass(frozen=True)
-class OpenLoopTest:
-    """An open-loop test.
-
-    Attributes
-    ----------
-    currents : ndarray, shape (ticks, 3, 2)
-        Of the phases a, b, c of x and y, A.
-    travel : tuple of float
-        How far x and y may go from where it begins, m.
-    rest_ticks : int
-        It ends once an axis with current has rested for more than that; 0 for never.
-    rest_from : int
-        First tick that counts as rest.
-    """
-
-    currents: NDArray[np.float64]
-    travel: tuple[float, float]
-    rest_ticks: int = 0
-    rest_from: int = 0
 
 
 class DriveLink:
@@ -452,58 +429,3 @@ class DriveLink:
                     self.found = report["found"]
         if not self._closed.is_set() and not self.problem:
             self.problem = _ENDED
-
-
-def check_test(test: OpenLoopTest, config: DriveConfig) -> None:
-    """Refuse a test that is too long, or beyond the bound of currents.
-
-    Raises
-    ------
-    LinkError
-        Saying which bound.
-    """
-    if len(test.currents) > RUN_TICKS_MAX:
-        raise LinkError(f"a test takes at most {RUN_TICKS_MAX * CONTROL_PERIOD:.0f} s")
-    for i, name in enumerate(AXES):
-        most = TEST_CURRENT * getattr(config, name).current_max
-        currents = test.currents[:, :, i]
-        if not (currents.min() >= 0.0 and currents.max() <= most):  # NaN too
-            raise LinkError(f"a test of {name} has currents beyond 0 to {most:g} A")
-
-
-def check_reference(reference: NDArray[np.float64], config: DriveConfig) -> None:
-    """Refuse a motion that is too long, or beyond the limits of position and speed.
-
-    Parameters
-    ----------
-    reference : ndarray, shape (ticks, 3, 2)
-        Position, velocity, acceleration of x and y.
-    config : DriveConfig
-        Its limits.
-
-    Raises
-    ------
-    LinkError
-        Saying which limit.
-    """
-    if len(reference) > RUN_TICKS_MAX:
-        raise LinkError(
-            f"the motion takes {len(reference) * CONTROL_PERIOD:.0f} s; "
-            f"at most {RUN_TICKS_MAX * CONTROL_PERIOD:.0f} s"
-        )
-    if not np.isfinite(reference).all():
-        raise LinkError("the motion has a reference that is not a number")
-    for i, name in enumerate(AXES):
-        axis = getattr(config, name)
-        least, most = reference[:, 0, i].min(), reference[:, 0, i].max()
-        speed = np.abs(reference[:, 1, i]).max()
-        if least < axis.position_min or most > axis.position_max:
-            raise LinkError(
-                f"the motion goes from {least * 1e3:.2f} to {most * 1e3:.2f} mm in {name}; "
-                f"allowed {axis.position_min * 1e3:.2f} to {axis.position_max * 1e3:.2f} mm"
-            )
-        if speed > axis.velocity_max:
-            raise LinkError(
-                f"the motion is up to {speed * 1e3:.0f} mm/s fast in {name}; "
-                f"at most {axis.velocity_max * 1e3:.0f} mm/s"
-            )

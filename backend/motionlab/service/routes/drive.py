@@ -13,7 +13,8 @@ from motionlab.drive.lease import SECONDS
 from motionlab.drive.link.carrier import LinkError
 from motionlab.drive.link.shared import Order
 from motionlab.drive.motion import on_drives
-from motionlab.service.drives import Drives, DriveStatus
+from motionlab.service.drive_status import DriveStatus
+from motionlab.service.drives import Drives
 from motionlab.service.http.openapi_input import examples
 from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute

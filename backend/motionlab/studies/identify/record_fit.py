@@ -327,8 +327,8 @@ def _untold(presliding: Fitted) -> str | None:
 def _one_way(velocity: Array) -> str:
     way = "v > 0" if float(np.median(velocity)) > 0.0 else "v < 0"
     return (
-        f"it moves one way only, {way}: a constant force cannot be told from Coulomb friction, and "
-        "f_0 is taken for zero"
+        f"it moves one way only, {way}: a constant force cannot be distinguished from Coulomb "
+        "friction, and f_0 is taken for zero"
     )
 
 

@@ -12,7 +12,7 @@ export interface Asked {
   moving: string;
 }
 
-/** Returns the reason, to stand beside the button; empty where it can be pressed. */
+/** Returns why the button cannot be pressed; empty where it can. */
 export function whyNot({ status, silent, held, moving }: Asked): string {
   if (silent !== '') return `No answer from the server: ${silent}`;
   if (!status) return 'Asking for the drives.';
