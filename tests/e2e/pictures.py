@@ -121,7 +121,7 @@ def _identify(browser: Browser, server: Server) -> None:
     """Identify the matched motor, compare and apply."""
     page = browser.new_page(viewport={"width": 1440, "height": 900}, color_scheme="light")
     page.goto(f"{server.url}/?screen=identify")
-    page.get_by_label("motor").select_option("matched")
+    page.get_by_label("motor", exact=True).select_option("matched")
     page.get_by_role("button", name="Identify", exact=True).click()
     page.get_by_role("button", name="Compare A (old) with B (new)").click(timeout=300_000)
     region(page, "Compare").get_by_text("B vs A").wait_for(timeout=120_000)

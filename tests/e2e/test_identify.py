@@ -59,7 +59,7 @@ def identify(page: Page) -> Locator:
 
 def set_short(page: Page, motor: str = "matched") -> None:
     """Choose an experiment that is over within a second or two."""
-    page.get_by_label("motor").select_option(motor)
+    page.get_by_label("motor", exact=True).select_option(motor)
     for label, value in {
         "slowest, mm/s": "2",
         "speeds": "9",
@@ -211,7 +211,7 @@ def test_an_earlier_record_is_opened_and_laid_beside(screen: Page) -> None:
     expect(found).to_contain_text(re.compile(r"less by \d+ %: the force map in control is off"))
     expect(region(screen, "Measured")).to_contain_text("earlier fit")
     screen.get_by_role("combobox", name="Identification: earlier results").select_option(nominal)
-    expect(screen.get_by_label("motor")).to_have_value("nominal")
+    expect(screen.get_by_label("motor", exact=True)).to_have_value("nominal")
     expect(found.locator("tbody tr").first.locator("td").nth(4)).to_have_text(
         re.compile(rf"^{MINUS}?0(\.\d)? %$")
     )
@@ -299,7 +299,7 @@ def test_the_simulated_motor_fitted_to_a_run_of_drives(
     screen.get_by_role("button", name="Identify from it").click()
     region(screen, "Experiment").get_by_role("radio", name="x", exact=True).click()
     asked_for(screen, identify(screen).click)
-    motor = region(screen, "Motor")
+    motor = region(screen, "Fit the simulated motor")
     motor.get_by_role("textbox", name="Name of the motor").fill("Rig 7")
     motor.get_by_role("button", name="Save as motor").click()
     expect(motor.get_by_role("status")).to_contain_text("Motor rig-7 has 7 fitted values")
