@@ -17,7 +17,7 @@ from typing import Any
 import httpx
 import pytest
 
-from motionlab.cli.exit_codes import DONE, FAILED
+from motionlab.cli.exit_codes import BAD_INPUT, DONE, FAILED
 from motionlab.cli.main import main
 from motionlab.config.drive import load_drive
 from motionlab.drive.commissioning import currents
@@ -292,7 +292,11 @@ def test_the_example_runs_a_then_b(operator: Operator, linked_server: Server) ->
 
 
 def test_changes_that_are_taken_bring_the_link_up_with_them(
-    operator: Operator, anyone: httpx.Client, tmp_path: Path
+    operator: Operator,
+    anyone: httpx.Client,
+    linked_server: Server,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     place = f"{DRIVE}/commissioning"
     operator.arm()
@@ -314,6 +318,24 @@ def test_changes_that_are_taken_bring_the_link_up_with_them(
     assert anyone.put(place, json=document, headers=operator.lease).json()["record"]["taken"] == []
     status = operator.until(lambda status: status["state"] == "ready")
     assert status["axes"][0]["position"] == pytest.approx(before, abs=20e-6)
+
+    wrong = {"at": 0.0, "holds": False, "text": "x: offset wrong", "changes": [change]}
+    right = {"at": 0.0, "holds": True, "text": "done"}
+    document["findings"] = dict.fromkeys((*BEFORE, "currents"), right) | {"commutation": wrong}
+    anyone.put(place, json=document, headers=operator.lease)
+    operator.fall_silent()
+    operator.until(lambda status: status["holder"] is None)
+    at = ["--server", linked_server.url]
+    assert main(["drive", "commission", "currents", "--take", *at]) == FAILED
+    assert "Phase currents, one by one shows no change to take" in capsys.readouterr().err
+    assert main(["drive", "commission", "commutation", "--take", *at]) == DONE
+    assert capsys.readouterr().out == "taken: x.offset 0 -> 0.0012\n"
+    status = anyone.get(DRIVE).json()
+    assert status["state"] == "ready"
+    assert status["axes"][0]["position"] - before == pytest.approx(0.0012, abs=20e-6)
+    assert main(["drive", "commission", "commutation", "--take", *at]) == FAILED
+    assert main(["drive", "commission", "nothing", "--take", *at]) == BAD_INPUT
+    assert "is none of drives, identity" in capsys.readouterr().err
 
 
 def test_steps_with_torque(

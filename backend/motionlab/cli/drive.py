@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from motionlab.cli.exit_codes import DONE, FAILED
 from motionlab.cli.lab_server import ADDRESS, HeldLease, LabServer, ServerRefused
+from motionlab.errors import ConfigError, FieldError
 from motionlab.studies.options import add_json, add_set, source
 
 if TYPE_CHECKING:
@@ -22,7 +23,8 @@ examples:
   motionlab drive reset
   motionlab drive run circle --variant B --arm
   motionlab drive commission
-  motionlab drive commission currents --confirm
+  motionlab drive commission commutation --confirm
+  motionlab drive commission commutation --take
   motionlab drive stop
 
 The server needs --drive; docs/drive.md. stop needs no control: it is for everybody.
@@ -58,8 +60,14 @@ def add(commands: Any) -> None:
     order("reset", _reset, "clear a fault, or bring the drives up again; never arms")
     step = order("commission", _commission, "show the steps of commissioning, or do one")
     step.add_argument("step", metavar="STEP", nargs="?", help="step to do, such as currents")
-    step.add_argument(
+    meant = step.add_mutually_exclusive_group()
+    meant.add_argument(
         "--confirm", action="store_true", help="the mover may move: steps with torque need it"
+    )
+    meant.add_argument(
+        "--take",
+        action="store_true",
+        help="take the changes that the step has shown, and bring the drives up with them",
     )
     moving = order(
         "arm", _arm, "switch the torque on and hold the position until interrupted, then stop"
@@ -109,8 +117,12 @@ def _commission(options: argparse.Namespace) -> int:
     server = LabServer(options.server)
     place = "/drive/commissioning"
     if options.step is None:
+        if options.take:
+            raise ConfigError(FieldError("STEP", "--take needs the step whose changes it takes"))
         print(_steps_in_words(server.call("GET", place)))
         return DONE
+    if options.take:
+        return _take(server, f"{place}/{options.step}", _step(server.call("GET", place), options))
     body = {"confirm": True} if options.confirm else None
     with _control(server) as lease:
         server.call("POST", f"{place}/{options.step}", body, lease.headers)
@@ -121,13 +133,49 @@ def _commission(options: argparse.Namespace) -> int:
                 print(text, file=sys.stderr, flush=True)
             told = text
             time.sleep(_POLL)
-    step = next(each for each in status["steps"] if each["name"] == options.step)
+    step = _step(status, options)
     finding = step["finding"]
     if finding is None:
         print(f"motionlab: {step['title']} was ended", file=sys.stderr)
         return FAILED
     print("\n".join(_finding_in_words(step["title"], finding)))
+    if finding["changes"]:
+        print(f"motionlab drive commission {options.step} --take takes this, then do it again")
     return DONE if finding["holds"] else FAILED
+
+
+def _take(server: LabServer, place: str, step: dict[str, Any]) -> int:
+    """Take the changes that a step shows, and wait for the drives."""
+    changes = step["finding"]["changes"] if step["finding"] else []
+    if not changes:
+        print(f"motionlab: {step['title']} shows no change to take", file=sys.stderr)
+        return FAILED
+    with _control(server) as lease:
+        server.call("POST", f"{place}/changes", changes, lease.headers)
+        for change in changes:
+            print("taken: " + _in_figures(change), flush=True)
+        problem = _settled(server, {"ready"})
+    if problem:
+        print(f"motionlab: {problem}", file=sys.stderr)
+    return FAILED if problem else DONE
+
+
+def _step(status: dict[str, Any], options: argparse.Namespace) -> dict[str, Any]:
+    """Return the step that was named.
+
+    Raises
+    ------
+    ConfigError
+        If there is no such step.
+    """
+    names = [each["name"] for each in status["steps"]]
+    if options.step not in names:
+        raise ConfigError(FieldError("STEP", f"{options.step!r} is none of {', '.join(names)}"))
+    return status["steps"][names.index(options.step)]
+
+
+def _in_figures(change: dict[str, Any]) -> str:
+    return f"{change['path']} {change['now']:.10g} -> {change['then']:.10g}"
 
 
 def _under_way(status: dict[str, Any]) -> str:
@@ -146,10 +194,7 @@ def _steps_in_words(status: dict[str, Any]) -> str:
         torque = "torque" if step["torque"] else ""
         line = f"{number} {step['name']:12} {step['title']:26} {torque:7}{step['state']:8}{found}"
         lines.append(line.rstrip())
-    lines += [
-        f"taken: {change['path']} {change['now']:.10g} -> {change['then']:.10g}"
-        for change in status["record"]["taken"]
-    ]
+    lines += ["taken: " + _in_figures(change) for change in status["record"]["taken"]]
     return "\n".join(lines)
 
 
@@ -162,10 +207,7 @@ def _finding_in_words(title: str, finding: dict[str, Any]) -> list[str]:
             f" (expected {row['expected']})"
             for row in finding["rows"]
         ),
-        *(
-            f"  to be taken: {change['path']} {change['now']:.10g} -> {change['then']:.10g}"
-            for change in finding["changes"]
-        ),
+        *("  to be taken: " + _in_figures(change) for change in finding["changes"]),
     ]
 
 
