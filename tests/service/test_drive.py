@@ -5,6 +5,8 @@ from __future__ import annotations
 import logging
 import os
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from typing import Any
@@ -14,10 +16,11 @@ import pytest
 
 from motionlab.config.drive import DriveConfig, load_drive
 from motionlab.drive.lease import SECONDS
+from motionlab.drive.link.cycle import HEARTBEAT
 from motionlab.service.app import create_app
 from motionlab.service.settings import Settings
 from tests.paths import ROOT
-from tests.processes import children_of
+from tests.processes import children_of, runs
 from tests.service.conftest import MakeServer
 from tests.service.live import API, until
 from tests.service.openapi import Contract, body_examples
@@ -193,6 +196,29 @@ def test_reset_tries_again(drive: httpx.Client, linked: Server) -> None:
     until(lambda: "no answer" in drive.get(DRIVE).json()["problem"])
     (again,) = children_of(os.getpid(), LOOP)
     assert again != loop
+
+
+def test_a_loop_without_drives_outlives_a_silent_server_but_no_dead_one() -> None:
+    code = (
+        "import sys, time; from motionlab.config.drive import DriveConfig as Config;"
+        "from motionlab.drive.link.link import DriveLink;"
+        "link = DriveLink(Config.model_validate_json(sys.argv[1]));"
+        "exec('while not link.problem: time.sleep(0.1)');"
+        "print('offline', flush=True);"
+        "time.sleep(600)"
+    )
+    command = [sys.executable, "-c", code, link_to().model_dump_json()]
+    with subprocess.Popen(command, stdout=subprocess.PIPE) as server:
+        try:
+            assert server.stdout is not None
+            server.stdout.readline()
+            (loop,) = children_of(server.pid, LOOP)
+            server.send_signal(signal.SIGSTOP)
+            time.sleep(3 * HEARTBEAT / 2e9)
+            assert children_of(server.pid, LOOP) == [loop]
+        finally:
+            server.kill()
+    until(lambda: not runs(loop))
 
 
 @pytest.mark.parametrize(
