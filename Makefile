@@ -7,8 +7,9 @@ LOCK_FLAGS ?=
 WORKERS := $(shell echo $$(( $$(nproc) + 1 )))
 
 PY := .venv/bin/python
-# A slow network, or one that drops a connection now and then, must not end a first setup.
-PIP_INSTALL := $(PY) -m pip install --quiet --disable-pip-version-check --no-input \
+# A slow network, or one that drops a connection now and then, must not end a first setup. Python
+# compiles a module when it is first used; most of those that are installed never are.
+PIP_INSTALL := $(PY) -m pip install --quiet --disable-pip-version-check --no-input --no-compile \
 	--timeout 60 --retries 10
 UV_COMPILE = build/uv/bin/uv pip compile --quiet --universal --python-version 3.11 \
 	--generate-hashes --no-annotate --custom-compile-command "make lock" $(LOCK_FLAGS)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from playwright.sync_api import Locator, Page, expect
 
@@ -133,11 +133,26 @@ def asked_for(page: Page, press: Callable[[], object]) -> str:
     return job["id"]
 
 
+STYLED = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+"""Two frames: by the second one, what a change of theme has begun is among the animations."""
+
+
 def serious(page: Page, within: str = "") -> list[tuple[str, str]]:
-    """Return what axe finds, serious or critical, once no colour is in transition."""
-    page.evaluate("Promise.allSettled(document.getAnimations().map((one) => one.finished))")
+    """Return what axe finds, serious or critical, in both themes, once no colour is in transition.
+
+    The dark one differs in colours alone.
+    """
     page.evaluate(AXE.read_text())
-    found = page.evaluate("within => axe.run(within || document)", within)["violations"]
+    found: list[dict[str, Any]] = []
+    themes: list[tuple[Literal["dark", "light"], list[str]]]
+    themes = [("dark", ["color-contrast"]), ("light", [])]
+    for scheme, rules in themes:
+        page.emulate_media(color_scheme=scheme)
+        page.evaluate(STYLED)
+        page.evaluate("Promise.allSettled(document.getAnimations().map((one) => one.finished))")
+        options = {"resultTypes": ["violations"]} | ({"runOnly": rules} if rules else {})
+        run = "([within, options]) => axe.run(within || document, options)"
+        found += page.evaluate(run, [within, options])["violations"]
     return [
         (violation["id"], node["html"][:120])
         for violation in found

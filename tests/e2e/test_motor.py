@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from typing import Literal
 
 import pytest
 from playwright.sync_api import Locator, Page, expect
@@ -200,9 +199,7 @@ def test_the_previous_design_stands_beside_the_new_one(motor: Page) -> None:
     expect(figure).to_be_visible(timeout=LONG)
 
 
-@pytest.mark.parametrize("theme", ["light", "dark"])
-def test_axe_finds_nothing_serious(motor: Page, theme: Literal["light", "dark"]) -> None:
-    motor.emulate_media(color_scheme=theme)
+def test_axe_finds_nothing_serious(motor: Page) -> None:
     first_answers = {
         "Sizing": result(motor, "mover width"),
         "Force maps": region(motor, "Peaks").get_by_role("row", name="this preview"),

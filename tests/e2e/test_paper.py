@@ -170,9 +170,7 @@ def test_on_a_phone_nothing_sticks_out(paper: Page, server: Server) -> None:
     expect(region(paper, "Row")).to_be_in_viewport()
 
 
-@pytest.mark.parametrize("theme", ["light", "dark"])
-def test_axe_finds_nothing_serious(paper: Page, server: Server, theme: str) -> None:
-    paper.emulate_media(color_scheme="dark" if theme == "dark" else "light")
+def test_axe_finds_nothing_serious(paper: Page, server: Server) -> None:
     computed(paper, server, "limits", "performance", "friction")
     expect(region(paper, "Identified friction").get_by_role("figure").first).to_be_visible(
         timeout=LONG

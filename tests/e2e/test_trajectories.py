@@ -200,9 +200,7 @@ def test_the_path_goes_to_the_lab_as_a_what_if(paths: Page) -> None:
     expect(region(paths, "Path on the plane")).to_be_visible(timeout=LONG)
 
 
-@pytest.mark.parametrize("theme", ["light", "dark"])
-def test_axe_finds_nothing_serious(paths: Page, theme: str) -> None:
-    paths.emulate_media(color_scheme="dark" if theme == "dark" else "light")
+def test_axe_finds_nothing_serious(paths: Page) -> None:
     set_field(paths, "point 1 x, mm", "93")
     expect(limits(paths)).to_contain_text("leaves the stroke", timeout=LONG)
     assert serious(paths) == []
