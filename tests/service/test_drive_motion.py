@@ -15,6 +15,7 @@ from types import TracebackType
 from typing import Any
 
 import httpx
+import numpy as np
 import pytest
 
 from motionlab.cli.exit_codes import BAD_INPUT, DONE, FAILED
@@ -30,6 +31,7 @@ from tests.paths import ROOT
 from tests.service.live import API, until
 from tests.service.openapi import Contract
 from tests.service.servers import PATIENCE, Server
+from tests.simulated import play
 
 DRIVE = f"{API}/drive"
 SHORT = {
@@ -39,6 +41,16 @@ SHORT = {
     "trajectory.lead_in": 0.5,
 }
 MOTION = {"scenario": "circle", "variant": "B", "set": SHORT}
+GAINS = "variants.B.controller.x"
+FIRST, SECOND = 2000, 2200
+OF_B = (
+    {f"{GAINS}.k_d": 0.0},
+    {f"{GAINS}.k_d": 2000.0, "variants.B.controller.disturbance_observer.enabled": False},
+)
+SCHEDULE = [
+    {"time": 1.0, "set": OF_B[0] | {"variants.A.controller.x.k_p": 2e5}},
+    {"time": 1.1, "set": OF_B[1]},
+]
 LONG = MOTION | {"set": SHORT | {"trajectory.laps": 30}}
 BEFORE = ("drives", "identity", "encoders")
 SIMULATED_ONLY = ("position", "velocity", "acceleration", "friction", "bristle", "thrust")
@@ -160,7 +172,7 @@ def kept(client: httpx.Client, run: str) -> dict[str, Any]:
 
 def test_a_motion_is_recorded_as_a_run_on_drives(operator: Operator, anyone: httpx.Client) -> None:
     operator.arm()
-    path = operator.begin(MOTION)
+    path = operator.begin(MOTION | {"set": SHORT | {"schedule": SCHEDULE}})
     for call, body in (
         ("play", {}),
         ("pause", None),
@@ -200,6 +212,7 @@ def test_a_motion_is_recorded_as_a_run_on_drives(operator: Operator, anyone: htt
     assert run["id"] in {each["id"] for each in listed}
     refused = anyone.post(f"{API}/runs/{run['id']}/replay")
     assert "measured on drives" in refused.json()["detail"]
+    check_the_schedule(anyone, run)
     names = [f"B.x.{name}" for name in (*SIMULATED_ONLY, "following_error")]
     text = anyone.get(
         f"{API}/runs/{run['id']}/telemetry", params={"format": "csv", "columns": ",".join(names)}
@@ -208,6 +221,30 @@ def test_a_motion_is_recorded_as_a_run_on_drives(operator: Operator, anyone: htt
     last = {name.partition(" ")[0]: value for name, value in row.items()}
     assert {last[f"B.x.{name}"] for name in SIMULATED_ONLY} <= {"", "nan", "NaN"}
     assert abs(float(last["B.x.following_error"])) < 100e-6
+
+
+def check_the_schedule(client: httpx.Client, run: dict[str, Any]) -> None:
+    """Hold a run against the simulation of its scenario, with its schedule and its changes."""
+    scenario, path = run["scenario_document"], f"{API}/runs/{run['id']}/telemetry"
+    assert [event["set"] for event in scenario["schedule"]] == list(OF_B)
+    (change,) = run["events"]
+    assert change["tick"] < FIRST
+    made = {"time": change["tick"] * run["period"], "set": change["set"]}
+    simulated = play(scenario | {"schedule": [*scenario["schedule"], made]})
+    names = ("following_error", "pd_force")
+    columns = {"format": "csv", "columns": ",".join(f"B.x.{name}" for name in names)}
+    table = client.get(path, params=columns).text.splitlines()
+    recorded = np.genfromtxt(table, delimiter=",", skip_header=1)[:, -2:].T
+    expected = np.stack([simulated.channel("B", name, "x") for name in names])
+    for error, force in (recorded, expected):
+        proportional = np.isclose(force, change["set"][f"{GAINS}.k_p"] * error, rtol=1e-4)
+        assert (proportional | np.isnan(error))[FIRST:SECOND].all()
+        assert not proportional[[FIRST - 1, SECOND]].any()
+    for first, end in ((FIRST // 2, FIRST), (FIRST, SECOND), (SECOND, run["ticks"])):
+        found, simulated_rms = (
+            np.sqrt(np.nanmean(values[0, first:end] ** 2)) for values in (recorded, expected)
+        )
+        assert found == pytest.approx(simulated_rms, rel=0.2)
 
 
 @pytest.mark.parametrize("how", ["drive", "session"])

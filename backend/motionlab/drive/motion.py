@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -9,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.planar import AXES
-from motionlab.config.scenario import Scenario
-from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.config.scenario import EventConfig, Scenario
+from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.drive.faults import DIVERGED, NOT_A_NUMBER
 from motionlab.drive.link.carrier import LinkError
 from motionlab.drive.link.link import DriveLink, FaultNow
@@ -27,13 +28,17 @@ Array = NDArray[np.float64]
 
 _APPROACH = 0.1  # of the largest speed and acceleration, on the way to the start
 _APPROACH_LEAST = 0.5  # s
+_LEAST = 0.1  # s
+"""Between changes of a schedule: the loop has one ahead, and the next comes after that."""
+_AT_THIS_MOMENT = "a scheduled change takes effect at this moment: try again"
 _PEAK_VELOCITY, _PEAK_ACCELERATION = 15 / 8, 10 / 3**0.5
 """Of a minimum-jerk motion of unit distance and duration."""
 _WITH_TORQUE = {State.MOVING, State.STOPPING}
+_NOT_STOPPED = {State.MOVING, State.HOLDING}
 
 
 def on_drives(scenario: Scenario, variant: str | None) -> Scenario:
-    """Return a scenario of one variant, as drives carry it out.
+    """Return a scenario of one variant, as drives carry it out; its schedule is by time.
 
     Raises
     ------
@@ -52,7 +57,10 @@ def on_drives(scenario: Scenario, variant: str | None) -> Scenario:
     chosen = scenario.variants[name]
     late = chosen.controller.model_copy(update={"delay": 1})
     return scenario.model_copy(
-        update={"variants": {name: chosen.model_copy(update={"controller": late})}}
+        update={
+            "variants": {name: chosen.model_copy(update={"controller": late})},
+            "schedule": _schedule_on_drives(scenario.schedule, name),
+        }
     )
 
 
@@ -78,9 +86,10 @@ class DriveMotion:
         self._begun = self._stopping = False
         self._ended = False
         self._fault: FaultNow | None = None
-        _, self._scenario, lanes = ready(prepared.epochs)[0]
+        (_, self._scenario, lanes), *later = ready(prepared.epochs)
         self._parameters = loop_parameters(self._scenario, lanes[0])
-        self._set = 0  # number of the set that the loop has of this motion
+        self._later = _fitting(later)  # the loop has the first of them, and puts it in effect
+        self._set = 0  # number of the latest set that the loop has of this motion
 
     @property
     def blocks(self) -> int:
@@ -89,8 +98,9 @@ class DriveMotion:
 
     @property
     def scenario(self) -> Scenario:
-        """The parameters in effect."""
-        return self._scenario
+        """The parameters in effect at `tick`."""
+        later = self._later
+        return later[0][1] if later and later[0][0] <= self.tick else self._scenario
 
     @property
     def stopped(self) -> bool:
@@ -148,13 +158,23 @@ class DriveMotion:
         whole = np.concatenate((approach, motion, braking(motion[-1], deceleration)))
         self._link.check_holding()  # before the gains of what moves now are replaced
         self._set = self._link.load(self._parameters).number
+        self._schedule(self._later)
         self._link.start(whole, len(approach), self._number)
         self._begun = True
 
     def advance(self, samples: NDArray[np.float32]) -> int:
-        """Take what has been recorded, as `Simulation.advance` computes it."""
+        """Take what has been recorded, as `Simulation.advance` computes it.
+
+        Raises
+        ------
+        LinkError
+            If samples were lost, or a scheduled change came too late.
+        """
         count = min(self.available, samples.shape[1])
         if count:
+            self._note_switch()
+            if self._later:
+                count = min(count, self._later[0][0] - self.tick)
             taken = self._link.samples(self.tick, self.tick + count)
             samples[0, :count, :, : len(AXES)] = taken
             self.tick += count
@@ -165,11 +185,22 @@ class DriveMotion:
         values = np.stack(self.timeline.at(start, stop))
         return values.transpose(2, 0, 1).reshape(-1, stop - start).astype(np.float32)
 
+    def switches_within(self, seconds: float) -> bool:
+        """Return whether a scheduled change takes effect within some s, or has since `tick`."""
+        later, (_, end) = self._later, self._link.recorded
+        near = bool(later) and later[0][0] - end < to_ticks(seconds)
+        return near and self._link.state in _NOT_STOPPED
+
     def adopt(self, changes: Sequence[ReadyEpoch]) -> int:
         """Put parameters in effect at the drives' next tick, and return that.
 
         It is the tick of the motion that the loop itself reports; 0 on the way to the start, the
         motion's end where the position is held after it.
+
+        Parameters
+        ----------
+        changes : sequence of (int, Scenario, ndarray)
+            As `Simulation.adopt` takes them; those after the first are in effect at their ticks.
 
         Raises
         ------
@@ -177,11 +208,15 @@ class DriveMotion:
             If their tables are too large for the loop.
         LinkError
             If the drives move or hold with other parameters than this motion's, or are without
-            torque. They keep what they have.
+            torque, or a scheduled change takes effect at this moment. They keep what they have.
         """
-        _, scenario, lanes = changes[0]
-        self._set, tick = self._link.load(loop_parameters(scenario, lanes[0]), after=self._set)
-        self._scenario = scenario
+        (_, scenario, lanes), *others = changes
+        parameters, later = loop_parameters(scenario, lanes[0]), _fitting(others)
+        if self.switches_within(_LEAST) or (self._later and not self._link.withdraw()):
+            raise LinkError(_AT_THIS_MOMENT)
+        self._set, tick = self._link.load(parameters, after=self._set)
+        self._scenario, self._later = scenario, later
+        self._schedule(later)
         return min(max(tick, 0), self.prepared.reference.ticks)
 
     def push(self, axis: int, force: float, ticks: int) -> None:
@@ -192,6 +227,27 @@ class DriveMotion:
         """Brake to rest and switch the torque off."""
         self._stopping = True
         self._link.stop()
+
+    def _schedule(self, later: Sequence[ReadyEpoch]) -> None:
+        """Give the loop the first of later changes; it has room for one ahead."""
+        if later:
+            tick, scenario, lanes = later[0]
+            parameters = loop_parameters(scenario, lanes[0])
+            self._set = self._link.schedule(parameters, tick, after=self._set)
+
+    def _note_switch(self) -> None:
+        """Follow the loop in a scheduled change, where `tick`, now recorded, is its first."""
+        if not self._later or self.tick < self._later[0][0]:
+            return
+        (tick, scenario, _), *others = self._later
+        if self._link.taken == tick:
+            self._schedule(others)
+            self._scenario, self._later = scenario, tuple(others)  # last: `adopt` may wait for it
+        elif self._link.state in _NOT_STOPPED:
+            at = tick * CONTROL_PERIOD
+            raise LinkError(f"the change scheduled at {at:g} s came too late: the server hung")
+        else:  # after a stop nothing that waits takes effect
+            self._later = ()
 
     def _note_end(self) -> None:
         """Keep how the motion ended: a fault may be reset later, or another one come."""
@@ -216,7 +272,46 @@ def held_parameters(scenario: Scenario) -> LoopParameters:
     return loop_parameters(scenario, lanes)
 
 
-def changes_on_drives(changes: Mapping[str, Any], variant: str) -> dict[str, Any]:
+def _fitting(later: Sequence[ReadyEpoch]) -> tuple[ReadyEpoch, ...]:
+    """Return later changes, all of which the loop has room for."""
+    for _, scenario, lanes in later:
+        loop_parameters(scenario, lanes[0])
+    return tuple(later)
+
+
+def _schedule_on_drives(schedule: Sequence[EventConfig], variant: str) -> tuple[EventConfig, ...]:
+    """Return what a schedule changes of one variant, by time.
+
+    Raises
+    ------
+    ConfigError
+        Naming every field that is not of its controller, and times too close together.
+    """
+    kept: list[EventConfig] = []
+    wrong: list[FieldError] = []
+    earliest = _LEAST
+    for index, event in sorted(enumerate(schedule), key=lambda item: item[1].time):
+        others = re.compile(rf"variants\.(?!{variant}\b)")
+        changes = {path: value for path, value in event.set.items() if not others.match(path)}
+        if not changes:
+            continue
+        try:
+            changes = changes_on_drives(changes, variant, f"schedule.{index}.set")
+        except ConfigError as error:
+            wrong += error.errors
+        if to_ticks(event.time) < to_ticks(earliest):
+            told = "drives need some time after the start and from one change to the next"
+            bounds = {"minimum": earliest}
+            place = f"schedule.{index}.time"
+            wrong.append(FieldError(place, told, event.time, bounds=bounds, unit="s"))
+        earliest = event.time + _LEAST
+        kept.append(event.model_copy(update={"set": changes}))
+    if wrong:
+        raise ConfigError(*wrong)
+    return tuple(kept)
+
+
+def changes_on_drives(changes: Mapping[str, Any], variant: str, loc: str = "set") -> dict[str, Any]:
     """Return changes of a motion as drives carry them out: a controller acts a period later.
 
     Parameters
@@ -225,6 +320,8 @@ def changes_on_drives(changes: Mapping[str, Any], variant: str) -> dict[str, Any
         Dotted path to value.
     variant : str
         The one that the drives run.
+    loc : str
+        What errors name before the path.
 
     Raises
     ------
@@ -233,7 +330,7 @@ def changes_on_drives(changes: Mapping[str, Any], variant: str) -> dict[str, Any
     """
     own = f"variants.{variant}"
     wrong = [
-        FieldError(f"set.{path}", reason, value)
+        FieldError(f"{loc}.{path}", reason, value)
         for path, value in changes.items()
         if (reason := _why_not(path, value, own))
     ]

@@ -139,6 +139,7 @@ class Lockstep:
             read = self._read()
             self.left = act(read, self.now, self.bus, self.layout, self.shared, self.memory)
             self.memory.count[Count.CYCLE] += 1
+            self.shared.status[Status.CYCLES] += 1
             answer = None
             if not self.write_lost:
                 answer = self.segment.exchange(bytes(self.bus.write), self.now + 50_000)
@@ -166,10 +167,10 @@ class Lockstep:
         self.now += periods * PERIOD
         self.memory.count[Count.SKIPPED] = periods
 
-    def put(self, parameters: LoopParameters) -> None:
-        """Put parameters in effect from the next cycle on."""
+    def put(self, parameters: LoopParameters, first: int = 0) -> None:
+        """Put parameters in effect from the next cycle on, or from a tick of the motion."""
         command = self.shared.command
-        write_set(self.shared, 1 - command[Command.PARAMETERS], parameters)
+        write_set(self.shared, 1 - command[Command.PARAMETERS], parameters, first)
         command[Command.PARAMETERS] = 1 - command[Command.PARAMETERS]
 
     def order(self, order: Order, stops: int | None = None) -> bool:

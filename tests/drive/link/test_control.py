@@ -14,7 +14,7 @@ from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.drive import loop_parameters
 from motionlab.drive.link.bus import Inputs
 from motionlab.drive.link.commanding import UNKNOWN
-from motionlab.drive.link.shared import State, Status
+from motionlab.drive.link.shared import Command, State, Status
 from motionlab.drive.motion import held_parameters, on_drives
 from motionlab.errors import ConfigError
 from motionlab.kernel.layout import state_row
@@ -67,30 +67,32 @@ class Replaying(Lockstep):
 
 
 def replayed(simulated: Played, scenario_changes: Mapping[str, Any]) -> NDArray[np.float32]:
-    """Return what the loop computes from a recording, its parameters put in effect at their ticks.
+    """Return what the loop computes from a recording, with one set of parameters ahead.
 
     Shape (channels, axes, ticks).
     """
     row = Sample._fields.index("position_measured")
     loop = Replaying(simulated.samples("B")[row])
     ready = epochs(on_drives(load_scenario("circle", scenario_changes), "B"))
-    changes = {tick: held_parameters(scenario) for tick, scenario in ready}
-    loop.put(changes.pop(0))
+    changes = [(tick, held_parameters(scenario)) for tick, scenario in ready]
+    loop.put(changes.pop(0)[1])
     loop.arm()
     source = simulated.prepared.reference
     loop.memory.state[:] = 0.0  # a simulation has held no position before
     loop.memory.state[state_row("failed")] = -1.0
     kinds = (source.position, source.velocity, source.acceleration)
     loop.follow(np.stack([values[:TICKS] for values in kinds], axis=1))
+    command, status = loop.shared.command, loop.shared.status
     for tick in range(1, TICKS):
         loop.tick = tick
-        if tick in changes:
-            loop.put(changes[tick])
+        if changes and status[Status.PARAMETERS] == command[Command.PARAMETERS]:
+            first, parameters = changes.pop(0)
+            loop.put(parameters, first)
         loop.cycle()
-        if tick in changes:
-            assert loop.shared.status[Status.PARAMETERS_TICK] == tick
+    if len(ready) > 1:
+        assert status[Status.PARAMETERS_TICK] == ready[-1][0]
     assert loop.state == State.MOVING, loop.fault
-    assert loop.shared.status[Status.END] == TICKS
+    assert status[Status.END] == TICKS
     return loop.shared.samples[:TICKS].transpose(1, 2, 0)
 
 
@@ -116,7 +118,7 @@ def test_so_it_does_over_changes_within_the_motion() -> None:
     table = {f"{B}.model.x.force_map": "new-design"}
     schedule = [
         {"time": tick * CONTROL_PERIOD, "set": changes}
-        for tick, changes in ((300, gains), (301, switches), (700, table))
+        for tick, changes in ((300, gains), (500, switches), (700, table))
     ]
     check({"schedule": schedule})
 

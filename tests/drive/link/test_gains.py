@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from motionlab.config.load import load_scenario
+from motionlab.config.load import epochs, load_scenario
 from motionlab.drive.link.carrier import LinkError
 from motionlab.drive.link.link import DriveLink
 from motionlab.drive.link.shared import Command, Order, State, Status
 from motionlab.drive.motion import DriveMotion, changes_on_drives, held_parameters, on_drives
 from motionlab.errors import ConfigError
-from motionlab.kernel.layout import parameter_row
+from motionlab.kernel.layout import SAMPLE_ROWS, parameter_row
+from motionlab.lanes import WIDTH
 from motionlab.simulation.change import changed
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.simulation import ReadyEpoch, ready
@@ -52,12 +53,12 @@ class LockstepLink(DriveLink):
 
 
 class Moved:
-    """A motion along the circle."""
+    """A motion along the circle, with the changes of a schedule."""
 
-    def __init__(self) -> None:
+    def __init__(self, *schedule: dict[str, Any]) -> None:
         self.loop = Lockstep()
         self.link = LockstepLink(self.loop)
-        prepared = prepare(on_drives(load_scenario("circle", SHORT), "B"))
+        prepared = prepare(on_drives(load_scenario("circle", SHORT | {"schedule": schedule}), "B"))
         self.motion = DriveMotion(prepared, self.link, 1)
         self.loop.arm()
         self.motion.begin()
@@ -67,10 +68,18 @@ class Moved:
         while self.loop.shared.status[Status.END] < tick:
             self.loop.cycle()
 
+    def take(self) -> int:
+        """Take what has been recorded, as a session does, and return the next tick."""
+        page = np.empty((1, 4096, SAMPLE_ROWS, WIDTH), np.float32)
+        while self.motion.advance(page):
+            pass
+        return self.motion.tick
+
     def ready(self, changes: dict[str, Any]) -> list[ReadyEpoch]:
         """Check changes, as a session does."""
-        scenario, _ = changed(self.motion.scenario, changes_on_drives(changes, "B"), 0)
-        return ready(((0, scenario),))
+        tick = self.motion.tick
+        scenario, _ = changed(self.motion.scenario, changes_on_drives(changes, "B"), tick)
+        return ready(tuple(epochs(scenario, tick)))
 
     def change(self, changes: dict[str, Any]) -> int:
         """Put changes in effect, and return the tick."""

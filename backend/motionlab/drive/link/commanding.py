@@ -130,7 +130,7 @@ def control(good: bool, layout: Layout, shared: Shared, memory: Memory) -> None:
         inputs[0, _P_REF, axis] = memory.reference[0, axis]
         inputs[0, _V_REF, axis] = memory.reference[1, axis]
         inputs[0, _A_REF, axis] = memory.reference[2, axis]
-    chosen = shared.command[Command.PARAMETERS]
+    chosen = _chosen(shared, memory)
     if chosen != status[Status.PARAMETERS]:
         status[Status.PARAMETERS_TICK] = count[Count.RUN_TICK] - shared.command[Command.RUN_FIRST]
     _run_controllers(chosen, shared, memory)
@@ -147,6 +147,18 @@ def control(good: bool, layout: Layout, shared: Shared, memory: Memory) -> None:
     if good:
         _command_currents(layout, shared, memory)
     keep_sample(good, layout, shared, memory)
+
+
+@part
+def _chosen(shared: Shared, memory: Memory) -> int:
+    """Return the set of parameters of this tick; one for a later tick of the motion waits."""
+    chosen, present = shared.command[Command.PARAMETERS], shared.status[Status.PARAMETERS]
+    first = shared.first[chosen]
+    if chosen == present or first == 0:
+        return chosen
+    tick = memory.count[Count.RUN_TICK] - shared.command[Command.RUN_FIRST]
+    moving = shared.status[Status.STATE] == State.MOVING
+    return chosen if moving and tick >= first else present
 
 
 @part

@@ -26,6 +26,7 @@ from motionlab.drive.faults import DRIVE_ERRORS, DRIVE_FAULT, FAULTS, OF_AN_AXIS
 from motionlab.drive.link.bounds import OpenLoopTest, check_reference, check_test
 from motionlab.drive.link.carrier import LinkError
 from motionlab.drive.link.shared import (
+    NEVER,
     RING_TICKS,
     Command,
     Figure,
@@ -221,22 +222,22 @@ class DriveLink:
         parameters : LoopParameters
             What the loop computes with from that tick on.
         after : int, optional
-            Number of the set in effect that they are to replace.
+            Number of the latest set, which they are to replace.
 
         Raises
         ------
         LinkError
-            If another set than that is in effect, or the loop did not take the new one. It goes on
+            If another set has come since, or the loop did not take the new one. It goes on
             with what it had then.
         """
         with self._lock:
-            if after not in {None, self._loads}:
-                raise LinkError("the drives have the gains of another motion, or of arming, by now")
-            command = self._shared.command
-            present = int(command[Command.PARAMETERS])
+            self._check_latest(after)
             torque = self.state in _WITH_TORQUE
             if after is not None and not torque:
                 raise LinkError("the drives are without torque: gains go with the next motion")
+            self.withdraw()
+            command = self._shared.command
+            present = int(command[Command.PARAMETERS])
             self._await(
                 lambda: self.state not in _WITH_TORQUE or self.status(Status.PARAMETERS) == present
             )
@@ -256,6 +257,72 @@ class DriveLink:
                 raise
             self._loads += 1
             return Loaded(self._loads, self.status(Status.PARAMETERS_TICK))
+
+    def schedule(self, parameters: LoopParameters, tick: int, *, after: int) -> int:
+        """Have the loop put parameters in effect by itself, at a tick of the motion.
+
+        Parameters
+        ----------
+        parameters : LoopParameters
+            What the loop computes with from that tick on.
+        tick : int
+            From 1; one that is over by now counts as the next.
+        after : int
+            As `load` takes it; that set must be in effect.
+
+        Returns
+        -------
+        int
+            Its number.
+
+        Raises
+        ------
+        LinkError
+            If another set has come since, or waits.
+        """
+        with self._lock:
+            self._check_latest(after)
+            if self.taken is None:
+                raise LinkError("other gains wait for their tick")
+            other = 1 - int(self._shared.command[Command.PARAMETERS])
+            write_set(self._shared, other, parameters, tick)
+            self._shared.command[Command.PARAMETERS] = other
+            self._loads += 1
+            return self._loads
+
+    @property
+    def taken(self) -> int | None:
+        """First tick of the motion with the latest set; None while that waits."""
+        if self.status(Status.PARAMETERS) != self._shared.command[Command.PARAMETERS]:
+            return None
+        return self.status(Status.PARAMETERS_TICK)
+
+    def withdraw(self) -> bool:
+        """Take back a set that waits for its tick; return whether one did.
+
+        Raises
+        ------
+        LinkError
+            If the loop does not answer.
+        """
+        with self._lock:
+            command, first = self._shared.command, self._shared.first
+            latest = int(command[Command.PARAMETERS])
+            if self.taken is not None or first[latest] == 0:
+                return False
+            first[latest] = NEVER
+            cycles = self.status(Status.CYCLES)
+            self._await(
+                lambda: self.state not in _WITH_TORQUE or self.status(Status.CYCLES) > cycles
+            )
+            present = self.status(Status.PARAMETERS)  # the latest, if that cycle took it
+            command[Command.PARAMETERS] = present
+            return present != latest
+
+    def _check_latest(self, number: int | None) -> None:
+        """Refuse where another set has come since."""
+        if number not in {None, self._loads}:
+            raise LinkError("the drives have the gains of another motion, or of arming, by now")
 
     def start(
         self,

@@ -24,6 +24,8 @@ RUN_TICKS_MAX = to_ticks(300.0)
 """Longest motion, its approach included, ticks."""
 RING_TICKS = 1 << 16
 """Ticks whose samples are held: 33 s."""
+NEVER = RUN_TICKS_MAX
+"""A tick that no motion reaches."""
 ROUND_TRIP_BINS = 512
 """Bins of 1 us; the last takes all that is longer."""
 
@@ -69,7 +71,7 @@ class Command(enum.IntEnum):
     RUN_TICKS = 2  # length of the motion to start
     RUN_FIRST = 3  # its first tick that is recorded; before it is the approach
     RUN = 4  # number of the motion
-    PARAMETERS = 5  # which of the two sets of parameters is in effect
+    PARAMETERS = 5  # which of the two sets of parameters is to be in effect
     STOPS = 6  # grows with each stop, which waits for no other order
     SEQUENCE = 7  # grows with each order, after its numbers
     STOPS_BEFORE = 8  # stops that the order knew of: one with torque is refused after another
@@ -140,6 +142,7 @@ class Shared(NamedTuple):
     parameters: NDArray[np.float64]  # two sets, as `LoopParameters` has them
     tabled: NDArray[np.int64]
     tables: NDArray[np.float64]
+    first: NDArray[np.int64]  # tick of the motion from which each set holds; 0 for at once
     reference: NDArray[np.float64]
     """(ticks, 3, 2): position, velocity, acceleration, or currents of the phases, of x and y"""
     samples: NDArray[np.float32]  # (ticks, SAMPLE_ROWS, 2), a ring
@@ -154,6 +157,7 @@ _SHAPES: tuple[tuple[Any, tuple[int, ...]], ...] = (
     (np.float64, (2, PARAMETER_ROWS, WIDTH)),
     (np.int64, (2, 2)),
     (np.float64, (2, TABLE_NUMBERS)),
+    (np.int64, (2,)),
     (np.float64, (RUN_TICKS_MAX, 3, 2)),
     (np.float32, (RING_TICKS, SAMPLE_ROWS, 2)),
 )
@@ -183,8 +187,21 @@ def attach(descriptor: int) -> Shared:
     return Shared(*arrays)
 
 
-def write_set(shared: Shared, number: int, given: LoopParameters) -> None:
-    """Write one of the two sets of parameters, which the loop must not be reading."""
+def write_set(shared: Shared, number: int, given: LoopParameters, first: int = 0) -> None:
+    """Write one of the two sets of parameters, which the loop must not be reading.
+
+    Parameters
+    ----------
+    shared : Shared
+        Where to.
+    number : int
+        Which set.
+    given : LoopParameters
+        What the loop computes with.
+    first : int
+        Tick of the motion from which it holds; 0 for at once.
+    """
+    shared.first[number] = first
     shared.parameters[number] = given.lanes
     shared.tabled[number] = given.tabled
     shared.tables[number, : given.tables.size] = given.tables

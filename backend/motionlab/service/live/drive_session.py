@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
@@ -17,6 +18,9 @@ from motionlab.service.live.session import Session, WrongState
 from motionlab.service.live.session_info import State
 from motionlab.simulation.simulation import ReadyEpoch
 
+_SWITCH = 0.2
+"""s before a scheduled change, in which one of a person waits for it."""
+_POLL = 0.01  # s
 _LOG = logging.getLogger(__name__)
 
 
@@ -103,13 +107,15 @@ class DriveSession(Session):
             elif self.runs and self._motion.stopped:  # it stopped without a further sample
                 self._advance_slice(0)
             self._recorded()
-        except LinkError as error:  # samples were lost: what comes would not belong to them
+        except LinkError as error:  # what comes would not be the run that was asked for
             _LOG.warning("session %s: %s", self.id, error)
             self._motion.stop()
-            self._note_stop("stopped")
+            self._note_stop("stopped", str(error))
             self._recorded()
 
     async def _change(self, changes: Mapping[str, Any]) -> int:
+        while self._motion.switches_within(_SWITCH):  # to be made over what that leaves
+            await asyncio.sleep(_POLL)
         self._refuse_when("stopping", "stopped")
         return await super()._change(changes_on_drives(changes, self.variants[0]))
 
@@ -120,12 +126,12 @@ class DriveSession(Session):
             self._note(event.model_copy(update={"tick": tick}))
         return tick
 
-    def _note_stop(self, state: State) -> None:
+    def _note_stop(self, state: State, reason: str = "") -> None:
         """Take over that the drives stop, or have stopped, without an order of this session."""
         fault = self._motion.fault
         with self._lock:
             self._stop_tick = self.tick
-            reason = "" if fault is None else fault.name
+            reason = reason if fault is None else fault.name
             self._note(Event(tick=self.tick, kind="stop", reason=reason))
             self.state = state
             self._failed = self._motion.failed_ticks

@@ -22,6 +22,14 @@ it('has changes at their ticks, those of one tick together, and those of the sta
   expect(found.whole).toBe(true);
 });
 
+it('keeps the schedule of the scenario, over a change that came before it', () => {
+  const ran = run(change(700, { [K_P]: 2 }));
+  const event = { time: 1, set: { [K_D]: 3 } };
+  Object.assign(ran.scenario_document!, { schedule: [event] });
+  const made = { time: 700 * 0.0005, set: { [K_P]: 2 } };
+  expect(asItRan(ran).scenario.schedule).toEqual([event, made]);
+});
+
 it('says where there are more changes than a schedule holds', () => {
   const many = Array.from({ length: 101 }, (_, i) => change(i + 1, { [K_P]: i }));
   expect(asItRan(run(...many))).toMatchObject({ set: {}, whole: false });
