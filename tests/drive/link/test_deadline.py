@@ -128,7 +128,8 @@ def test_no_cycle_waits_past_its_deadline(
     monkeypatch.setattr(cycle, "sleep_until", network.sleep_until)
     for name in ("read_inputs", "write_outputs", "machine_time", "_next_period"):
         monkeypatch.setattr(cycle, name, plain(getattr(cycle, name)))
-    assert plain(cycle.run)(loop.bus, loop.layout, loop.shared, loop.memory) == cycle.QUITTING
+    polling = loop.bus._replace(spin=bus.SPIN)
+    assert plain(cycle.run)(polling, loop.layout, loop.shared, loop.memory) == cycle.QUITTING
 
     status = loop.shared.status
     assert network.cycles == CYCLES

@@ -85,6 +85,16 @@ def test_one_or_two_missed_cycles_hold_the_last_command(loop: Lockstep, missed: 
     assert np.nanmax(np.abs(errors)) < 20e-6
 
 
+def test_it_is_ready_with_its_first_inputs(loop: Lockstep) -> None:
+    loop.shared.status[Status.STATE] = State.OFFLINE
+    loop.read_lost = True
+    loop.cycle(3)
+    assert loop.state == State.OFFLINE
+    loop.read_lost = False
+    loop.cycle()
+    assert loop.state == State.READY
+
+
 @pytest.mark.parametrize("lost", ["read_lost", "write_lost"])
 def test_10_ms_without_a_good_frame_latch_the_fault_of_the_link(loop: Lockstep, lost: str) -> None:
     loop.moving()

@@ -88,6 +88,8 @@ def act(  # noqa: PLR0913, PLR0917 - all that a cycle touches
     _make_up(layout, shared, memory)
     if good:
         take_inputs(bus, layout, shared, memory)
+        if status[Status.STATE] == State.OFFLINE:
+            enter(shared, State.READY)
     judge_link(read, good, layout, shared, memory)
     if good:
         judge_drives(layout, shared, memory)

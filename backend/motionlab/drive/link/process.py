@@ -24,7 +24,7 @@ from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.drive.libc import new_clock
 from motionlab.drive.link.bring_up import BringUp
-from motionlab.drive.link.bus import Bus, cyclic_bus
+from motionlab.drive.link.bus import SPIN, Bus, cyclic_bus
 from motionlab.drive.link.carrier import Carrier, LinkError
 from motionlab.drive.link.cycle import BRING_UP, GONE, HEARTBEAT, QUITTING, RESETTING, run
 from motionlab.drive.link.memory import Count, Layout, new_memory
@@ -127,7 +127,10 @@ class Loop:
             return drives
 
     def _cycle(self, drives: BringUp) -> int:
-        """Run the compiled loop on drives in OP, and return why it ended."""
+        """Run the compiled loop on drives in OP, and return why it ended.
+
+        It is ready with its first inputs: until then nothing is known of the positions.
+        """
         assert self._carrier is not None
         shared, status = self._shared, self._shared.status
         link = self._config.link
@@ -136,11 +139,11 @@ class Loop:
             self._carrier.header,
             new_clock(link.slow),
             clocks=link.distributed_clocks,
+            spin=SPIN if len(os.sched_getaffinity(0)) > 1 else 0,
         )
         layout = layout_of(self._config, drives.sync_start)
         status[Status.FAULT] = 0
         status[Status.PHASE_LOCKED] = 0
-        status[Status.STATE] = State.READY
         reason = run(bus, layout, shared, self._memory)
         if reason == BRING_UP:
             status[Status.STATE] = State.OFFLINE
