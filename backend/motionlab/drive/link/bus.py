@@ -48,7 +48,7 @@ _WRITE_BYTES = _FIRST_DATA + _OUTPUTS + WORKING_COUNTER
 _ROOM = 1600
 
 SPIN = 100_000
-"""ns for which an answer is polled for before the loop sleeps: to wake takes longer than it does."""
+"""ns for which an answer is polled for before the loop sleeps: to wake up takes longer."""
 
 
 class Bus(NamedTuple):
