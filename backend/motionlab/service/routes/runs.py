@@ -9,6 +9,7 @@ from fastapi import Path as PathParameter
 from pydantic import BaseModel, ConfigDict, Field
 
 from motionlab.errors import ConfigError, FieldError
+from motionlab.runs.glitches import RunGlitches, run_glitches
 from motionlab.runs.library import FREE_LEAST, UNDO_SECONDS, library, quota
 from motionlab.runs.run import ID, NAME_MAX, NOTE_MAX, TAG, TAGS_MAX, TEXT, Page, Run, RunDetail
 from motionlab.runs.search import LIMIT_MAX, SEARCH_MAX, parse
@@ -181,6 +182,17 @@ async def get_window(
     return ComputedResponse(answer, media_type=MEDIA_TYPE)
 
 
+@router.get(
+    "/{run_id}/glitches",
+    operation_id="getRunGlitches",
+    response_model=RunGlitches,
+    responses=responses(404, 409, 429, 503),
+)
+async def get_glitches(request: Request, run_id: RunId) -> Response:
+    """Return the quadrant glitch of every reversal; docs/glitches.md."""
+    return await computed(request, _glitches, run_id)
+
+
 def _page(q: str, sort: str, limit: int, cursor: str | None) -> Page:
     return library().index.page(parse(q), sort=sort, limit=limit, cursor=cursor)
 
@@ -197,6 +209,10 @@ def _storage() -> Storage:
 
 def _get(run_id: str) -> RunDetail:
     return library().get(run_id)
+
+
+def _glitches(run_id: str) -> RunGlitches:
+    return run_glitches(run_id)
 
 
 def _change(run_id: str, changes: dict[str, Any]) -> Run:

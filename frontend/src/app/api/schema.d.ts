@@ -1350,6 +1350,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/runs/{run_id}/glitches": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Glitches
+         * @description Return the quadrant glitch of every reversal; docs/glitches.md.
+         */
+        get: operations["getRunGlitches"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/gain-sets": {
         parameters: {
             query?: never;
@@ -1758,6 +1778,34 @@ export interface components {
             simulated_peak: number | null;
         };
         /**
+         * AlignedError
+         * @description The error of all reversals, each from its value before and in the new direction, m.
+         */
+        AlignedError: {
+            /**
+             * Start
+             * @description Time of the first point after the reversal, s; below 0
+             */
+            start: number;
+            /**
+             * Step
+             * @description Time between points, s
+             */
+            step: number;
+            /** Mean */
+            mean: number[];
+            /**
+             * Low
+             * @description Least of all reversals
+             */
+            low: number[];
+            /**
+             * High
+             * @description Largest of all reversals
+             */
+            high: number[];
+        };
+        /**
          * AmplifierConfig
          * @description Three current amplifiers: ``di/dt = omega (gain command + offset + ripple + noise - i)``.
          */
@@ -2046,6 +2094,21 @@ export interface components {
              *     }
              */
             resonance: components["schemas"]["ResonanceConfig"];
+        };
+        /**
+         * AxisGlitches
+         * @description The reversals of one axis.
+         */
+        AxisGlitches: {
+            /**
+             * Count
+             * @description Of the encoder, m; 0 where it is not known or has no steps
+             */
+            count: number;
+            /** Variants */
+            variants: {
+                [key: string]: components["schemas"]["VariantGlitches"];
+            };
         };
         /**
          * AxisIdentification
@@ -5193,6 +5256,59 @@ export interface components {
              * @default 0.5
              */
             post: number;
+        };
+        /**
+         * GlitchMean
+         * @description Means over the reversals; of times, over those that have one.
+         */
+        GlitchMean: {
+            /**
+             * Height
+             * @description Of the heights without their signs, m
+             */
+            height: number;
+            /** Delay */
+            delay: number | null;
+            /** Rise */
+            rise: number | null;
+            /** Duration */
+            duration: number | null;
+        };
+        /**
+         * GlitchRow
+         * @description One reversal under one variant.
+         */
+        GlitchRow: {
+            /**
+             * Time
+             * @description When the reference turns, s
+             */
+            time: number;
+            /**
+             * Direction
+             * @description 1 or -1: the direction from then on
+             */
+            direction: number;
+            /**
+             * Height
+             * @description From before the reversal to the peak after it, signed, m
+             */
+            height: number;
+            /**
+             * Delay
+             * @description From the reversal to a tenth of the height, s
+             */
+            delay: number | null;
+            /**
+             * Rise
+             * @description From a tenth to nine tenths of the height, s
+             */
+            rise: number | null;
+            /**
+             * Duration
+             * @description From the reversal until the error settles, s
+             */
+            duration: number | null;
         };
         /**
          * HandStatus
@@ -9092,6 +9208,16 @@ export interface components {
             }[];
         };
         /**
+         * RunGlitches
+         * @description The quadrant glitches of a run; an axis that never reverses is left out.
+         */
+        RunGlitches: {
+            /** Axes */
+            axes: {
+                [key: string]: components["schemas"]["AxisGlitches"];
+            };
+        };
+        /**
          * RunningStep
          * @description A step of commissioning that goes on.
          */
@@ -10901,6 +11027,16 @@ export interface components {
              */
             label: string;
             controller: components["schemas"]["ControllerConfig"];
+        };
+        /**
+         * VariantGlitches
+         * @description What one variant does at the reversals of one axis.
+         */
+        VariantGlitches: {
+            /** Rows */
+            rows: components["schemas"]["GlitchRow"][];
+            mean: components["schemas"]["GlitchMean"];
+            aligned: components["schemas"]["AlignedError"];
         };
         /**
          * VariantMetrics
@@ -18881,6 +19017,101 @@ export interface operations {
                 };
                 content: {
                     "application/octet-stream": string;
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getRunGlitches: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Identifier of a run */
+                run_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RunGlitches"];
                 };
             };
             /** @description Bad Request */
