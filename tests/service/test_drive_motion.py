@@ -420,6 +420,8 @@ def test_steps_with_torque(
     assert anyone.get(DRIVE).json()["state"] == "ready"
 
     at = ["--server", linked_server.url]
+    assert main(["drive", "commission", "nothing", "--confirm", *at]) == BAD_INPUT
+    assert "is none of drives, identity" in capsys.readouterr().err
     assert main(["drive", "commission", "homing", "--confirm", *at]) == FAILED
     assert "Phase currents, one by one comes first" in capsys.readouterr().err
     operator.until(lambda status: status["holder"] is None)

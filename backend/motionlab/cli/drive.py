@@ -121,8 +121,9 @@ def _commission(options: argparse.Namespace) -> int:
             raise ConfigError(FieldError("STEP", "--take needs the step whose changes it takes"))
         print(_steps_in_words(server.call("GET", place)))
         return DONE
+    named = _step(server.call("GET", place), options)
     if options.take:
-        return _take(server, f"{place}/{options.step}", _step(server.call("GET", place), options))
+        return _take(server, f"{place}/{options.step}", named)
     body = {"confirm": True} if options.confirm else None
     with _control(server) as lease:
         server.call("POST", f"{place}/{options.step}", body, lease.headers)

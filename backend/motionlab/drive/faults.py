@@ -31,11 +31,16 @@ class Fault(NamedTuple):
 
 FAULTS = {
     LINK_LOST: Fault(
-        "link lost", "Check cable, power of the drives and the other masters on the bus.", "ms", 1e3
+        "link lost",
+        "Check cable and power of the drives and other masters on the bus; "
+        "a busy machine that lets the loop sleep is a lost link, too.",
+        "ms",
+        1e3,
     ),
     FOLLOWING_ERROR: Fault(
         "following error beyond its window",
-        "Look for a mechanical obstacle; lower the speed or widen the window.",
+        "Look for a mechanical obstacle and a wrong commutation offset (commissioning); "
+        "lower the speed or widen the window.",
         "\u00b5m",
         1e6,
     ),

@@ -122,7 +122,7 @@ def _judge(config: DriveAxisConfig, axis: str, ends: _Ends, pitch: float, found:
     )
     found.row(
         f"{axis}, middle beside that of the limits",
-        found=f"{1e3 * off:+.2f} mm" + (f", {pitches:+d} pitches" if pitches else ""),
+        found=f"{1e3 * off:+.2f} mm" + (f", {_in_pitches(pitches)}" if pitches else ""),
         expected=f"within {1e3 * _DOUBT * pitch:.2f} mm",
         holds=sure and pitches == 0,
     )
@@ -139,8 +139,12 @@ def _judge(config: DriveAxisConfig, axis: str, ends: _Ends, pitch: float, found:
     elif pitches:
         then = round(config.offset - shift, 7)
         found.change(f"{axis}.offset", now=config.offset, then=then)
-        found.tell(f"{axis}: offset wrong by {pitches:+d} pitches")
+        found.tell(f"{axis}: offset wrong by {_in_pitches(pitches)}")
     elif not inside:
         found.tell(f"{axis}: an end stop lies within the limits of position")
     else:
         found.tell(f"{axis}: stroke {1e3 * stroke:.2f} mm, offset right")
+
+
+def _in_pitches(count: int) -> str:
+    return f"{count:+d} {'pitch' if abs(count) == 1 else 'pitches'}"

@@ -1,5 +1,5 @@
 import { expect, it } from 'vitest';
-import { checksOf, lasting, obstacle, type Situation } from './arm-checks';
+import { checksOf, lasting, obstacle, stepObstacle, type Situation } from './arm-checks';
 import { exampleStatus } from './example-status';
 
 const situation = (change: Partial<Situation> = {}): Situation => ({
@@ -52,4 +52,32 @@ it('names who holds control', () => {
     ({ name }) => name === 'control',
   );
   expect(control).toMatchObject({ holds: false, text: 'held by script' });
+});
+
+it.each([
+  [{ silent: 'gone' }, 'does not answer'],
+  [{ status: exampleStatus({ state: 'offline' }) }, 'no link'],
+  [{ status: exampleStatus({ state: 'fault' }) }, 'Reset it first'],
+  [{ status: exampleStatus({ state: 'holding' }) }, 'Disarm first'],
+  [{ status: exampleStatus({ state: 'stopping' }) }, 'come to rest'],
+  [{ held: false }, 'Take control'],
+] as const)('says what keeps a step from beginning: %o', (change, reason) => {
+  expect(stepObstacle(situation(change as Partial<Situation>), false)).toContain(reason);
+});
+
+it('asks for the phase and for STO only where a step has torque', () => {
+  for (const status of [exampleStatus({}, { phase_locked: false }), withSto(true)]) {
+    expect(stepObstacle(situation({ status }), false)).toBe('');
+    expect(stepObstacle(situation({ status }), true)).not.toBe('');
+  }
+});
+
+it('says in the question how much of commissioning is done, which is no obstacle', () => {
+  const row = (done: number) =>
+    checksOf(situation({ commissioned: { done, of: 8 } })).find(
+      ({ name }) => name === 'commissioning',
+    );
+  expect(row(4)).toEqual({ name: 'commissioning', holds: null, text: '4 of 8 steps done' });
+  expect(row(8)).toMatchObject({ holds: true });
+  expect(obstacle(situation({ commissioned: { done: 0, of: 8 } }))).toBe('');
 });

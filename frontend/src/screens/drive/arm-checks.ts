@@ -18,9 +18,11 @@ export interface Situation {
   gains: string;
   /** Why the server has not answered; empty when it has. */
   silent: string;
+  /** How many steps of commissioning are done; absent where that is not known. */
+  commissioned?: { done: number; of: number } | undefined;
 }
 
-export function checksOf({ status, held, gains, silent }: Situation): Check[] {
+export function checksOf({ status, held, gains, silent, commissioned }: Situation): Check[] {
   return [linkCheck(status, silent), faultCheck(status), stoCheck(status), ...others()];
 
   function others(): Check[] {
@@ -28,6 +30,7 @@ export function checksOf({ status, held, gains, silent }: Situation): Check[] {
     return [
       { name: 'control', holds: held, text: held ? 'this browser' : holder },
       { name: 'gains', holds: gains !== '', text: gains || 'the Lab has no session' },
+      ...(commissioned ? [commissioningCheck(commissioned)] : []),
     ];
   }
 }
@@ -50,6 +53,22 @@ export function lasting(situation: Situation): string {
   if (!held) return 'Take control first.';
   if (situation.gains === '') return 'The Lab has no session whose gains could hold the position.';
   return '';
+}
+
+/** Why a step of commissioning cannot begin, in a sentence; empty when it can. */
+export function stepObstacle(situation: Situation, torque: boolean): string {
+  const { state } = situation.status;
+  if (situation.silent !== '') return 'The server does not answer.';
+  if (state === 'offline') return 'There is no link to the drives.';
+  if (state === 'fault') return 'A fault is latched. Reset it first.';
+  if (state === 'stopping') return 'The drives come to rest.';
+  if (state !== 'ready') return 'Steps begin without torque. Disarm first.';
+  if (!situation.held) return 'Take control first.';
+  return torque ? obstacle(situation) : '';
+}
+
+function commissioningCheck({ done, of }: { done: number; of: number }): Check {
+  return { name: 'commissioning', holds: done === of || null, text: `${done} of ${of} steps done` };
 }
 
 function linkCheck(status: DriveStatus, silent: string): Check {

@@ -2,7 +2,7 @@ import { describe, expect, it } from 'vitest';
 import type { Finding, Step } from './commissioning.svelte';
 import { exampleDrive, exampleStatus } from './example-status';
 import { announced } from './step-moves';
-import { actionText, changeText, liveText, markOf } from './step-text';
+import { actionText, changeText, figureText, liveText, markOf, pushText } from './step-text';
 
 function step(change: Partial<Step> = {}): Step {
   return {
@@ -62,4 +62,22 @@ it('announces what moves, how far, how fast and how strongly', () => {
 it('shows where both axes are, and the largest current', () => {
   const drives = [exampleDrive({ current: 0.5 }), exampleDrive({ current: -1.25 })];
   expect(liveText(exampleStatus({ drives }))).toBe('x 12.300 mm, y 12.300 mm, up to 1.25 A');
+});
+
+it('names the axis that is still to be pushed, and the address of the virtual drive', () => {
+  const status = exampleStatus();
+  const elsewhere = { ...status, bus: { ...status.bus, place: '127.0.0.1:35980' } };
+  const command = (axis: string) => `--switch 'push={axis="${axis}", force=8, time=0.1}'`;
+  expect(pushText(status, [null, null])).toBe(`motionlab vdrive ${command('x')}`);
+  expect(pushText(status, [0.02, null])).toBe(`motionlab vdrive ${command('y')}`);
+  expect(pushText(elsewhere, [null, 0.02])).toBe(
+    `motionlab vdrive --address 127.0.0.1:35980 ${command('x')}`,
+  );
+});
+
+it('writes minus signs in what a step found, and leaves other hyphens', () => {
+  expect(figureText('x: offset wrong by -1.307 mm; y: -2')).toBe(
+    'x: offset wrong by −1.307 mm; y: −2',
+  );
+  expect(figureText('0x5001-3, low-gain, 2019-02-14')).toBe('0x5001-3, low-gain, 2019-02-14');
 });
