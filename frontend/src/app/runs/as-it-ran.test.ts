@@ -25,7 +25,7 @@ it('has changes at their ticks, those of one tick together, and those of the sta
 it('keeps the schedule of the scenario, over a change that came before it', () => {
   const ran = run(change(700, { [K_P]: 2 }));
   const event = { time: 1, set: { [K_D]: 3 } };
-  Object.assign(ran.scenario_document!, { schedule: [event] });
+  Object.assign(ran.scenario_document ?? {}, { schedule: [event] });
   const made = { time: 700 * 0.0005, set: { [K_P]: 2 } };
   expect(asItRan(ran).scenario.schedule).toEqual([event, made]);
 });
