@@ -228,6 +228,18 @@ def test_a_zoom_asks_for_finer_curves(page: Page, server: Server, two: list[str]
     page.keyboard.press("0")
     expect(table.locator("tbody th").first).to_have_text("0")
 
+    detail.get_by_role("button", name="Table").click()
+    reversals = detail.get_by_role("region", name="Reversals")
+    reversals.get_by_role("button", name="Reversals").click()
+    found = page.request.get(f"{server.url}{API}/runs/{two[0]}/glitches").json()["axes"]["y"]
+    reversals.get_by_role("radio", name="y", exact=True).click()
+    height = 1e6 * found["variants"]["A"]["mean"]["height"]
+    expect(reversals.get_by_role("heading").first).to_contain_text(f"{height:.1f} µm under A")
+    assert serious(page, within='[aria-label="Reversals"]') == []
+    first = found["variants"]["A"]["rows"][0]["time"]
+    reversals.get_by_role("button", name=f"{first:.4f}").click()
+    expect(detail.get_by_role("heading", name=f"{first - 0.05:.2f}")).to_be_visible()
+
 
 def test_a_what_if_is_kept(page: Page, server: Server) -> None:
     expect(region(page, "Metrics")).to_contain_text("exact", timeout=LONG)

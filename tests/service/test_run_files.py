@@ -38,6 +38,15 @@ def run() -> Iterator[RunDetail]:
     library().delete(kept.id)
 
 
+def test_its_reversals_are_measured(client: httpx.Client, run: RunDetail) -> None:
+    axes = client.get(f"{API}/runs/{run.id}/glitches").raise_for_status().json()["axes"]
+    for each in axes.values():
+        a, b = (each["variants"][name]["mean"]["height"] for name in ("A", "B"))
+        assert a > 20 * b > 0
+    assert set(axes) == {"x", "y"}
+    assert client.get(f"{API}/runs/r-aaaaaaaaaaaa/glitches").status_code == 404
+
+
 def test_the_formats_offered_can_be_written(client: httpx.Client, run: RunDetail) -> None:
     formats = client.get(f"{API}/runs/storage").raise_for_status().json()["formats"]
     assert {"csv", "parquet", "mat", "mcap"} <= set(formats)

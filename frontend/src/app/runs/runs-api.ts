@@ -52,3 +52,5 @@ export const runWindow = (
   id: string,
   query: { columns: string; from: number; to: number; points: number },
 ) => api.bytes('/runs/{run_id}/window', { ...of(id), query });
+/** The following error at every reversal of its axes. */
+export const runGlitches = (id: string) => api.json('get', '/runs/{run_id}/glitches', of(id));
