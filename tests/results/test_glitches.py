@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -22,7 +24,7 @@ VELOCITY = np.sin(2 * np.pi * np.arange(TICKS) / PERIOD + 1e-9)
 TURNS = [1000, 2000, 3000, 4000, 5000]
 
 
-def made(shape: Array, *, noise: float = 0.0, base: float = 2e-6) -> Array:
+def made(shape: NDArray[Any], *, noise: float = 0.0, base: float = 2e-6) -> Array:
     """Return an error that follows a shape from each turn on, with the sign of the motion."""
     error = np.full(TICKS, base)
     sign = 1.0
