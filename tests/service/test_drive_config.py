@@ -42,6 +42,15 @@ WRONG = {
         ("encoder = 4 ", "encoder = 40 "),
         "y.encoder: is out of range; got 40; allowed >= 1 and <= 6",
     ),
+    "one encoder for both axes": (
+        ("encoder = 4 ", "encoder = 1 "),
+        "drive: y.encoder = 1 is drive x a: the encoder of an axis is read by one of its own",
+    ),
+    "more counts than a drive has": (
+        ("resolution = 50e-9", "resolution = 1e-12"),
+        "x: resolution = 1e-12 m: 0.0845 m from count 0 to a limit of position are beyond",
+    ),
+    "a number of many digits": (("port = 34980", f"port = {'9' * 5000}"), "is no TOML: Exceeds"),
     "text": (
         ("velocity_max = 0.5", 'velocity_max = "fast"'),
         "x.velocity_max: must be a number; got 'fast'; allowed > 0 and <= 5 m/s",
@@ -70,6 +79,10 @@ def test_a_wrong_file_is_refused(
 
 
 def test_a_file_that_cannot_be_read(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for file, reason in ((tmp_path / "none.toml", "No such file"), (tmp_path, "Is a directory")):
+    for file, reason in (
+        (tmp_path / "none.toml", "No such file"),
+        (tmp_path, "Is a directory"),
+        ("a" * 5000, "File name too long"),
+    ):
         assert main(["serve", "--port", "0", "--drive", str(file)]) == BAD_INPUT
         assert f"motionlab: drive: {file}: {reason}" in capsys.readouterr().err

@@ -23,6 +23,7 @@ PHASES = ("a", "b", "c")
 LAYOUT = tuple(itertools.product(AXES, PHASES))
 """Axis and phase of every drive."""
 
+_COUNTS = 2**31
 _NAME = re.compile(r"[a-z0-9-]+")
 
 Identity = Annotated[Whole, Field(ge=0, le=0xFFFF_FFFF)]
@@ -183,6 +184,12 @@ class DriveAxisConfig(Config):
                 f"position_min = {self.position_min:g} m is not below "
                 f"position_max = {self.position_max:g} m"
             )
+        far = max(abs(self.position_min - self.offset), abs(self.position_max - self.offset))
+        if far / self.resolution >= _COUNTS:
+            raise ValueError(
+                f"resolution = {self.resolution:g} m: {far:g} m from count 0 to a limit of "
+                f"position are beyond the {_COUNTS} counts of a drive"
+            )
         return self
 
 
@@ -210,6 +217,18 @@ class DriveConfig(Config):
             raise ValueError(
                 f"more than one drive for {', '.join(twice)}, none for {', '.join(missing)}"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _has_encoders_of_their_axes(self) -> Self:
+        for axis in AXES:
+            encoder = getattr(self, axis).encoder
+            node = self.nodes[encoder - 1]
+            if node.axis != axis:
+                raise ValueError(
+                    f"{axis}.encoder = {encoder} is drive {node.axis} {node.phase}: the encoder of "
+                    "an axis is read by one of its own drives, which holds its limits of position"
+                )
         return self
 
     @model_validator(mode="after")
@@ -248,8 +267,10 @@ def load_drive(name: Path | str) -> DriveConfig:
         If it cannot be read; naming every field that is wrong, its value, range and unit.
     """
     shipped = config_root() / "drives" / f"{name}.toml"
-    path = shipped if _NAME.fullmatch(str(name)) and shipped.is_file() else Path(name)
+    path = Path(name)
     try:
+        if _NAME.fullmatch(str(name)) and shipped.is_file():
+            path = shipped
         with path.open("rb") as file:
             text = file.read(FILE_MAX + 1).decode()
         if len(text) > FILE_MAX:
@@ -260,8 +281,8 @@ def load_drive(name: Path | str) -> DriveConfig:
         return DriveConfig.model_validate(document)
     except OSError as error:
         raise ConfigError(FieldError("drive", f"{path}: {error.strerror}")) from None
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise ConfigError(FieldError("drive", f"{path} is no TOML: {error}")) from None
     except ValidationError as error:
         found = field_errors(error, DriveConfig)
         raise ConfigError(*(replace(each, loc=each.loc or "drive") for each in found)) from None
+    except ValueError as error:  # no UTF-8, no TOML, or a whole number of thousands of digits
+        raise ConfigError(FieldError("drive", f"{path} is no TOML: {error}")) from None
