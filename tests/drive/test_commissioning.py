@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import errno
+import math
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
+from pydantic import ValidationError
 
 from motionlab.drive.commissioning.checks import (
     ByHand,
@@ -13,11 +17,18 @@ from motionlab.drive.commissioning.checks import (
     find_drives,
     judge_encoders,
 )
-from motionlab.drive.commissioning.record import CommissioningRecord, ConfigChange, in_effect
+from motionlab.drive.commissioning.record import (
+    ORDER,
+    CommissioningRecord,
+    ConfigChange,
+    Finding,
+    FoundFigure,
+    in_effect,
+)
 from motionlab.drive.commissioning.steps import Commissioning
 from motionlab.drive.link.carrier import LinkError
 from motionlab.drive.virtual.segment import default_drive
-from motionlab.errors import ConfigError
+from motionlab.errors import ConfigError, StoreError
 
 
 @pytest.fixture
@@ -123,8 +134,54 @@ def test_the_document_outlives_the_server(steps: Commissioning, file: Path) -> N
     assert again.present == "encoders"
     other = default_drive().model_copy(update={"title": "another"})
     assert Commissioning(other, file).present == "drives"
+
+
+def test_a_damaged_document_is_put_aside_and_told(
+    steps: Commissioning, file: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    two_done(steps)
     file.write_text("damaged")
-    assert Commissioning(default_drive(), file).present == "drives"
+    again = Commissioning(default_drive(), file)
+    assert again.present == "drives"
+    assert "none of its changes is in effect" in caplog.text
+    again.put("drives", find_drives(default_drive(), found()))
+    assert file.with_suffix(".damaged.json").read_text() == "damaged"
+
+
+def test_what_cannot_be_kept_does_not_take_effect(
+    steps: Commissioning, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    changes = wrong_way(steps)
+    before = steps.record
+    full = OSError(errno.ENOSPC, "No space left on device")
+    with monkeypatch.context() as patch:
+        patch.setattr("motionlab.drive.commissioning.steps.replace", Mock(side_effect=full))
+        with pytest.raises(StoreError, match="cannot be written"):
+            steps.take("encoders", changes)
+        taken = [changes[0].model_copy(update={"now": 1.0})]
+        with pytest.raises(StoreError, match="cannot be written"):
+            steps.load(CommissioningRecord(link=before.link, taken=taken))
+    assert (steps.config, steps.record) == (default_drive(), before)
+    steps.take("encoders", changes)
+    assert steps.config.y.direction == -1
+
+
+def test_a_document_that_could_not_be_read_again_is_not_taken(steps: Commissioning) -> None:
+    row = FoundFigure(name="n" * 1000, found="", expected="", holds=True)
+    long = Finding(at=0.0, holds=True, text="", rows=[row] * 64)
+    record = CommissioningRecord(link=steps.record.link, findings=dict.fromkeys(ORDER, long))
+    with pytest.raises(ConfigError, match=r"findings: the document is too long; .* <= 100000 B"):
+        steps.load(record)
+    assert steps.record.findings == {}
+    with pytest.raises(ValidationError, match="finite number"):
+        Finding(at=math.nan, holds=True, text="")
+
+
+def test_a_direction_is_no_fraction(steps: Commissioning) -> None:
+    for value in (-1.5, 1e300):
+        change = ConfigChange(path="x.direction", now=1.0, then=value)
+        with pytest.raises(ConfigError, match=r"x.direction: is not one of the choices"):
+            steps.load(CommissioningRecord(link=steps.record.link, taken=[change]))
 
 
 def test_a_document_is_loaded_as_far_as_its_steps_follow(steps: Commissioning) -> None:

@@ -107,7 +107,7 @@ class Finding(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    at: float = Field(description="Wall clock, s since 1970")
+    at: float = Field(allow_inf_nan=False, description="Wall clock, s since 1970")
     holds: bool
     text: str = Field(max_length=_TEXT_MAX, description="In one line")
     rows: list[FoundFigure] = Field(default_factory=list, max_length=64)
@@ -177,7 +177,8 @@ def in_effect(config: DriveConfig, taken: Iterable[ConfigChange]) -> DriveConfig
     document = config.model_dump()
     for change in taken:
         axis, field = change.path.split(".")
-        document[axis][field] = int(change.then) if field == "direction" else change.then
+        whole = field == "direction" and change.then in {1.0, -1.0}
+        document[axis][field] = int(change.then) if whole else change.then
     try:
         return DriveConfig.model_validate(document)
     except ValidationError as error:

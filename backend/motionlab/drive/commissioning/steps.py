@@ -6,6 +6,8 @@ is one document, kept as a file.
 
 from __future__ import annotations
 
+import contextlib
+import logging
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -24,9 +26,10 @@ from motionlab.drive.commissioning.record import (
     value_at,
 )
 from motionlab.drive.link.carrier import LinkError
-from motionlab.errors import ConfigError
+from motionlab.errors import ConfigError, FieldError
 from motionlab.store.files import failure, opened, replace
 
+_LOG = logging.getLogger(__name__)
 _FILE_MAX = 100_000  # bytes
 
 
@@ -78,10 +81,14 @@ class Commissioning:
         present = self.present
         if present is not None and ORDER.index(name) > ORDER.index(present):
             raise LinkError(f"{step_of(present).title} comes first")
+        self.record = self._without(name)
+        self.by_hand = None
+
+    def _without(self, name: StepName) -> CommissioningRecord:
+        """Return the document without a step and those after it."""
         kept = ORDER[: ORDER.index(name)]
         findings = {step: self.record.findings[step] for step in kept}
-        self.record = self.record.model_copy(update={"findings": findings})
-        self.by_hand = None
+        return self.record.model_copy(update={"findings": findings})
 
     def put(self, name: StepName, finding: Finding) -> None:
         """Keep what a step has found, in the file too.
@@ -94,7 +101,7 @@ class Commissioning:
         self.begin(name)
         findings = self.record.findings | {name: finding}
         self.record = self.record.model_copy(update={"findings": findings})
-        self._keep()
+        self._keep(self.record)
 
     def take(self, name: StepName, changes: Sequence[ConfigChange]) -> None:
         """Take the changes that a step shows, and forget it: it is to be done again with them.
@@ -116,10 +123,10 @@ class Commissioning:
             of_file = value_at(self._file, change.path)
             taken[change.path] = change.model_copy(update={"now": of_file})
         in_use = [change for change in taken.values() if change.then != change.now]
-        self.config = in_effect(self._file, in_use)
-        self.begin(name)
-        self.record = self.record.model_copy(update={"taken": in_use})
-        self._keep()
+        config = in_effect(self._file, in_use)
+        record = self._without(name).model_copy(update={"taken": in_use})
+        self._keep(record)  # first: what cannot be kept does not take effect
+        self.config, self.record, self.by_hand = config, record, None
 
     def load(self, record: CommissioningRecord) -> None:
         """Take another document, as far as its steps follow one another.
@@ -143,26 +150,32 @@ class Commissioning:
                     f"this document changes {change.path} = {change.now:g}; the file of the link "
                     f"has {value_at(self._file, change.path):g}"
                 )
-        self.config = in_effect(self._file, record.taken)
+        config = in_effect(self._file, record.taken)
         findings: dict[StepName, Finding] = {}
         for name in ORDER:
             if name not in record.findings:
                 break
             findings[name] = record.findings[name]
-        self.by_hand = None
-        self.record = record.model_copy(update={"findings": findings})
-        self._keep()
+        record = record.model_copy(update={"findings": findings})
+        self._keep(record)
+        self.config, self.record, self.by_hand = config, record, None
 
-    def _keep(self) -> None:
+    def _keep(self, record: CommissioningRecord) -> None:
+        content = record.model_dump_json(indent=2).encode()
+        if len(content) > _FILE_MAX:
+            bounds = {"maximum": float(_FILE_MAX)}
+            told = "the document is too long"
+            raise ConfigError(FieldError("findings", told, len(content), bounds=bounds, unit="B"))
         try:
-            replace(self._path, self.record.model_dump_json(indent=2).encode())
+            replace(self._path, content)
         except OSError as error:
             raise failure("the commissioning document cannot be written", error) from error
 
     def _resume(self) -> None:
         """Go on with the document of the file, if there is one of this link.
 
-        Changes of a value that was edited in the file of the link since are left out.
+        Changes of a value that was edited in the file of the link since are left out. A file that
+        cannot be read is put aside: its changes are not in effect.
         """
         try:
             with opened(self._path) as file:
@@ -171,7 +184,19 @@ class Commissioning:
                 return
             taken = [change for change in record.taken if self._fits(change)]
             self.config = in_effect(self._file, taken)
-        except (OSError, ValidationError, ConfigError):
+        except FileNotFoundError:
+            return
+        except (OSError, ValidationError, ConfigError) as error:
+            aside = self._path.with_suffix(".damaged.json")
+            with contextlib.suppress(OSError):
+                self._path.replace(aside)
+            _LOG.warning(
+                "%s cannot be read, and none of its changes is in effect; it is put aside as %s: "
+                "%.300s",
+                self._path,
+                aside.name,
+                error,
+            )
             return
         self.record = record.model_copy(update={"taken": taken})
 
