@@ -15,7 +15,7 @@ from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.drive.faults import DIVERGED, NOT_A_NUMBER
 from motionlab.drive.link.carrier import LinkError
 from motionlab.drive.link.link import DriveLink, FaultNow
-from motionlab.drive.link.shared import Figure, State
+from motionlab.drive.link.shared import RUN_TICKS_MAX, Figure, State
 from motionlab.drive.loop_parameters import LoopParameters, loop_parameters
 from motionlab.errors import ConfigError, FieldError
 from motionlab.kernel.build import lane_parameters
@@ -135,14 +135,20 @@ class DriveMotion:
         self._note_end()
         return self._fault
 
-    def begin(self) -> None:
+    def begin(self, stops: int | None = None) -> None:
         """Approach the start of the trajectory, follow it, and brake where it ends at speed.
+
+        Parameters
+        ----------
+        stops : int, optional
+            As `DriveLink.order` takes it.
 
         Raises
         ------
         LinkError
             If the drives do not hold their position, or the motion is too long.
         """
+        self._link.check_holding()
         here = np.array(self._link.figure(Figure.REFERENCE))
         plant = self._scenario.plant
         approach = minimum_jerk(
@@ -159,7 +165,7 @@ class DriveMotion:
         self._link.check_holding()  # before the gains of what moves now are replaced
         self._set = self._link.load(self._parameters).number
         self._schedule(self._later)
-        self._link.start(whole, len(approach), self._number)
+        self._link.start(whole, len(approach), self._number, stops)
         self._begun = True
 
     def advance(self, samples: NDArray[np.float32]) -> int:
@@ -399,6 +405,11 @@ def minimum_jerk(start: Array, end: Array, *, velocity: Array, acceleration: Arr
     -------
     ndarray, shape (ticks, 3, 2)
         Position, velocity, acceleration of x and y; its last tick is one before `end`.
+
+    Raises
+    ------
+    LinkError
+        If it takes longer than any motion may.
     """
     way = np.abs(end - start)
     seconds = max(
@@ -406,6 +417,9 @@ def minimum_jerk(start: Array, end: Array, *, velocity: Array, acceleration: Arr
         float(np.max(_PEAK_VELOCITY * way / velocity)),
         float(np.max(np.sqrt(_PEAK_ACCELERATION * way / acceleration))),
     )
+    most = RUN_TICKS_MAX * CONTROL_PERIOD
+    if seconds > most:
+        raise LinkError(f"the way to the start takes {seconds:.0f} s; at most {most:.0f} s")
     ticks = int(np.ceil(seconds / CONTROL_PERIOD))
     seconds = ticks * CONTROL_PERIOD
     u = (np.arange(ticks) / ticks)[:, None]

@@ -86,7 +86,7 @@ class FrictionStep:
         session = self._do(self._sessions.create_on(self._drives, lambda: prepare(scenario)))
         try:
             run.check()
-            self._do(session.begin())
+            self._do(session.begin(run.stops))
             while session.state in {"playing", "stopping"}:
                 run.report_part(session.tick / (session.status.ends or 1))
                 time.sleep(_POLL)

@@ -6,7 +6,7 @@ import asyncio
 import contextlib
 import logging
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 from pydantic import BaseModel, Field
 
@@ -97,6 +97,7 @@ class Drives:
         self._history = DriveHistory(self.link)
         self._motions = 0
         self._beginning = asyncio.Lock()
+        self._ordering = False
         self._watching = asyncio.create_task(self._watch())
 
     @property
@@ -118,7 +119,11 @@ class Drives:
         self._history.note()  # a fault that is about to be reset
         if order is Order.DISARM:
             self.note_stop("disarmed", self.lease.holder)
-        await asyncio.to_thread(self.link.order, order)
+        try:
+            await asyncio.to_thread(self.link.order, order)
+        finally:
+            if order is Order.DISARM:  # what was asked for before it, and is on its way, too
+                self.stop("disarmed")
 
     async def reset(self, token: str) -> None:
         """Clear a latched fault, or bring the drives up again; never arms.
@@ -140,19 +145,38 @@ class Drives:
         ------
         ConfigError
             If drives cannot carry the scenario out.
+        LinkError
+            If the loop refuses, or there was a stop, or the end of a lease, meanwhile.
         """
         self.lease.check(token)
-        self.check_free()
+        link, stops = self.link, self.link.stops
 
         def arm() -> None:
-            if self.link.state is not State.READY:  # gains of what moves stay as they are
-                raise LinkError(f"not possible while the link is {self.link.state.name.lower()}")
-            if not self.link.status(Status.PHASE_LOCKED):
+            if link.state is not State.READY:  # gains of what moves stay as they are
+                raise LinkError(f"not possible while the link is {link.state.name.lower()}")
+            if not link.status(Status.PHASE_LOCKED):
                 raise LinkError("not yet in phase with SYNC0 of the drives: wait a moment")
-            self.link.load(held_parameters(on_drives(load(), variant)))
-            self.link.order(Order.ARM)
+            link.load(held_parameters(on_drives(load(), variant)))
+            link.order(Order.ARM, stops)
 
-        await asyncio.to_thread(arm)
+        with self.ordering():
+            await asyncio.to_thread(arm)
+
+    @contextlib.contextmanager
+    def ordering(self) -> Iterator[None]:
+        """Arm, or begin a motion: one at a time, and not while something else goes on.
+
+        Raises
+        ------
+        LinkError
+            If something does, as `check_free`.
+        """
+        self.check_free()
+        self._ordering = True
+        try:
+            yield
+        finally:
+            self._ordering = False
 
     async def take(self, name: StepName, changes: Sequence[ConfigChange]) -> None:
         """Take the changes that a step shows, and bring the link up with them.
@@ -228,7 +252,7 @@ class Drives:
         await asyncio.to_thread(commissioning.put, name, judge(self.config, found))
 
     def check_free(self) -> None:
-        """Refuse while a step of commissioning goes on, or the link is brought up anew.
+        """Refuse during a step of commissioning, another order, or a link that is brought up.
 
         Raises
         ------
@@ -239,6 +263,8 @@ class Drives:
             raise LinkError(f"not possible while the step {self.running.step} goes on")
         if self._beginning.locked():
             raise LinkError("not possible while the link is brought up anew")
+        if self._ordering:
+            raise LinkError("not possible while torque is switched on, or a motion begun")
 
     def stop(self, why: str = "STOP") -> None:
         """Stop whatever has torque, and a step of commissioning with all that it would do yet."""
@@ -272,9 +298,12 @@ class Drives:
             self.link.stop()
             _LOG.exception("step %s of commissioning", name)
             finding = Finding(at=time.time(), holds=False, text="it failed: see the server's log")
-        with contextlib.suppress(StoreError):  # it is shown, and kept with the next step
+        try:
             await asyncio.to_thread(self.commissioning.put, name, finding)
-        self.running = self._step = None
+        except MotionLabError as error:  # it is shown, and kept with the next step
+            _LOG.warning("step %s of commissioning: %s", name, error)
+        finally:
+            self.running = self._step = None
 
     async def _note_by_hand(self) -> None:
         """Follow a mover that is pushed by hand, for as long as torque is off."""
@@ -287,7 +316,7 @@ class Drives:
         by_hand.note(self.link.figure(Figure.POSITION))
         if by_hand.complete:
             finding = judge_encoders(self.config, by_hand)
-            with contextlib.suppress(StoreError):  # it is shown, and kept with the next step
+            with contextlib.suppress(StoreError, LinkError):  # kept with the next step; begun anew
                 await asyncio.to_thread(self.commissioning.put, "encoders", finding)
 
     def note_stop(self, cause: str, by: str = "") -> None:
@@ -298,13 +327,17 @@ class Drives:
     def give_up(self, token: str) -> None:
         """End a lease; armed drives stop first."""
         self.lease.check(token)
-        self.note_stop("control given up", self.lease.holder)
-        if self.running is not None or self.link.state in _TORQUE:
-            self.stop("control was given up")
-        elif self.link.state is not State.STOPPING:
+        self._end_control("control given up", "control was given up")
+
+    def _end_control(self, cause: str, why: str) -> None:
+        """Stop what moves, and whatever is about to; the lease is free once nothing does."""
+        active = self.running is not None or self.link.state in _ACTIVE
+        self.note_stop(cause, self.lease.holder)
+        self.stop(why)
+        if active:
+            self.lease.end()
+        else:
             self.lease.free()
-            return
-        self.lease.end()
 
     def next_motion(self) -> int:
         """Return the number of a further motion."""
@@ -329,11 +362,17 @@ class Drives:
         """Stop what moves when the heartbeat of the lease ends; then free it."""
         while True:
             await asyncio.sleep(_WATCH)
-            self._history.note()
-            await self._note_by_hand()
-            if self.lease.expired:
-                self.note_stop("no heartbeat", self.lease.holder)
-                if self.running is not None or self.link.state in _TORQUE:
-                    self.stop("control of the drives ended")
-                elif self.link.state is not State.STOPPING:
-                    self.lease.free()
+            try:
+                self._watch_lease()
+                self._history.note()
+                await self._note_by_hand()
+            except Exception:  # whatever it is, the next heartbeat that is missing counts
+                _LOG.exception("watching the drives")
+
+    def _watch_lease(self) -> None:
+        """Stop what moves without a heartbeat, or without a lease."""
+        if self.lease.expired:
+            self._end_control("no heartbeat", "control of the drives ended")
+        elif not self.lease.holder and self.link.state in _TORQUE:
+            self.note_stop("no one in control", "")
+            self.stop("no one controls the drives")

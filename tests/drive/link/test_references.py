@@ -23,6 +23,12 @@ def test_the_approach_goes_from_rest_to_rest_within_limits() -> None:
     assert (np.abs(reference[:, 2]).max(axis=0) <= acceleration * (1 + 1e-9)).all()
 
 
+def test_a_way_that_takes_too_long_is_refused_before_it_is_computed() -> None:
+    slow = np.full(2, 1e-9)
+    with pytest.raises(LinkError, match=r"the way to the start takes \d+ s; at most 300 s"):
+        minimum_jerk(np.zeros(2), np.full(2, 0.02), velocity=slow, acceleration=np.ones(2))
+
+
 @pytest.mark.parametrize("velocity", [(0.1, -0.05), (0.0, 0.2), (0.0, 0.0)])
 def test_a_motion_that_ends_at_speed_brakes(velocity: tuple[float, float]) -> None:
     last = np.array([[0.01, 0.02], velocity, [0.0, 0.0]])

@@ -54,6 +54,11 @@ class StepRun:
         Called with the share that is done, and what is done, in words.
     wait : callable
         Waits for some seconds.
+
+    Attributes
+    ----------
+    stops : int
+        Stops that there had been when it began; it ends with the next one.
     """
 
     def __init__(
@@ -68,7 +73,7 @@ class StepRun:
         self._number = number
         self._report = report
         self._wait = wait
-        self._stops = link.stops
+        self.stops = link.stops
         self._why = ""
         self._part = (0.0, 1.0)
         self._text = ""
@@ -98,7 +103,7 @@ class StepRun:
         """
         self.check()
         number = self._number()
-        self.link.test(test, number, self._stops)
+        self.link.test(test, number, self.stops)
         samples = self._samples(number, len(test.currents), {State.ARMING, State.TESTING})
         at_stop = bool(self.link.at_stop)
         if not at_stop and len(samples) < len(test.currents):
@@ -118,7 +123,7 @@ class StepRun:
         """
         self.check()
         self.link.load(parameters)
-        self.link.order(Order.ARM, self._stops)
+        self.link.order(Order.ARM, self.stops)
         try:
             while self.link.state == State.ARMING:
                 self._wait(_POLL)
@@ -148,7 +153,7 @@ class StepRun:
         """
         self.check()
         number = self._number()
-        self.link.start(reference, 0, number, self._stops)
+        self.link.start(reference, 0, number, self.stops)
         samples = self._samples(number, len(reference), {State.MOVING})
         if len(samples) < len(reference):
             raise Stopped("the torque was switched off")
@@ -176,7 +181,7 @@ class StepRun:
             raise Stopped(f"fault: {place}{fault.name}{figures}")
         if self.link.state == State.OFFLINE:
             raise Stopped("the link was lost")
-        if self.link.stops != self._stops:
+        if self.link.stops != self.stops:
             raise Stopped(self._why or "STOP")
 
     def _samples(self, number: int, ticks: int, under_way: set[State]) -> NDArray[np.float32]:

@@ -44,6 +44,7 @@ _LOG = logging.getLogger(__name__)
 _HEARTBEAT = 0.1  # s
 _ORDER_TIMEOUT = 1.0  # s; the loop answers within a period
 _REPORTS_KEPT = 100
+_SAME_PLACE = 1e-9  # m
 _END_TIMEOUT = 5.0  # s
 _ENDED = "the drive loop has ended: reset begins it anew"
 _STEPS = {
@@ -336,7 +337,7 @@ class DriveLink:
         Parameters
         ----------
         reference : ndarray, shape (ticks, 3, 2)
-            Position, velocity, acceleration of x and y; begins where the mover is.
+            Position, velocity, acceleration of x and y; begins where the drives hold.
         first : int
             First tick that is recorded; what precedes it is the approach.
         number : int
@@ -352,6 +353,12 @@ class DriveLink:
         check_reference(reference, self.config)
         with self._lock:
             self.check_holding()
+            away = np.abs(reference[0, 0] - self.figure(Figure.REFERENCE)).max()
+            if away > _SAME_PLACE:
+                raise LinkError(
+                    f"the motion begins {1e3 * away:.3f} mm from where the drives hold: they have "
+                    "moved since it was asked for"
+                )
             self._shared.reference[: len(reference)] = reference
             command = self._shared.command
             command[Command.RUN_TICKS] = len(reference)
@@ -433,6 +440,8 @@ class DriveLink:
             return None
         status, figures = self._shared.status, self._shared.figures
         code = int(status[Status.FAULT])
+        if code not in FAULTS:  # it was reset at this moment
+            return None
         fault = FAULTS[code]
         place = int(status[Status.FAULT_PLACE])
         value, limit = (float(figures[i]) for i in (Figure.FAULT_VALUE, Figure.FAULT_LIMIT))

@@ -53,15 +53,20 @@ class DriveSession(Session):
         self._lease = drives.lease
         super().__init__(motion.prepared, clock, threads, recorder, drive=drives.config.title)
 
-    async def begin(self) -> None:
+    async def begin(self, stops: int) -> None:
         """Approach the start of the trajectory, and follow it in real time.
+
+        Parameters
+        ----------
+        stops : int
+            As `DriveLink.order` takes it.
 
         Raises
         ------
         LinkError
             If the drives do not hold their position.
         """
-        await self._in_thread(self._motion.begin)
+        await self._in_thread(self._motion.begin, stops)
         super().play()
 
     def play(self, speed: float | None = None) -> None:

@@ -9,7 +9,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic_core import PydanticKnownError
 
 from motionlab.config.load import load_scenario
-from motionlab.drive.lease import SECONDS
+from motionlab.drive.lease import SECONDS, NotHeld
 from motionlab.drive.link.carrier import LinkError
 from motionlab.drive.link.shared import Order
 from motionlab.drive.motion import on_drives
@@ -155,6 +155,7 @@ async def begin_motion(
     """Begin a motion of armed drives; it is a live session, recorded as a run."""
     drives.lease.check(lease)
     drives.check_free()
+    stops = drives.link.stops
     settings: Settings = request.app.state.settings
     sessions: Sessions = request.app.state.sessions
 
@@ -163,8 +164,10 @@ async def begin_motion(
 
     session = await sessions.create_on(drives, prepare)
     try:
-        await session.begin()
-    except LinkError:
+        drives.lease.check(lease)  # preparing takes its time
+        with drives.ordering():
+            await session.begin(stops)
+    except (LinkError, NotHeld):
         sessions.remove(session)
         raise
     headers = {"Location": f"/api/v1/sessions/{session.id}"}
