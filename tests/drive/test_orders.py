@@ -6,6 +6,7 @@ import asyncio
 from collections.abc import Callable, Coroutine
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from motionlab.drive.motion import DriveMotion, on_drives
 from motionlab.drive.virtual.segment import default_drive
 from motionlab.service import drives as service
 from motionlab.service.drives import Drives
+from motionlab.service.live import sessions
 from motionlab.simulation.prepare import prepare
 from tests.drive.link.lockstep import Lockstep
 from tests.drive.link.step_rig import LockstepLink
@@ -176,3 +178,10 @@ def test_a_fault_that_is_reset_while_it_is_read(loop: Lockstep) -> None:
     latch(loop.shared, LINK_LOST, 0, 0.0, 0.0)
     loop.shared.status[Status.FAULT] = 0
     assert LockstepLink(loop).fault() is None
+
+
+def test_a_motion_that_no_one_watches_makes_room_for_no_other_session() -> None:
+    running = Mock(listeners=0, touched=0.0, drive="Virtual drive", runs=True)
+    ended = Mock(listeners=0, touched=0.0, drive="Virtual drive", runs=False)
+    simulated = Mock(listeners=0, touched=0.0, drive="", runs=True)
+    assert [sessions._idle(each, 90.0) for each in (running, ended, simulated)] == [0.0, 90.0, 90.0]

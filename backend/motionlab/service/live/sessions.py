@@ -154,5 +154,6 @@ class Sessions:
 
 
 def _idle(session: Session, now: float) -> float:
-    """Return the time since a session's last request or viewer, s."""
-    return 0.0 if session.listeners else now - session.touched
+    """Return the time since a session's last request or viewer, s; none while it moves drives."""
+    in_use = session.listeners or (session.drive and session.runs)
+    return 0.0 if in_use else now - session.touched
