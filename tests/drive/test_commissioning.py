@@ -143,9 +143,11 @@ def test_a_damaged_document_is_put_aside_and_told(
     file.write_text("damaged")
     again = Commissioning(default_drive(), file)
     assert again.present == "drives"
-    assert "none of its changes is in effect" in caplog.text
+    assert again.damage in caplog.text
+    assert "none of its changes is in effect" in again.damage
     again.put("drives", find_drives(default_drive(), found()))
     assert file.with_suffix(".damaged.json").read_text() == "damaged"
+    assert again.damage == ""
 
 
 def test_what_cannot_be_kept_does_not_take_effect(

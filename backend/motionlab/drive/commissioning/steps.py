@@ -51,12 +51,15 @@ class Commissioning:
         The link in effect: its file with the changes that were taken.
     by_hand : ByHand or None
         A mover that is being pushed by hand.
+    damage : str
+        Why the file of the document could not be read, until another one is written; or nothing.
     """
 
     def __init__(self, file: DriveConfig, path: Path) -> None:
         self._file = file
         self._path = path
         self.by_hand: ByHand | None = None
+        self.damage = ""
         self.record = CommissioningRecord(link=file.title)
         self.config = file
         self._resume()
@@ -170,6 +173,7 @@ class Commissioning:
             replace(self._path, content)
         except OSError as error:
             raise failure("the commissioning document cannot be written", error) from error
+        self.damage = ""
 
     def _resume(self) -> None:
         """Go on with the document of the file, if there is one of this link.
@@ -190,13 +194,11 @@ class Commissioning:
             aside = self._path.with_suffix(".damaged.json")
             with contextlib.suppress(OSError):
                 self._path.replace(aside)
-            _LOG.warning(
-                "%s cannot be read, and none of its changes is in effect; it is put aside as %s: "
-                "%.300s",
-                self._path,
-                aside.name,
-                error,
+            self.damage = (
+                f"{self._path.name} cannot be read, and none of its changes is in effect; it is "
+                f"put aside as {aside.name}"
             )
+            _LOG.warning("%s, in %s: %.300s", self.damage, self._path.parent, error)
             return
         self.record = record.model_copy(update={"taken": taken})
 

@@ -61,6 +61,9 @@ class CommissioningStatus(BaseModel):
     by_hand: HandStatus | None = Field(description="While encoders are moved by hand")
     running: RunningStep | None = Field(description="A step that goes on at the moment")
     record: CommissioningRecord
+    damage: str = Field(
+        description="Why the document that was kept could not be read, until another is; or empty"
+    )
 
 
 @router.get("/commissioning", operation_id="getCommissioning", responses=responses(404))
@@ -173,4 +176,5 @@ def _status(drives: Drives) -> CommissioningStatus:
         by_hand=by_hand and HandStatus(moved=list(by_hand.moved), travel=by_hand.travel),
         running=drives.running,
         record=commissioning.record,
+        damage=commissioning.damage,
     )

@@ -2893,6 +2893,11 @@ export interface components {
             /** @description A step that goes on at the moment */
             running: components["schemas"]["RunningStep"] | null;
             record: components["schemas"]["CommissioningRecord"];
+            /**
+             * Damage
+             * @description Why the document that was kept could not be read, until another is; or empty
+             */
+            damage: string;
         };
         /**
          * CompareRequest
