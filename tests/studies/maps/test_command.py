@@ -273,13 +273,15 @@ def test_cancelling_ends_the_fields_that_are_sought(tmp_path):
 
 
 def test_an_interrupt_ends_the_command_and_its_workers(tmp_path):
+    own = tmp_path / "own"
+    own.mkdir()
     process = subprocess.Popen(
         [sys.executable, "-m", "motionlab", "map"],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
-        env={**os.environ, "MOTIONLAB_DATA": str(tmp_path)},
+        env={**os.environ, "MOTIONLAB_DATA": str(own)},
     )
     try:
         assert process.stderr is not None
@@ -292,7 +294,7 @@ def test_an_interrupt_ends_the_command_and_its_workers(tmp_path):
     assert out == ""
     assert "interrupted" in err
     assert "Traceback" not in err
-    assert list(tmp_path.iterdir()) == []
+    assert list(own.iterdir()) == []
 
 
 @pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="one core has no workers")
