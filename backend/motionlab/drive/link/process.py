@@ -12,6 +12,7 @@ import ctypes
 import gc
 import json
 import os
+import select
 import signal
 import sys
 import time
@@ -74,7 +75,8 @@ class Loop:
         self._report = report
         self._memory = new_memory()
         self._carrier: Carrier | None = None
-        self._server = os.getppid()
+        self._server = select.poll()
+        self._server.register(report, 0)  # of a pipe without a reader, POLLERR is told all the same
 
     def serve(self) -> None:
         """Keep the link up until an order or a silent commander ends it."""
@@ -157,7 +159,7 @@ class Loop:
         command, status = self._shared.command, self._shared.status
         status[Status.STATE] = State.OFFLINE
         while True:
-            if os.getppid() != self._server:
+            if self._server.poll(0):
                 return False
             if command[Command.SEQUENCE] != status[Status.DONE]:
                 order = command[Command.ORDER]
