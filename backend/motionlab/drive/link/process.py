@@ -76,7 +76,7 @@ class Loop:
         self._memory = new_memory()
         self._carrier: Carrier | None = None
         self._server = select.poll()
-        self._server.register(report, 0)  # of a pipe without a reader, POLLERR is told all the same
+        self._server.register(report, 0)  # POLLERR comes unasked, once the pipe has no reader
 
     def serve(self) -> None:
         """Keep the link up until an order or a silent commander ends it."""
