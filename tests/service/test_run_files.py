@@ -47,6 +47,54 @@ def test_its_reversals_are_measured(client: httpx.Client, run: RunDetail) -> Non
     assert client.get(f"{API}/runs/r-aaaaaaaaaaaa/glitches").status_code == 404
 
 
+def test_its_spectra_are_those_of_its_samples(client: httpx.Client, run: RunDetail) -> None:
+    names = ["A.x.following_error", "B.x.following_error"]
+    part = {"columns": ",".join(names), "from": 200, "to": 1400, "averages": 2}
+    answer = client.get(f"{API}/runs/{run.id}/spectrum", params=part)
+    of_run = answer.raise_for_status().json()
+    with library().files.open(run.id) as file:
+        table = file.read(names)
+    columns = [
+        {"name": name, "unit": "m", "values": table[name].to_pylist()[200:1400]} for name in names
+    ]
+    velocity = of_run["columns"][0]["loop"]["velocity"]
+    body = {
+        "period": run.period,
+        "columns": columns,
+        "averages": 2,
+        "scenario": run.scenario_document,
+        "velocity": velocity,
+    }
+    of_samples = client.post(f"{API}/spectrum", json=body).raise_for_status().json()
+    for one, other in zip(of_run["columns"], of_samples["columns"], strict=True):
+        assert one["density"] == other["density"]
+        assert one["peaks"] == other["peaks"]
+        assert one["loop"] == other["loop"]
+        assert (one["start"], one["stop"], one["bins"]) == (200, 1400, 400)
+    part = {"columns": names[0], "low": 100, "high": 200, "points": 10}
+    (column,) = client.get(f"{API}/runs/{run.id}/spectrum", params=part).json()["columns"]
+    assert 100 <= column["frequency"][0] < column["frequency"][-1] <= 200
+    assert len(column["frequency"]) <= 10
+
+
+def test_missing_samples_are_said_and_too_many_refused(client: httpx.Client) -> None:
+    values = [None, *np.random.default_rng(1).standard_normal(99).tolist(), None, 1.0]
+    body = {"period": 0.01, "averages": 1, "columns": [{"name": "c", "unit": "1"}]}
+    body["columns"][0]["values"] = values
+    (column,) = client.post(f"{API}/spectrum", json=body).raise_for_status().json()["columns"]
+    assert (column["start"], column["stop"], column["missing"]) == (1, 100, 3)
+    assert column["loop"] is None
+    for change, told in (
+        ({"columns": [body["columns"][0] | {"values": [None] * 100}]}, "samples"),
+        ({"averages": 50}, "averages"),
+        ({"low": 90.0}, "low"),
+        ({"columns": [body["columns"][0] | {"values": [0] * 40_000}] * 2}, "columns"),
+    ):
+        answer = client.post(f"{API}/spectrum", json=body | change)
+        assert answer.status_code == 422, answer.text
+        assert told in answer.text
+
+
 def test_the_formats_offered_can_be_written(client: httpx.Client, run: RunDetail) -> None:
     formats = client.get(f"{API}/runs/storage").raise_for_status().json()["formats"]
     assert {"csv", "parquet", "mat", "mcap"} <= set(formats)

@@ -20,6 +20,7 @@ from motionlab.cli import (
     run,
     runs,
     serve,
+    spectrum,
     study,
     vdrive,
 )
@@ -33,6 +34,7 @@ _COMMANDS = (
     compare,
     replay,
     glitches,
+    spectrum,
     report,
     exchange,
     export_controller,

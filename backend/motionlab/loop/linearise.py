@@ -290,8 +290,12 @@ def _force(f: LuGre, v: float) -> float:
     return float(stribeck_level(speed, f.F_c, f.F_s, f.v_s)) + f.sigma_2 * speed
 
 
-def plant_about(par: Parameters, v: float) -> StateSpace:
-    """Return the plant of one lane about a velocity, m/s: force command to position."""
+def plant_about(par: Parameters, v: float, *, disturbance: bool = False) -> StateSpace:
+    """Return the plant of one lane about a velocity, m/s, from a force held over a control period.
+
+    The force, N, is the command, or, with `disturbance`, one that adds to the thrust, such as its
+    ripple; the output is the position, m.
+    """
     from scipy.linalg import expm
 
     f, M, mode = par.friction, par.mechanics.M, par.resonance
@@ -312,7 +316,9 @@ def plant_about(par: Parameters, v: float) -> StateSpace:
     ideal = par.controller.ideal_force > 0.0
     gain = 1.0 if ideal else force_gain(par, _force(f, v))
     rest = par.amplifiers.half_step
-    if ideal or rest == 0.0:  # the force is there at once
+    if disturbance:
+        B, A[3, 3] = per_force, -1.0
+    elif ideal or rest == 0.0:  # the force is there at once
         B, A[3, 3] = gain * per_force, -1.0
     else:
         omega = -math.log(rest) / (0.5 * PLANT_STEP)

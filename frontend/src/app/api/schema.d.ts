@@ -1242,6 +1242,46 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/runs/{run_id}/spectrum": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Run Spectrum
+         * @description Return spectra of columns between two samples; docs/spectrum.md.
+         */
+        get: operations["getRunSpectrum"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/spectrum": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Get Spectrum
+         * @description Return spectra of the samples in the request; docs/spectrum.md.
+         */
+        post: operations["getSpectrum"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/runs": {
         parameters: {
             query?: never;
@@ -2841,6 +2881,83 @@ export interface components {
              * @default null
              */
             lead_in: number | null;
+        };
+        /**
+         * ColumnSpectrum
+         * @description The spectrum of the longest stretch of a column without missing samples.
+         */
+        ColumnSpectrum: {
+            /** Name */
+            name: string;
+            /** Unit */
+            unit: string;
+            /**
+             * Start
+             * @description First sample
+             */
+            start: number;
+            /**
+             * Stop
+             * @description Sample after the last
+             */
+            stop: number;
+            /**
+             * Missing
+             * @description Samples asked for that are not in the stretch
+             */
+            missing: number;
+            /**
+             * Resolution
+             * @description Distance of the bins, Hz
+             */
+            resolution: number;
+            /**
+             * Noise Bandwidth
+             * @description Of a bin, Hz
+             */
+            noise_bandwidth: number;
+            /**
+             * Bins
+             * @description Of the whole spectrum
+             */
+            bins: number;
+            /**
+             * Rms
+             * @description Of the stretch without its mean
+             */
+            rms: number;
+            /**
+             * Frequency
+             * @description Of bins: the least and largest of each step, Hz
+             */
+            frequency: number[];
+            /**
+             * Density
+             * @description Power spectral density, one-sided, unit^2/Hz
+             */
+            density: number[];
+            /**
+             * Amplitude
+             * @description Peak value of a sine at that frequency
+             */
+            amplitude: number[];
+            /**
+             * Cumulative
+             * @description RMS of all at this frequency and below
+             */
+            cumulative: number[];
+            /**
+             * Peaks
+             * @description The strongest, by frequency
+             */
+            peaks: components["schemas"]["SpectrumPeak"][];
+            /** @description null where there is none */
+            loop: components["schemas"]["LoopResponse"] | null;
+            /**
+             * Note
+             * @description Why there is no response of a loop; empty otherwise
+             */
+            note: string;
         };
         /**
          * CommissioningRecord
@@ -6418,6 +6535,46 @@ export interface components {
             note: string | null;
         };
         /**
+         * LoopResponse
+         * @description What the linearised loop makes of a white disturbance and of the encoder's counts.
+         */
+        LoopResponse: {
+            /** Variant */
+            variant: string;
+            /** Axis */
+            axis: string;
+            /**
+             * Velocity
+             * @description About which the loop is linearised, m/s; 0: stuck
+             */
+            velocity: number;
+            /**
+             * Force
+             * @description White disturbance of the thrust that explains the median of the spectrum, a fit, N/sqrt(Hz)
+             */
+            force: number;
+            /**
+             * Count
+             * @description Noise of the encoder's counts, m/sqrt(Hz)
+             */
+            count: number;
+            /**
+             * Frequency
+             * @description Hz
+             */
+            frequency: number[];
+            /**
+             * Density
+             * @description Of the following error by both, m^2/Hz
+             */
+            density: number[];
+            /**
+             * Gain
+             * @description Following error by a disturbance of the thrust, m/N
+             */
+            gain: number[];
+        };
+        /**
          * MapEntry
          * @description A force map, without its tables.
          */
@@ -9249,6 +9406,24 @@ export interface components {
             text: string;
         };
         /**
+         * SampledColumn
+         * @description Samples of a column.
+         */
+        SampledColumn: {
+            /**
+             * Name
+             * @description As in a run; any for others
+             */
+            name: string;
+            /** Unit */
+            unit: string;
+            /**
+             * Values
+             * @description At equal times; null where one is missing
+             */
+            values: (number | null)[];
+        };
+        /**
          * Scenario
          * @description Complete input of a run: equal scenarios give bit-identical results.
          */
@@ -10197,6 +10372,383 @@ export interface components {
              * @description Largest following error allowed on y; left out: any
              */
             y?: number | null;
+        };
+        /**
+         * SpectrumDocument
+         * @description Spectra of some columns.
+         */
+        SpectrumDocument: {
+            /**
+             * Period
+             * @description Time between samples, s
+             */
+            period: number;
+            /**
+             * Window
+             * @enum {string}
+             */
+            window: "hann" | "rectangular" | "blackman-harris" | "flat-top";
+            /** Averages */
+            averages: number;
+            /** Columns */
+            columns: components["schemas"]["ColumnSpectrum"][];
+        };
+        /**
+         * SpectrumPeak
+         * @description A peak that stands out.
+         */
+        SpectrumPeak: {
+            /**
+             * Frequency
+             * @description Interpolated, Hz
+             */
+            frequency: number;
+            /**
+             * Kind
+             * @description line: as narrow as the window resolves; broad; loop: the loop's own, less than 6 dB above its response
+             * @enum {string}
+             */
+            kind: "line" | "broad" | "loop";
+            /**
+             * Amplitude
+             * @description Peak value of a line; null of a broad peak
+             */
+            amplitude: number | null;
+            /**
+             * Rms
+             * @description Of the line, or of the broad peak above half its density
+             */
+            rms: number;
+            /**
+             * Density
+             * @description At its highest, unit^2/Hz
+             */
+            density: number;
+            /**
+             * Above Loop
+             * @description 10 log10 of density over that of `loop`, dB; null without one
+             */
+            above_loop: number | null;
+        };
+        /**
+         * SpectrumRequest
+         * @description Samples, how their spectra are taken, and the scenario whose loops they are of.
+         * @example {
+         *       "averages": 1,
+         *       "columns": [
+         *         {
+         *           "name": "B.x.following_error",
+         *           "unit": "m",
+         *           "values": [
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7,
+         *             1e-7,
+         *             -1e-7
+         *           ]
+         *         }
+         *       ],
+         *       "period": 0.0005,
+         *       "scenario": "circle",
+         *       "velocity": 0.02
+         *     }
+         */
+        SpectrumRequest: {
+            /**
+             * Window
+             * @description Window function
+             * @default hann
+             * @enum {string}
+             */
+            window: "hann" | "rectangular" | "blackman-harris" | "flat-top";
+            /**
+             * Averages
+             * @description Segments, overlapping by half; 1: no average
+             * @default 8
+             */
+            averages: number;
+            /**
+             * Low
+             * @description Least frequency, Hz
+             */
+            low?: number | null;
+            /**
+             * High
+             * @description Largest frequency, Hz
+             */
+            high?: number | null;
+            /**
+             * Points
+             * @description Points of a curve at most; fewer bins are all sent
+             * @default 2000
+             */
+            points: number;
+            /**
+             * Period
+             * @description Time between samples, s
+             */
+            period: number;
+            /** Columns */
+            columns: components["schemas"]["SampledColumn"][];
+            /**
+             * Scenario
+             * @description Whose loops following errors such as B.x.following_error are of; null: none
+             */
+            scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                /** @enum {string} */
+                base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                /**
+                 * Name
+                 * @description Short name
+                 * @default custom
+                 */
+                name: string;
+                /**
+                 * Title
+                 * @description One line for people
+                 * @default
+                 */
+                title: string;
+                /**
+                 * Description
+                 * @description What it shows and whose choice its numbers are
+                 * @default
+                 */
+                description: string;
+                /**
+                 * Seed
+                 * @description Seed of every noise source
+                 * @default 2019
+                 */
+                seed: number;
+                /**
+                 * Settling Band
+                 * @description Following error below which a move counts as settled
+                 * @default 0.000002
+                 */
+                settling_band: number;
+                /**
+                 * Divergence Error
+                 * @description Following error beyond which a variant has diverged
+                 * @default 0.02
+                 */
+                divergence_error: number;
+                plant?: string | Record<string, never>;
+                trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                variants?: {
+                    [key: string]: Record<string, never>;
+                };
+                load?: Record<string, never>;
+                schedule?: Record<string, never>[];
+                window?: Record<string, never> | null;
+            } | unknown | unknown) | null;
+            /**
+             * Set
+             * @description Dotted path to value, SI
+             */
+            set?: {
+                [key: string]: unknown;
+            };
+            /**
+             * Velocity
+             * @description About which loops are linearised, m/s; null: four Stribeck velocities
+             */
+            velocity?: number | null;
         };
         /**
          * Staircase
@@ -18408,6 +18960,214 @@ export interface operations {
             };
             /** @description Conflict */
             409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getRunSpectrum: {
+        parameters: {
+            query: {
+                /** @description Window function */
+                window?: "hann" | "rectangular" | "blackman-harris" | "flat-top";
+                /** @description Segments, overlapping by half; 1: no average */
+                averages?: number;
+                /** @description Least frequency, Hz */
+                low?: number | null;
+                /** @description Largest frequency, Hz */
+                high?: number | null;
+                /** @description Points of a curve at most; fewer bins are all sent */
+                points?: number;
+                /** @description Names of channels, comma between them */
+                columns: string;
+                /** @description First sample */
+                from?: number;
+                /** @description Sample after the last */
+                to?: number | null;
+            };
+            header?: never;
+            path: {
+                /** @description Identifier of a run */
+                run_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SpectrumDocument"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getSpectrum: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SpectrumRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SpectrumDocument"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
                 headers: {
                     [name: string]: unknown;
                 };
