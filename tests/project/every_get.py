@@ -11,7 +11,7 @@ from typing import Any
 Ask = Callable[..., tuple[int, bytes]]
 """Sends method, path and possibly a body as JSON; returns status and content."""
 
-QUERIES = {"/window": "?columns=A.x.following_error"}
+QUERIES = dict.fromkeys(("/window", "/spectrum"), "?columns=A.x.following_error")
 """What calls need that cannot be without, by the end of their path."""
 
 NO_DRIVE = "/api/v1/drive"

@@ -50,13 +50,27 @@ class SpectrumOptions(BaseModel):
 
     window: Window = Field(default="hann", description="Window function")
     averages: int = Field(
-        default=8, ge=1, le=AVERAGES_MAX, description="Segments, overlapping by half; 1: no average"
+        default=8,
+        ge=1,
+        le=AVERAGES_MAX,
+        description="Segments, overlapping by half; 1: no average",
+        examples=[4],
     )
     low: float | None = Field(
-        default=None, gt=0, le=1e9, allow_inf_nan=False, description="Least frequency, Hz"
+        default=None,
+        gt=0,
+        le=1e9,
+        allow_inf_nan=False,
+        description="Least frequency, Hz",
+        examples=[10],
     )
     high: float | None = Field(
-        default=None, gt=0, le=1e9, allow_inf_nan=False, description="Largest frequency, Hz"
+        default=None,
+        gt=0,
+        le=1e9,
+        allow_inf_nan=False,
+        description="Largest frequency, Hz",
+        examples=[500],
     )
     points: int = Field(
         default=2000,

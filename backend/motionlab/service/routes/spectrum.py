@@ -52,8 +52,10 @@ class SpectrumQuery(SpectrumOptions):
         description="Names of channels, comma between them",
         examples=["A.x.following_error"],
     )
-    start: int = Field(default=0, alias="from", ge=0, description="First sample")
-    stop: int | None = Field(default=None, alias="to", ge=1, description="Sample after the last")
+    start: int = Field(default=0, alias="from", ge=0, description="First sample", examples=[1000])
+    stop: int | None = Field(
+        default=None, alias="to", ge=1, description="Sample after the last", examples=[5000]
+    )
 
 
 class SampledColumn(BaseModel):

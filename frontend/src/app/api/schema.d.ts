@@ -10660,16 +10660,19 @@ export interface components {
              * Averages
              * @description Segments, overlapping by half; 1: no average
              * @default 8
+             * @example 4
              */
             averages: number;
             /**
              * Low
              * @description Least frequency, Hz
+             * @example 10
              */
             low?: number | null;
             /**
              * High
              * @description Largest frequency, Hz
+             * @example 500
              */
             high?: number | null;
             /**
