@@ -27,6 +27,11 @@ const layers = [
     '^(\\.\\./)+(screens/|plot/(?!source$)|App\\.svelte)',
     'app imports app and ui, and of plot only source, the curves of a what-if',
   ),
+  layer(
+    'app/spectrum',
+    '^(\\.\\./)+(screens/|App\\.svelte)',
+    'app/spectrum imports app, plot and ui',
+  ),
   ...SCREENS.map((screen) => {
     const others = SCREENS.filter((other) => other !== screen).join('|');
     const regex = `^(\\.\\./)+((screens/)?(${others})/|App\\.svelte)`;

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import cmath
 import json
+import math
 import os
+import random
 import re
 import shutil
 import struct
@@ -239,6 +242,49 @@ def test_a_zoom_asks_for_finer_curves(page: Page, server: Server, two: list[str]
     first = found["variants"]["A"]["rows"][0]["time"]
     reversals.get_by_role("button", name=f"{first:.4f}").click()
     expect(detail.get_by_role("heading", name=f"{first - 0.05:.2f}")).to_be_visible()
+
+
+def measured_lines(seconds: int = 20) -> bytes:
+    """Return a following error of a rig as CSV: noise, a sine at 47.3 Hz, a resonance at 180 Hz."""
+    chance = random.Random(4)
+    pole = cmath.exp(complex(-0.02, 1.0) * 2 * math.pi * 180 / 2000)
+    lines, before, last = ["time [s],B.x.following_error [m]"], 0.0, 0.0
+    for k in range(2000 * seconds):
+        ring = chance.gauss(0, 1) + 2 * pole.real * last - abs(pole) ** 2 * before
+        before, last = last, ring
+        sine = math.sin(2 * math.pi * 47.3 * k / 2000)
+        value = 5e-8 * sine + 2e-8 * ring + 1e-7 * chance.gauss(0, 1)
+        lines.append(f"{k / 2000:.4f},{value:.9e}")
+    return "\n".join(lines).encode()
+
+
+def test_a_line_and_a_resonance_of_a_measurement_are_read_off(page: Page, server: Server) -> None:
+    headers = {"content-type": "application/octet-stream"}
+    address = f"{server.url}{API}/runs/import?name=rig"
+    answer = page.request.post(address, data=measured_lines(), headers=headers)
+    rig = answer.headers["location"].rpartition("/")[2]
+    open_runs(page, server, f"&run={rig}")
+    panel = region(page, "Run").get_by_role("region", name="Spectrum", exact=True)
+    panel.get_by_role("button", name="Spectrum", exact=True).click()
+    peaks = panel.get_by_role("region", name="Peaks")
+    expect(peaks).to_contain_text("line")
+    found = [text.split("\t")[0] for text in peaks.locator("tbody tr").all_inner_texts()]
+    line, broad = (float(text) for text in found)
+    assert abs(line - 47.3) < 0.25  # resolution of eight averages of 20 s
+    assert abs(broad - 180.0) < 5.0
+    expect(panel).to_contain_text("resolution 0.225 Hz, noise bandwidth 0.338 Hz")
+    expect(panel).to_contain_text("no scenario")
+    panel.get_by_label("Averages").select_option("no average")
+    expect(panel).to_contain_text("resolution 0.0500 Hz")
+    panel.get_by_role("radio", name="Amplitude").click()
+    peaks.get_by_role("button").first.click()
+    expect(panel.get_by_label("Least frequency")).to_have_value("37.84")
+    panel.get_by_role("button", name="Table").click()
+    table = panel.get_by_role("region", name="as numbers")
+    expect(table.locator("tbody th").first).to_contain_text("37.9")
+    panel.get_by_role("button", name="Table").click()
+    assert serious(page, within='[aria-label="Spectrum"]') == []
+    page.request.delete(f"{server.url}{API}/runs/{rig}")
 
 
 def test_a_what_if_is_kept(page: Page, server: Server) -> None:

@@ -1,6 +1,7 @@
 /** Calls about runs, apart from the client: it is loaded at once, they are not. */
 
 import type { RequestOf } from '../api/operations';
+import type { SpectrumSettings } from '../spectrum/spectrum-view';
 import { app } from '../store.svelte';
 
 /** What can be changed of a run. */
@@ -54,3 +55,8 @@ export const runWindow = (
 ) => api.bytes('/runs/{run_id}/window', { ...of(id), query });
 /** The following error at every reversal of its axes. */
 export const runGlitches = (id: string) => api.json('get', '/runs/{run_id}/glitches', of(id));
+/** Spectra of columns over samples [from, to). */
+export const runSpectrum = (
+  id: string,
+  query: { columns: string; from: number; to: number } & SpectrumSettings,
+) => api.json('get', '/runs/{run_id}/spectrum', { ...of(id), query });
