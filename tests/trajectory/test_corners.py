@@ -73,7 +73,12 @@ def test_a_circle_becomes_a_spline_the_same_way_round(direction: str) -> None:
     [
         {"kind": "sine", "amplitude": {"x": 0.01}, "frequency": 1.0},
         {"kind": "staircase", "step": {"x": 1e-6}},
-        {"kind": "staircase", "step": {"x": 1e-5}, "count": 999, "v_max": 0.1, "a_max": 1.0},
+        {
+            "kind": "waypoints",
+            "points": [[i * 1e-5, 0.0] for i in range(6001)],
+            "v_max": 0.1,
+            "a_max": 1.0,
+        },
         {"kind": "circle", "radius": 0.01, "frequency": 1e-4},
         {"kind": "sequence", "parts": [{"kind": "dwell"}]},
     ],

@@ -12,7 +12,7 @@ from motionlab.config.timing import CONTROL_PERIOD as T_s
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.trajectory.motion_profile import jerk_limited, jerk_limited_ticks
 from motionlab.trajectory.reference import sample
-from motionlab.trajectory.spline import outline, polyline, spline
+from motionlab.trajectory.spline import cubics, outline, polyline, spline
 
 ADAPTER = TypeAdapter(TrajectoryConfig)
 RHOMBUS = [[0.03, 0.0], [0.0, 0.03], [-0.03, 0.0], [0.0, -0.03]]
@@ -256,7 +256,12 @@ def test_a_long_jerk_limited_move_reaches_all_its_limits():
         ({"geometry": "bezier"}, "polyline"),
         ({"points": [[0, 0], [2.0, 0]]}, "less than or equal to 1"),
         ({"points": [[float("nan"), 0], [0, 0]]}, "finite|greater"),
-        ({"points": [[i / 2000, 0] for i in range(1001)]}, "at most 1000 items"),
+        ({"points": [[i / 9000, 0] for i in range(6001)]}, "at most 6000 items"),
+        ({"corners": [1]}, "spline"),
+        ({"geometry": "spline", "corners": [1, 0]}, "rising order"),
+        ({"geometry": "spline", "corners": [1, 1]}, "rising order"),
+        ({"geometry": "spline", "corners": [2]}, "counted from 0 to 1"),
+        ({"geometry": "spline", "corners": [-1]}, "greater than or equal to 0"),
     ],
 )
 def test_refusals_say_why(change, message):
@@ -279,3 +284,49 @@ def test_an_outline_lies_on_the_spline_and_names_its_edges(count, closed):
     assert edges[begins] == pytest.approx(np.arange(count if closed else count - 1))
     assert places[begins] == pytest.approx(np.array(corners)[: len(begins)], abs=1e-15)
     assert places[-1] == pytest.approx(corners[0 if closed else -1])
+
+
+HALF_MOON = [(math.cos(a) * 0.02, math.sin(a) * 0.02) for a in np.linspace(0, math.pi, 9)]
+
+
+def test_a_spline_stops_at_its_corners_and_is_straight_between_two() -> None:
+    ref = reference(points=HALF_MOON, geometry="spline", closed=True, corners=[0, 8], dwell=0.01)
+    stops = [HALF_MOON[0], HALF_MOON[8], HALF_MOON[0]]
+    begins = [start for start, _ in ref.edges] + [ref.ticks - 1]
+    assert len(begins) == 3
+    for tick, stop in zip(begins, stops, strict=True):
+        assert ref.position[tick] == pytest.approx(stop, abs=NEAR)
+    back = ref.position[begins[1] : begins[2]]
+    assert np.abs(back[:, 1]).max() < NEAR
+    assert len(ref.holds) == 2
+
+
+def test_the_speed_along_a_spline_is_right_beside_a_corner_of_unequal_edges() -> None:
+    corners = [(0.0, 0.0), (1e-4, 0.0), (1e-4, 0.05), (0.03, 0.03), (0.031, 0.03)]
+    curve = spline(corners, closed=False, corners=[1, 2, 3])
+    arc_lengths = np.linspace(0.0, curve.length, 20_001)
+    place, tangent, _ = curve.path(arc_lengths)
+    inside = np.abs(arc_lengths[:-1, None] - curve.marks).min(axis=1) > curve.length / 10_000
+    steps = np.hypot(*np.diff(place, axis=0).T)[inside]
+    assert steps == pytest.approx(curve.length / 20_000, rel=1e-3)
+    assert np.hypot(*tangent.T) == pytest.approx(1.0)
+
+
+def test_a_spline_with_corners_is_the_splines_between_them() -> None:
+    whole = spline(HALF_MOON, closed=False, corners=[3, 6])
+    parts = [spline(HALF_MOON[a : b + 1], closed=False) for a, b in ((0, 3), (3, 6), (6, 8))]
+    assert whole.length == pytest.approx(sum(part.length for part in parts), rel=1e-9)
+    for part, start in zip(parts, whole.marks[[0, 3, 6]], strict=True):
+        q = np.linspace(0.0, part.length * (1 - 1e-9), 50)
+        assert whole.path(start + q)[0] == pytest.approx(part.path(q)[0], abs=1e-9)
+
+
+@pytest.mark.parametrize(("closed", "corners"), [(False, ()), (True, ()), (True, (0, 5))])
+def test_bezier_curves_are_the_spline(closed: bool, corners: tuple[int, ...]) -> None:
+    curve = spline(HALF_MOON, closed=closed, corners=corners)
+    fine, _, _ = curve.path(np.linspace(0.0, curve.length * (1 - 1e-12), 20_001))
+    t = np.linspace(0.0, 1.0, 5)[:, None]
+    for a, b, c, d in cubics(HALF_MOON, closed=closed, corners=corners):
+        places = (1 - t) ** 3 * a + 3 * t * (1 - t) ** 2 * b + 3 * t**2 * (1 - t) * c + t**3 * d
+        for place in places:
+            assert np.hypot(*(fine - place).T).min() < curve.length / 20_000

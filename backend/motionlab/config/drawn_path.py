@@ -6,6 +6,7 @@ realised motion stays within its limits and every lap takes a whole number of th
 
 from __future__ import annotations
 
+import itertools
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
@@ -14,20 +15,23 @@ from motionlab.config.moves import OURS, REQUIRED, a_max_field, dwell_field, v_m
 from motionlab.config.planar import Point, refuse_repeats
 from motionlab.config.quantity import Config, quantity
 
+POINTS_MAX = 6000
+"""Most points of a path."""
+
 TimeLaw = Literal["minimum_jerk", "trapezoid", "jerk_limited", "constant_speed"]
 
 
 class DrawnPath(Config):
     """Follow a polyline or a smooth curve through points with a motion profile.
 
-    With every law but `constant_speed` a polyline stops at each of its points and a spline at its
-    ends; a closed one ends, and stops, where it starts.
+    With every law but `constant_speed` a polyline stops at each of its points, a spline at its
+    corners and ends; a closed one ends, and stops, where it starts.
     """
 
     kind: Literal["path"] = "path"
-    points: Annotated[tuple[Point, ...], Field(strict=False, min_length=2, max_length=1000)] = (
-        quantity("Points (x, y) in the order of the visit", shown="mm", unit="m", source=REQUIRED)
-    )
+    points: Annotated[
+        tuple[Point, ...], Field(strict=False, min_length=2, max_length=POINTS_MAX)
+    ] = quantity("Points (x, y) in the order of the visit", shown="mm", unit="m", source=REQUIRED)
     closed: bool = quantity(
         "Whether the last point is joined to the first", unit="", source=OURS, default=False
     )
@@ -36,6 +40,16 @@ class DrawnPath(Config):
         unit="",
         source=OURS,
         default="polyline",
+    )
+    corners: Annotated[
+        tuple[Annotated[int, Field(ge=0, lt=POINTS_MAX)], ...],
+        Field(strict=False, max_length=POINTS_MAX),
+    ] = quantity(
+        "Points, counted from 0 in rising order, at which a spline has a corner and the motion "
+        "stops; any makes one of a closed path's start too",
+        unit="1",
+        source=OURS,
+        default=(),
     )
     law: TimeLaw = quantity(
         "Motion profile along the path; constant_speed eases in and out at its two ends only",
@@ -81,6 +95,19 @@ class DrawnPath(Config):
         refuse_repeats((*self.points, self.points[0]) if self.closed else self.points)
         if self.laps > 1 and not self.closed:
             raise ValueError("more than one lap needs a closed path")
+        return self
+
+    @model_validator(mode="after")
+    def _corners_are_points(self) -> Self:
+        if self.corners and self.geometry == "polyline":
+            raise ValueError("corners belong to geometry = 'spline' only")
+        if any(after <= before for before, after in itertools.pairwise(self.corners)):
+            raise ValueError("corners must be in rising order, each once")
+        if self.corners and self.corners[-1] >= len(self.points):
+            raise ValueError(
+                f"corner {self.corners[-1]} is no point; points are counted from 0 to "
+                f"{len(self.points) - 1}"
+            )
         return self
 
     @model_validator(mode="after")

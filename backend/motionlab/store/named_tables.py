@@ -12,8 +12,8 @@ from motionlab.errors import ConfigError, FieldError, StoreError, StoreFull
 from motionlab.store.files import failure, opened, replace
 
 FILES_MAX = 1000
-SIZE_MAX = 200_000
-"""Largest file, bytes; a trajectory of a thousand points takes about 50 kB."""
+SIZE_MAX = 600_000
+"""Largest file, bytes; a trajectory of a thousand points takes about 60 kB."""
 
 
 class NamedTables:

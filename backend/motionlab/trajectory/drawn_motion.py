@@ -43,8 +43,9 @@ class _Timing:
 
 def curve_of(config: DrawnPath) -> ArcLengthCurve:
     """Return the geometry of a drawn path."""
-    build = polyline if config.geometry == "polyline" else spline
-    return build(config.points, closed=config.closed)
+    if config.geometry == "polyline":
+        return polyline(config.points, closed=config.closed)
+    return spline(config.points, closed=config.closed, corners=config.corners)
 
 
 def stop_and_go(config: DrawnPath) -> tuple[list[Piece], int]:
@@ -56,7 +57,9 @@ def stop_and_go(config: DrawnPath) -> tuple[list[Piece], int]:
         With any law but `constant_speed`.
     """
     curve = curve_of(config)
-    stops = curve.marks if config.geometry == "polyline" else curve.marks[[0, -1]]
+    stops = curve.marks
+    if config.geometry == "spline":
+        stops = stops[sorted({0, *config.corners, len(stops) - 1})]
     ways = np.diff(stops)
     shares = np.sqrt(ways) / np.sqrt(ways).sum()
     timings = _TIMINGS[config.law]

@@ -72,14 +72,16 @@ def polyline(points: Sequence[Vector], *, closed: bool) -> ArcLengthCurve:
     return ArcLengthCurve(at, marks)
 
 
-def spline(points: Sequence[Vector], *, closed: bool) -> ArcLengthCurve:
-    r"""Return the cubic spline through points, of continuous tangent and curvature.
+def spline(
+    points: Sequence[Vector], *, closed: bool, corners: Sequence[int] = ()
+) -> ArcLengthCurve:
+    r"""Return the cubic spline through points, of continuous tangent and curvature but at corners.
 
     Its knots are spaced by the square root of the distance between points (centripetal), which
     keeps it from overshooting where near and far points alternate. An open one has no curvature at
     its ends. Continuous curvature makes the acceleration of a smooth motion profile continuous,
     unlike a local cubic (Catmull-Rom). In return a point moves the whole curve, by a factor of
-    about -0.27 less for each point further away.
+    about -0.27 less for each point further away. Corners join splines of their own.
 
     The arc length is integrated by Gauss-Legendre quadrature between nodes and inverted by cubic
     Hermite interpolation and a step of Newton.
@@ -89,14 +91,16 @@ def spline(points: Sequence[Vector], *, closed: bool) -> ArcLengthCurve:
     points : sequence of tuple
         Points (x, y), neighbours different, m.
     closed : bool
-        Whether the curve goes on smoothly from the last point to the first.
+        Whether the curve goes on from the last point to the first, smoothly without corners.
+    corners : sequence of int
+        Points at which the spline ends and another one begins, both without curvature there; any
+        makes one of a closed curve's start too.
 
     References
     ----------
     Lee, "Choosing nodes in parametric curve interpolation", Computer-Aided Design 1989.
     """
-    corners = _corners(points, closed=closed)
-    knots, cubic = _fit(corners, closed=closed)
+    knots, cubic = _fit(_corners(points, closed=closed), closed=closed, breaks=corners)
     nodes_per_edge = int(np.clip(_NODES // cubic.shape[1], *_NODES_PER_EDGE))
     arc_lengths, parameters, pace = _table(cubic, knots, nodes_per_edge)
     marks = arc_lengths[::nodes_per_edge].copy()
@@ -108,14 +112,16 @@ def spline(points: Sequence[Vector], *, closed: bool) -> ArcLengthCurve:
     return ArcLengthCurve(at, marks)
 
 
-def outline(points: Sequence[Vector], *, closed: bool) -> tuple[Array, NDArray[np.int64]]:
+def outline(
+    points: Sequence[Vector], *, closed: bool, corners: Sequence[int] = ()
+) -> tuple[Array, NDArray[np.int64]]:
     """Return corners on the spline through points, for drawing, and the edge each belongs to.
 
     An edge has equally many corners, evenly spaced in the parameter, the first at its point.
 
     Parameters
     ----------
-    points, closed
+    points, closed, corners
         As of `spline`.
 
     Returns
@@ -125,14 +131,14 @@ def outline(points: Sequence[Vector], *, closed: bool) -> tuple[Array, NDArray[n
     edges : ndarray, shape (corners,)
         Edge k goes from point k to the next; the last corner belongs to the last edge.
     """
-    corners = _corners(points, closed=closed)
-    knots, cubic = _fit(corners, closed=closed)
+    visited = _corners(points, closed=closed)
+    knots, cubic = _fit(visited, closed=closed, breaks=corners)
     per_edge = int(np.clip(_CORNERS // cubic.shape[1], *_CORNERS_PER_EDGE))
     u = (np.diff(knots)[:, None] * (np.arange(per_edge) / per_edge))[..., None]
     a, b, c, d = cubic[:, :, None]
     places = (a + u * (b + u * (c + u * d))).reshape(-1, 2)
     edges = np.repeat(np.arange(len(knots) - 1), per_edge)
-    return np.vstack((places, corners[-1:])), np.append(edges, edges[-1])
+    return np.vstack((places, visited[-1:])), np.append(edges, edges[-1])
 
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
@@ -174,14 +180,61 @@ def locate(marks: Array, q: Array) -> NDArray[np.int64]:
     return found
 
 
-def _fit(corners: Array, *, closed: bool) -> tuple[Array, Array]:
-    """Return centripetal knots and the coefficients between them, (4, edges, 2), constant first."""
-    from scipy.interpolate import CubicSpline  # noqa: PLC0415 - slow, for drawn paths only
+def cubics(points: Sequence[Vector], *, closed: bool, corners: Sequence[int] = ()) -> Array:
+    """Return the cubic edges of a spline as Bezier curves, shape (edges, 4, 2), m.
 
+    Parameters
+    ----------
+    points, closed, corners
+        As of `spline`.
+    """
+    knots, cubic = _fit(_corners(points, closed=closed), closed=closed, breaks=corners)
+    h = np.diff(knots)[:, None]
+    a, b, c, d = cubic[0], cubic[1] * h, cubic[2] * h**2, cubic[3] * h**3
+    return np.stack((a, a + b / 3, a + (2 * b + c) / 3, a + b + c + d), axis=1)
+
+
+def _fit(corners: Array, *, closed: bool, breaks: Sequence[int]) -> tuple[Array, Array]:
+    """Return centripetal knots and the coefficients between them, (4, edges, 2), constant first."""
     edges = np.diff(corners, axis=0)
     knots = np.concatenate(([0.0], np.cumsum(np.sqrt(np.hypot(edges[:, 0], edges[:, 1])))))
-    cubic = CubicSpline(knots, corners, bc_type="periodic" if closed else "natural")
-    return knots, np.ascontiguousarray(cubic.c[::-1])
+    if closed and not breaks:
+        from scipy.interpolate import CubicSpline  # noqa: PLC0415 - slow, for drawn paths only
+
+        cubic = CubicSpline(knots, corners, bc_type="periodic")
+        return knots, np.ascontiguousarray(cubic.c[::-1])
+    return knots, _natural(knots, corners, [0, *breaks, len(knots) - 1])
+
+
+def _natural(knots: Array, corners: Array, ends: Sequence[int]) -> Array:
+    r"""Return the coefficients of splines without curvature at their ends.
+
+    With the second derivatives M, widths h and slopes d of the edges, at all other knots
+
+    .. math:: h_{i-1} M_{i-1} + 2 (h_{i-1} + h_i) M_i + h_i M_{i+1} = 6 (d_i - d_{i-1})
+    """
+    from scipy.linalg import solve_banded  # noqa: PLC0415 - slow, for drawn paths only
+
+    h = np.diff(knots)
+    slopes = np.diff(corners, axis=0) / h[:, None]
+    bands, bend = np.zeros((3, len(knots))), np.zeros((len(knots), 2))
+    bands[0, 2:], bands[2, :-2] = h[1:], h[:-1]
+    bands[1, 1:-1] = 2.0 * (h[:-1] + h[1:])
+    bend[1:-1] = 6.0 * np.diff(slopes, axis=0)
+    at = np.unique(ends)
+    bands[1, at], bend[at] = 1.0, 0.0
+    bands[0, at[:-1] + 1] = 0.0
+    bands[2, at[1:] - 1] = 0.0
+    second = solve_banded((1, 1), bands, bend)
+    before, after, wide = second[:-1], second[1:], h[:, None]
+    return np.stack(
+        (
+            corners[:-1],
+            slopes - wide * (2.0 * before + after) / 6.0,
+            before / 2.0,
+            (after - before) / (6.0 * wide),
+        )
+    )
 
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
@@ -203,7 +256,11 @@ def _slope(cubic: Array, u: Array) -> Array:
 
 
 def _table(cubic: Array, knots: Array, nodes: int) -> tuple[Array, Array, Array]:
-    """Return arc length, parameter and its derivative at nodes evenly spaced in each edge."""
+    """Return arc length and parameter at nodes evenly spaced in each edge.
+
+    Third comes d(parameter)/d(arc length), (intervals, 2), where the interval between two nodes
+    begins and where it ends: at a corner it jumps.
+    """
     fine = np.diff(knots)[:, None] / nodes
     starts = np.arange(nodes) * fine
     arc = np.zeros_like(starts)
@@ -211,8 +268,10 @@ def _table(cubic: Array, knots: Array, nodes: int) -> tuple[Array, Array, Array]
         arc += weight * _slope(cubic, starts + 0.5 * (1.0 + abscissa) * fine)
     arc_lengths = np.concatenate(([0.0], np.cumsum(0.5 * fine * arc)))
     parameters = np.append(knots[:-1, None] + starts, knots[-1])
-    slopes = np.append(_slope(cubic, starts), _slope(cubic[:, -1:], fine[-1:] * nodes))
-    return arc_lengths, parameters, 1.0 / np.maximum(slopes, _SLOWEST * arc_lengths[-1] / knots[-1])
+    slopes = _slope(cubic, np.arange(nodes + 1) * fine)
+    slowest = _SLOWEST * arc_lengths[-1] / knots[-1]
+    ends = np.stack((slopes[:, :-1].ravel(), slopes[:, 1:].ravel()), axis=1)
+    return arc_lengths, parameters, 1.0 / np.maximum(ends, slowest)
 
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
@@ -247,8 +306,8 @@ def _follow(  # noqa: PLR0913, PLR0917 - the tables of a spline
         rise = parameters[i + 1] - parameters[i]
         # Where the spline is almost at rest, the slopes would make the cubic overshoot: 3 is
         # monotone.
-        start = min(pace[i] * width, 3.0 * rise)
-        end = min(pace[i + 1] * width, 3.0 * rise)
+        start = min(pace[i, 0] * width, 3.0 * rise)
+        end = min(pace[i, 1] * width, 3.0 * rise)
         r = min(max((q[k] - arc_lengths[i]) / width, 0.0), 1.0)
         way = start + r * (3.0 * rise - 2.0 * start - end + r * (start + end - 2.0 * rise))
         u_0 = float(parameters[i] - knots[edge])

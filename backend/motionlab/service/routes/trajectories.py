@@ -176,7 +176,9 @@ def _checked(body: CheckRequest) -> bytes:
         path = drawn(trajectory)
         head["drawn"] = path and path.model_dump(mode="json")
     elif trajectory.geometry == "spline":
-        places, edges = outline(trajectory.points, closed=trajectory.closed)
+        places, edges = outline(
+            trajectory.points, closed=trajectory.closed, corners=trajectory.corners
+        )
         begin, count = sum(map(len, curves)), len(edges)
         columns = {name: begin + k * count for k, name in enumerate(("x", "y", "edge"))}
         head["outline"] = columns | {"count": count}
