@@ -22,6 +22,7 @@ from motionlab.cli import (
     serve,
     spectrum,
     study,
+    trajectory,
     vdrive,
 )
 from motionlab.cli.exit_codes import BAD_INPUT, DONE, FAILED
@@ -37,6 +38,7 @@ _COMMANDS = (
     spectrum,
     report,
     exchange,
+    trajectory,
     export_controller,
     study,
     serve,

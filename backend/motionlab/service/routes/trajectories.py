@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import functools
 import json
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
-from fastapi import APIRouter, Body, HTTPException, Path, Request, Response
+from fastapi import APIRouter, Body, HTTPException, Path, Query, Request, Response
 from pydantic import BaseModel, Field
 from starlette.convertors import StringConvertor, register_url_convertor
 
@@ -25,6 +25,8 @@ from motionlab.service.workers.worker import Call
 from motionlab.simulation.prepare import Epochs, limit_sets
 from motionlab.store.trajectories import KINDS, TrajectoryStore
 from motionlab.trajectory.corners import drawn
+from motionlab.trajectory.exchange.reading import ReadOptions, read_trajectory
+from motionlab.trajectory.exchange.writing import ENDINGS, MEDIA_TYPES, write_trajectory
 from motionlab.trajectory.retiming import slow_down
 from motionlab.trajectory.spline import outline
 from motionlab.trajectory.trajectory_check import Examination, LimitSets, examine
@@ -33,7 +35,7 @@ from motionlab.trajectory.trajectory_check import Examination, LimitSets, examin
 class _TrajectoryName(StringConvertor):
     """Names of trajectories; excludes those of operations."""
 
-    regex = "(?!(?:check|slow)$)[^/]+"
+    regex = "(?!(?:check|slow|import|export)$)[^/]+"
 
 
 register_url_convertor("trajectory", _TrajectoryName())
@@ -73,6 +75,106 @@ class SlowedTrajectory(BaseModel):
     trajectory: Table = Field(description="The same path with slower numbers")
     stretch: float = Field(ge=1.0, description="Stretch of time; 1 if it was feasible already")
     duration: float = Field(description="Time of the slower motion, s")
+
+
+class ReadQuery(BaseModel):
+    """What is said of a file; the rest it says itself."""
+
+    format: Literal["auto", "csv", "svg", "gcode", "text"] = Field(
+        default="auto", description="By its name or content; or text to be written"
+    )
+    filename: str = Field(
+        default="", max_length=200, description="Name whose ending tells the format"
+    )
+    unit: Literal["m", "cm", "mm", "um", "nm", "in"] = Field(
+        default="mm", description="Of lengths in CSV that name none"
+    )
+    scale: float = Field(default=1.0, ge=1e-6, le=1e6, description="Factor on all lengths")
+    tolerance: float = Field(
+        default=5e-6, ge=1e-7, le=1e-3, description="Largest distance of the path from the file, m"
+    )
+    placement: Literal["file", "centre", "fit"] = Field(
+        default="file", description="As in the file, its middle at mid-stroke, or scaled to fit too"
+    )
+    stroke_x: float = Field(default=0.085, gt=0, le=1, description="Half the stroke to fit, m")
+    stroke_y: float = Field(default=0.145, gt=0, le=1, description="Half the stroke to fit, m")
+    height: float = Field(default=0.01, ge=1e-4, le=1, description="Of capitals of a text, m")
+
+
+class ReadTrajectory(BaseModel):
+    """A trajectory from a file of another program."""
+
+    trajectory: Table = Field(description="A path, or a sequence of paths and dwells")
+    format: Literal["csv", "svg", "gcode", "text"] = Field(description="Format of the file")
+    read: str = Field(description="What the file has")
+    segments: int = Field(description="Lines, curves and arcs of the file, connecting moves too")
+    moves: int = Field(description="Straight connecting moves between strokes among them")
+    points: int = Field(description="Points of the path")
+    corners: int = Field(description="Points at which the path has a corner")
+    deviation: float = Field(description="Largest distance of the file from the path, m")
+    notes: list[str] = Field(description="What was left out or taken otherwise")
+
+
+class WriteRequest(BaseModel):
+    """A trajectory to be written for another program."""
+
+    model_config = examples({"format": "svg", "trajectory": EXAMPLE_PATH})
+
+    trajectory: Table = Field(description="`kind` and its numbers")
+    format: Literal["csv", "points", "svg", "gcode"] = Field(
+        description="csv: time, x, y at every tick; points: x, y of the points"
+    )
+
+
+@router.post(
+    "/import",
+    operation_id="importTrajectory",
+    response_model=ReadTrajectory,
+    responses=responses(413, 422, 429, 503),
+    openapi_extra={
+        "requestBody": {
+            "content": {
+                "application/octet-stream": {
+                    "schema": {
+                        "type": "string",
+                        "format": "binary",
+                        "description": "CSV, SVG, G-code or text, UTF-8; docs/trajectories.md",
+                        "examples": ["x [mm],y [mm]\n0,0\n10,0\n10,20\n"],
+                    }
+                }
+            },
+            "required": True,
+        }
+    },
+)
+async def import_trajectory(request: Request, said: Annotated[ReadQuery, Query()]) -> Response:
+    """Return a trajectory from a file of another program; nothing is kept."""
+    return await computed(request, _read, await request.body(), said)
+
+
+@router.post(
+    "/export",
+    operation_id="exportTrajectory",
+    response_class=Response,
+    responses={
+        200: {
+            "description": "The file",
+            "content": {
+                media: {"schema": {"type": "string"}} for media in sorted(set(MEDIA_TYPES.values()))
+            },
+        },
+        **responses(400, 413, 415, 422, 429, 503),
+    },
+)
+async def export_trajectory(request: Request, body: Annotated[WriteRequest, Body()]) -> Response:
+    """Return a trajectory as a file for other programs."""
+    answer = await called(request, _written, body)
+    name = f"trajectory.{ENDINGS[body.format]}"
+    return ComputedResponse(
+        answer,
+        media_type=MEDIA_TYPES[body.format],
+        headers={"Content-Disposition": f'attachment; filename="{name}"'},
+    )
 
 
 @router.post(
@@ -161,6 +263,25 @@ def warm_up() -> None:
         table = {"kind": "path", "points": points, "closed": True, "geometry": geometry}
         body = CheckRequest(trajectory=table | {"lap_time": 2.0}, points=10)
         _checked(body)
+
+
+def _read(content: bytes, said: ReadQuery) -> ReadTrajectory:
+    options = ReadOptions(
+        format=None if said.format == "auto" else said.format,
+        unit=said.unit,
+        scale=said.scale,
+        tolerance=said.tolerance,
+        placement=said.placement,
+        stroke=(said.stroke_x, said.stroke_y),
+        height=said.height,
+    )
+    found = read_trajectory(content, options, name=said.filename)
+    table = found.trajectory.model_dump(mode="json")
+    return ReadTrajectory.model_validate(vars(found) | {"trajectory": table})
+
+
+def _written(_: Call, body: WriteRequest) -> bytes:
+    return write_trajectory(validate_trajectory(body.trajectory), body.format).encode()
 
 
 def _examined(_: Call, body: CheckRequest) -> bytes:

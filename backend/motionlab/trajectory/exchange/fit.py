@@ -218,7 +218,8 @@ def _halved(chain: Chain, s: Array, edges: NDArray[np.int64]) -> Array:
     low, high = s[edges], s[np.minimum(edges + 1, len(s) - 1)]
     middle = 0.5 * (low + high)
     joint = np.round(middle)
-    new = np.where((joint > low) & (joint < high), joint, middle)
+    inside = np.abs(joint - middle) < 0.499 * (high - low)
+    new = np.where(inside, joint, middle)
     ways = chain.at(high) - chain.at(low)
     long = (np.hypot(*ways.T) > 4 * 10.0**-_NANOMETRES) | (high - low > 1.0)
     return new[long & (new > low) & (new < high)]

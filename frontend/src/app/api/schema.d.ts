@@ -293,6 +293,46 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/trajectories/import": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Import Trajectory
+         * @description Return a trajectory from a file of another program; nothing is kept.
+         */
+        post: operations["importTrajectory"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/trajectories/export": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Export Trajectory
+         * @description Return a trajectory as a file for other programs.
+         */
+        post: operations["exportTrajectory"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/trajectories/check": {
         parameters: {
             query?: never;
@@ -3848,8 +3888,8 @@ export interface components {
          * DrawnPath
          * @description Follow a polyline or a smooth curve through points with a motion profile.
          *
-         *     With every law but `constant_speed` a polyline stops at each of its points and a spline at its
-         *     ends; a closed one ends, and stops, where it starts.
+         *     With every law but `constant_speed` a polyline stops at each of its points, a spline at its
+         *     corners and ends; a closed one ends, and stops, where it starts.
          */
         DrawnPath: {
             /**
@@ -3878,6 +3918,12 @@ export interface components {
              * @enum {string}
              */
             geometry: "polyline" | "spline";
+            /**
+             * Corners
+             * @description Points, counted from 0 in rising order, at which a spline has a corner and the motion stops; any makes one of a closed path's start too
+             * @default []
+             */
+            corners: number[];
             /**
              * Law
              * @description Motion profile along the path; constant_speed eases in and out at its two ends only
@@ -8274,6 +8320,58 @@ export interface components {
             warnings: string[];
         };
         /**
+         * ReadTrajectory
+         * @description A trajectory from a file of another program.
+         */
+        ReadTrajectory: {
+            /**
+             * Trajectory
+             * @description A path, or a sequence of paths and dwells
+             */
+            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Sequence"];
+            /**
+             * Format
+             * @description Format of the file
+             * @enum {string}
+             */
+            format: "csv" | "svg" | "gcode" | "text";
+            /**
+             * Read
+             * @description What the file has
+             */
+            read: string;
+            /**
+             * Segments
+             * @description Lines, curves and arcs of the file, connecting moves too
+             */
+            segments: number;
+            /**
+             * Moves
+             * @description Straight connecting moves between strokes among them
+             */
+            moves: number;
+            /**
+             * Points
+             * @description Points of the path
+             */
+            points: number;
+            /**
+             * Corners
+             * @description Points at which the path has a corner
+             */
+            corners: number;
+            /**
+             * Deviation
+             * @description Largest distance of the file from the path, m
+             */
+            deviation: number;
+            /**
+             * Notes
+             * @description What was left out or taken otherwise
+             */
+            notes: string[];
+        };
+        /**
          * Reading
          * @description One quantity, as printed in the paper and as used here.
          */
@@ -11890,6 +11988,45 @@ export interface components {
             velocity: number;
         };
         /**
+         * WriteRequest
+         * @description A trajectory to be written for another program.
+         * @example {
+         *       "format": "svg",
+         *       "trajectory": {
+         *         "a_max": 1,
+         *         "kind": "path",
+         *         "points": [
+         *           [
+         *             0,
+         *             0
+         *           ],
+         *           [
+         *             0.01,
+         *             0.02
+         *           ],
+         *           [
+         *             0.03,
+         *             0.02
+         *           ]
+         *         ],
+         *         "v_max": 0.1
+         *       }
+         *     }
+         */
+        WriteRequest: {
+            /**
+             * Trajectory
+             * @description `kind` and its numbers
+             */
+            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Sequence"];
+            /**
+             * Format
+             * @description csv: time, x, y at every tick; points: x, y of the points
+             * @enum {string}
+             */
+            format: "csv" | "points" | "svg" | "gcode";
+        };
+        /**
          * Problem
          * @description RFC 9457 problem document.
          */
@@ -13104,6 +13241,210 @@ export interface operations {
                 };
                 content: {
                     "application/octet-stream": string;
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    importTrajectory: {
+        parameters: {
+            query?: {
+                /** @description By its name or content; or text to be written */
+                format?: "auto" | "csv" | "svg" | "gcode" | "text";
+                /** @description Name whose ending tells the format */
+                filename?: string;
+                /** @description Of lengths in CSV that name none */
+                unit?: "m" | "cm" | "mm" | "um" | "nm" | "in";
+                /** @description Factor on all lengths */
+                scale?: number;
+                /** @description Largest distance of the path from the file, m */
+                tolerance?: number;
+                /** @description As in the file, its middle at mid-stroke, or scaled to fit too */
+                placement?: "file" | "centre" | "fit";
+                /** @description Half the stroke to fit, m */
+                stroke_x?: number;
+                /** @description Half the stroke to fit, m */
+                stroke_y?: number;
+                /** @description Of capitals of a text, m */
+                height?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/octet-stream": string;
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ReadTrajectory"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    exportTrajectory: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["WriteRequest"];
+            };
+        };
+        responses: {
+            /** @description The file */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "image/svg+xml": string;
+                    "text/csv": string;
+                    "text/plain": string;
                 };
             };
             /** @description Bad Request */

@@ -1,0 +1,165 @@
+"""The command ``motionlab trajectory``: trajectories from and to files of other programs."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Any
+
+from motionlab.cli.exit_codes import DONE
+
+EXAMPLES = """\
+examples:
+  motionlab trajectory import square.ngc square.toml
+  motionlab trajectory import drawing.svg --placement fit
+  motionlab trajectory export square.toml square.svg
+  motionlab trajectory export circle circle.csv --points
+
+docs/trajectories.md describes the formats.
+"""
+
+
+def add(commands: Any) -> None:
+    """Add ``motionlab trajectory``."""
+    parser = commands.add_parser(
+        "trajectory",
+        help="read or write a trajectory as CSV, SVG or G-code",
+        description="Read a trajectory from a file of another program, or write one.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parts = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    reader = parts.add_parser(
+        "import", help="read CSV, SVG, G-code or text", description="Read a trajectory."
+    )
+    reader.add_argument("file", metavar="FILE", help="the file")
+    reader.add_argument(
+        "target", metavar="TOML", nargs="?", help="file to write (default: print it)"
+    )
+    reader.add_argument(
+        "--format", choices=("csv", "svg", "gcode", "text"), help="(default: found out)"
+    )
+    reader.add_argument(
+        "--unit",
+        choices=("m", "cm", "mm", "um", "nm", "in"),
+        default="mm",
+        help="of lengths in CSV that name none (%(default)s)",
+    )
+    reader.add_argument(
+        "--scale", type=_number("--scale", 1e-6, 1e6), default=1.0, help="factor on all lengths (1)"
+    )
+    reader.add_argument(
+        "--tolerance",
+        type=_number("--tolerance", 1e-7, 1e-3),
+        default=5e-6,
+        metavar="M",
+        help="largest distance of the path from the file, m (%(default)s)",
+    )
+    reader.add_argument(
+        "--placement",
+        choices=("file", "centre", "fit"),
+        default="file",
+        help="as in the file, its middle at mid-stroke, or scaled to fit the stroke too "
+        "(%(default)s)",
+    )
+    reader.add_argument(
+        "--height",
+        type=_number("--height", 1e-4, 1.0),
+        default=0.01,
+        metavar="M",
+        help="of capitals of a text, m (%(default)s)",
+    )
+    reader.set_defaults(command=_import)
+    writer = parts.add_parser(
+        "export", help="write CSV, SVG or G-code", description="Write a trajectory."
+    )
+    writer.add_argument("source", metavar="SOURCE", help="a shipped or saved name, or a TOML file")
+    writer.add_argument("file", metavar="FILE", help="file to write: .csv, .svg or .ngc")
+    writer.add_argument(
+        "--points", action="store_true", help="CSV of the points, not of every tick"
+    )
+    writer.set_defaults(command=_export)
+
+
+def _number(option: str, least: float, most: float) -> Any:
+    from motionlab.errors import ConfigError, FieldError
+
+    def read(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = float("nan")
+        if not least <= value <= most:
+            raise ConfigError(
+                FieldError(option, "must be a number", text, f"{least:g} to {most:g}")
+            )
+        return value
+
+    return read
+
+
+def _import(options: argparse.Namespace) -> int:
+    import tomli_w
+
+    from motionlab.errors import ConfigError, FieldError
+    from motionlab.store.files import check_target, replace
+    from motionlab.trajectory.exchange.reading import BYTES_MAX, ReadOptions, read_trajectory
+
+    path = Path(options.file)
+    if not path.is_file():
+        raise ConfigError(FieldError("FILE", "is no file", options.file))
+    if options.target is not None:
+        check_target(options.target, ".toml", loc="TOML")
+    said = ReadOptions(
+        format=options.format,
+        unit=options.unit,
+        scale=options.scale,
+        tolerance=options.tolerance,
+        placement=options.placement,
+        height=options.height,
+    )
+    with path.open("rb") as file:
+        found = read_trajectory(file.read(BYTES_MAX + 1), said, name=path.name)
+    text = tomli_w.dumps(found.trajectory.model_dump(mode="json", exclude_none=True))
+    if options.target is None:
+        print(text, end="")
+    else:
+        replace(Path(options.target), text.encode())
+    print(
+        f"{found.format}: {found.read}; a path of {found.points} points and {found.corners} "
+        f"corners, at most {found.deviation * 1e6:.3g} um away",
+        *found.notes,
+        sep="\n",
+        file=sys.stderr,
+    )
+    return DONE
+
+
+def _export(options: argparse.Namespace) -> int:
+    from motionlab.config.load import validate_trajectory
+    from motionlab.config.shipped import data_root, names, parse_text, read
+    from motionlab.errors import ConfigError, FieldError
+    from motionlab.store.files import check_target, replace
+    from motionlab.store.named_tables import SIZE_MAX
+    from motionlab.store.trajectories import TrajectoryStore
+    from motionlab.trajectory.exchange.writing import write_trajectory
+
+    check_target(options.file, ".csv", ".svg", ".ngc", loc="FILE")
+    source = options.source
+    store = TrajectoryStore(data_root() / "trajectories")
+    if source in names("trajectories"):
+        table = read("trajectories", source, loc="SOURCE")
+    elif store.has(source):
+        table = store.read(source)
+    elif Path(source).is_file():
+        with Path(source).open("rb") as file:
+            table = parse_text(file.read(SIZE_MAX + 1), loc="SOURCE", size_max=SIZE_MAX)
+    else:
+        raise ConfigError(FieldError("SOURCE", "is neither a trajectory nor a file", source))
+    ending = Path(options.file).suffix
+    csv = "points" if options.points else "csv"
+    format = {".csv": csv, ".svg": "svg", ".ngc": "gcode"}[ending]
+    text = write_trajectory(validate_trajectory(table), format)  # pyright: ignore[reportArgumentType]
+    replace(Path(options.file), text.encode())
+    return DONE
