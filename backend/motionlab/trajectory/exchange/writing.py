@@ -47,6 +47,7 @@ CHORD = 1e-6
 """Largest distance of G-code from a smooth path, and of a path through samples from them, m."""
 
 _FLAT = 1e-9
+_REACH = 1.0
 _MARGIN = 2.0  # mm around a picture
 
 
@@ -108,6 +109,10 @@ def path_of(trajectory: TrajectoryConfig) -> DrawnPath:
     if len(segments) > SEGMENTS_MAX // 10:
         raise ConfigError(FieldError("trajectory", "is too long for a path: write it as csv"))
     fitted = fit(segments, tolerance=0.5 * CHORD)
+    reach = float(np.abs(np.array(fitted.points)).max())
+    if reach > _REACH:
+        message = "leaves the range of a path: write it as csv"
+        raise ConfigError(FieldError("trajectory", message, reach, f"<= {_REACH:g}", "m"))
     return DrawnPath(
         points=fitted.points,
         closed=fitted.closed,

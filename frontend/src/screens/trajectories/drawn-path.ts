@@ -13,6 +13,8 @@ export interface DrawnPath {
   points: readonly Point[];
   closed: boolean;
   geometry: 'polyline' | 'spline';
+  /** Points at which a spline has a corner; absent where it has none. */
+  corners?: readonly number[];
   law: Law;
   v_max: number | null;
   a_max: number | null;
@@ -94,13 +96,25 @@ export function shifted(path: DrawnPath, [dx, dy]: Point): DrawnPath {
 export function inserted(path: DrawnPath, index: number, [x, y]: Point): DrawnPath {
   const point: Point = [bounded(x), bounded(y)];
   const points = [...path.points.slice(0, index), point, ...path.points.slice(index)];
-  return { ...path, points };
+  return withCorners({ ...path, points }, (at) => (at < index ? at : at + 1));
 }
 
 export function removed(path: DrawnPath, index: number): DrawnPath {
   const points = path.points.filter((_, i) => i !== index);
   const closed = path.closed && points.length >= 3;
-  return { ...path, points, closed, laps: closed ? path.laps : 1 };
+  const rest = { ...path, points, closed, laps: closed ? path.laps : 1 };
+  return withCorners(rest, (at) => (at === index ? null : at < index ? at : at - 1));
+}
+
+/** Returns the path under another geometry; straight edges have no corners of their own to name. */
+export function withGeometry(path: DrawnPath, geometry: DrawnPath['geometry']): DrawnPath {
+  return withCorners({ ...path, geometry }, (at) => (geometry === 'spline' ? at : null));
+}
+
+/** Returns the path with its corners at the points that they have become. */
+function withCorners(path: DrawnPath, become: (at: number) => number | null): DrawnPath {
+  if (!path.corners) return path;
+  return { ...path, corners: path.corners.map(become).filter((at) => at !== null) };
 }
 
 export function withClosed(path: DrawnPath, closed: boolean): DrawnPath {
