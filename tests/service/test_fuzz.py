@@ -36,7 +36,8 @@ OF_A_SESSION = [name for name, o in OPERATIONS.items() if "{session_id}" in o.pa
 TAKES_A_BODY = [name for name, o in OPERATIONS.items() if o.body]
 TAKES_INPUT = [n for n, o in OPERATIONS.items() if o.body or o.query or o.path_parameters]
 CAN_BE_WRONG = [n for n in TAKES_INPUT if n != "parseScenario"]  # which takes any bytes
-READS_JSON = [n for n in TAKES_A_BODY if n not in {"parseScenario", "importRun", "importTrajectory"}]
+READS_BYTES = {"parseScenario", "importRun", "importTrajectory"}
+READS_JSON = [n for n in TAKES_A_BODY if n not in READS_BYTES]
 JSON = {"content-type": "application/json"}
 COMPARES = {"compareRuns", "getComparisonReport", "getComparisonWindow"}
 EXAMPLES = {name: body_examples(DOCUMENT, name) for name in TAKES_A_BODY}
