@@ -115,6 +115,18 @@ def test_a_sine_is_a_line_and_a_resonance_is_broad(
     assert broad.frequency == pytest.approx(RESONANCE, rel=0.03)
 
 
+def test_few_lines_are_seen_in_a_resonance_of_a_few_bins() -> None:
+    """Its bins stand out from the noise, but none holds most of the power around it."""
+    pole = np.exp((-0.02 + 1j) * 2 * np.pi * RESONANCE / RATE)
+    lines = 0
+    for seed in range(20):
+        ringing = signal.lfilter([1.0], [1.0, -2 * pole.real, abs(pole) ** 2], noise(24_000, seed))
+        samples = ringing + noise(24_000, 99 + seed)
+        found = spectrum(samples, period=PERIOD, window="hann", averages=16)
+        lines += sum(peak.narrow for peak in peaks(found)[0])
+    assert lines <= 15
+
+
 def test_noise_alone_has_no_peak() -> None:
     for seed in range(20):
         for averages in (1, 8):
