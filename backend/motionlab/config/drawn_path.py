@@ -13,12 +13,14 @@ from pydantic import Field, model_validator
 
 from motionlab.config.moves import OURS, REQUIRED, a_max_field, dwell_field, v_max_field
 from motionlab.config.planar import Point, refuse_repeats
+from motionlab.config.planned_motor import PlannedMotor
 from motionlab.config.quantity import Config, quantity
 
 POINTS_MAX = 6000
 """Most points of a path."""
 
-TimeLaw = Literal["minimum_jerk", "trapezoid", "jerk_limited", "constant_speed"]
+TimeLaw = Literal["minimum_jerk", "trapezoid", "jerk_limited", "time_optimal", "constant_speed"]
+_WITH_JERK = ("jerk_limited", "time_optimal")
 
 
 class DrawnPath(Config):
@@ -60,7 +62,7 @@ class DrawnPath(Config):
     v_max: float | None = v_max_field()
     a_max: float | None = a_max_field()
     j_max: float | None = quantity(
-        "Largest jerk along the path, of jerk_limited only",
+        "Largest jerk along the path, of jerk_limited and time_optimal only",
         label="max jerk",
         unit="m/s^3",
         source=REQUIRED,
@@ -87,6 +89,13 @@ class DrawnPath(Config):
         le=1000,
     )
     dwell: float = dwell_field("Time at each stop, the first and the last included", default=0.0)
+    planned_for: PlannedMotor | None = quantity(
+        "Limits of the motor that a time_optimal profile keeps; left out, those of the motor and "
+        "the controllers that it is prepared for, which are then filled in",
+        unit="",
+        source=OURS,
+        default=None,
+    )
 
     @model_validator(mode="after")
     def _goes_somewhere(self) -> Self:
@@ -113,10 +122,15 @@ class DrawnPath(Config):
     @model_validator(mode="after")
     def _is_timed_once(self) -> Self:
         limits = {"v_max": self.v_max, "a_max": self.a_max}
-        if self.law == "jerk_limited":
+        if self.law in _WITH_JERK:
             limits["j_max"] = self.j_max
         elif self.j_max is not None:
-            raise ValueError("j_max belongs to law = 'jerk_limited' only")
+            raise ValueError("j_max belongs to law = 'jerk_limited' and 'time_optimal' only")
+        if self.law != "time_optimal":
+            if self.planned_for is not None:
+                raise ValueError("planned_for belongs to law = 'time_optimal' only")
+        elif self.lap_time is not None:
+            raise ValueError("law = 'time_optimal' takes v_max, a_max and j_max, no lap_time")
         given = [name for name, value in limits.items() if value is not None]
         timed = self.lap_time is not None
         if (timed and (given or self.j_max is not None)) or (

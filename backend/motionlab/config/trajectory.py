@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from motionlab.config.drawn_path import DrawnPath
 from motionlab.config.moves import (
@@ -49,6 +49,16 @@ class Sequence(Config):
     parts: Annotated[tuple[Part, ...], Field(strict=False, min_length=1, max_length=100)] = (
         quantity("The motions in their order", unit="", source=REQUIRED)
     )
+
+    @model_validator(mode="after")
+    def _keeps_its_places(self) -> Self:
+        for part in self.parts:
+            if isinstance(part, DrawnPath) and part.law == "time_optimal":
+                raise ValueError(
+                    "a path with law = 'time_optimal' is planned for the thrust where it lies, "
+                    "and a part of a sequence is moved"
+                )
+        return self
 
 
 TrajectoryConfig = Annotated[Part | Sequence, Field(discriminator="kind")]

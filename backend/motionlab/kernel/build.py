@@ -132,7 +132,7 @@ def motion_limits(
         ]
 
     def friction(axis: int, v: NDArray[np.float64]) -> NDArray[np.float64]:
-        f = _friction(axes[axis].friction)
+        f = friction_of(axes[axis].friction)
         return steady_friction(v, f.F_c, f.F_s, f.v_s, f.sigma_2)
 
     def available(
@@ -166,7 +166,7 @@ def lane(scenario: Scenario, controller: ControllerConfig, axis: str) -> Paramet
     plant: AxisConfig = getattr(scenario.plant, axis)
     model = getattr(controller.model, axis)
     return Parameters(
-        friction=_friction(plant.friction),
+        friction=friction_of(plant.friction),
         force_map=map_lanes(plant.force_map),
         amplifiers=_amplifiers(plant.amplifiers),
         encoder=Encoder(
@@ -184,7 +184,7 @@ def lane(scenario: Scenario, controller: ControllerConfig, axis: str) -> Paramet
         controller=_position_controller(scenario, controller, axis),
         notch=sampled_notch(**getattr(controller, axis).notch.model_dump()),
         compensation=_compensation(controller.compensation, model.friction),
-        model_friction=_friction(model.friction),
+        model_friction=friction_of(model.friction),
         force_model=force_model(model.force_map, controller.sharing, controller.current_limit),
         limits=Limits(error=scenario.divergence_error),
     )
@@ -243,7 +243,8 @@ def _law(law: Law) -> float:
             return REVERSED
 
 
-def _friction(config: FrictionConfig) -> LuGre:
+def friction_of(config: FrictionConfig) -> LuGre:
+    """Return the friction of an axis; none of it where it is off."""
     if not config.enabled:
         return _FRICTIONLESS
     return LuGre(**config.model_dump(exclude={"enabled"}))

@@ -1,6 +1,7 @@
 """Compile the kernels that a first simulation does not need, for later processes to find.
 
-``python -m motionlab.simulation.precompile``: those of batches, then those with tables.
+``python -m motionlab.simulation.precompile``: those of batches, then those with tables, then those
+of linearised loops.
 """
 
 from __future__ import annotations
@@ -10,8 +11,14 @@ import os
 import sys
 from pathlib import Path
 
+from numba import float64
+
 from motionlab.config.load import load_scenario
+from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.kernel.build import lane
+from motionlab.kernel.force_maps import force_gain
+from motionlab.kernel.tick import control_once
 from motionlab.lanes import WIDE
 from motionlab.lanes.compile_cache import cache_folder
 from motionlab.simulation.batch import run_prepared
@@ -28,7 +35,8 @@ def main() -> int:
     """Compile missing kernels at low priority."""
     with contextlib.suppress(OSError):
         os.nice(10)
-    point = {"trajectory": {"kind": "point", "duration": CONTROL_PERIOD}}
+    # Two ticks: arrays of one are contiguous whatever their strides, for which other code is made.
+    point = {"trajectory": {"kind": "point", "duration": 2 * CONTROL_PERIOD}}
     for force_map in ({}, {"plant.force_map": "new-design"}):
         prepared = prepare(load_scenario("circle", point | force_map))
         run(prepared)
@@ -36,6 +44,10 @@ def main() -> int:
         run_prepared([prepared] * WIDE, threads=1)
         with contextlib.suppress(OSError):
             mark().touch()
+        variant = next(iter(prepared.scenario.variants.values()))
+        force_gain(lane(prepared.scenario, variant.controller, AXES[0]), 1.0)
+    table = float64[:, ::1]
+    control_once.compile((table, table, float64[:, :, ::1], table))
     return 0
 
 

@@ -11,8 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.controller import ModelConfig, SharingConfig
+from motionlab.config.drawn_path import DrawnPath
 from motionlab.config.load import epochs
 from motionlab.config.planar import AXES
+from motionlab.config.planned_motor import PlannedMotor
 from motionlab.config.plant import PlantConfig
 from motionlab.config.scenario import LoadConfig, Scenario
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
@@ -20,6 +22,7 @@ from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.errors import ConfigError, FieldError
 from motionlab.kernel.build import motion_limits
 from motionlab.kernel.force_maps import check_maps, map_digests
+from motionlab.kernel.planned_motor import planned_motor
 from motionlab.simulation.inputs import load_force
 from motionlab.telemetry.channels import CHANNELS, REFERENCES
 from motionlab.trajectory.feasibility import check
@@ -109,6 +112,7 @@ def prepare(scenario: Scenario, *, checked: bool = False) -> Prepared:
     ConfigError
         If an event, a force step or the window lies outside the run.
     """
+    scenario = planned(scenario)
     reference = _sampled(scenario.trajectory)
     changes = tuple(epochs(scenario))
     if not checked:
@@ -116,6 +120,45 @@ def prepare(scenario: Scenario, *, checked: bool = False) -> Prepared:
         _refuse_times_outside(scenario, changes, reference.ticks)
     loads = tuple((tick, changed.load) for tick, changed in changes)
     return Prepared(scenario, reference, _load(loads, reference.ticks), changes)
+
+
+def planned(scenario: Scenario) -> Scenario:
+    """Return a scenario whose time-optimal path, if it has one, is planned for its motor.
+
+    A path that has been planned stays as it is, whatever motor follows it: so a session's changes,
+    the cases of a study and runs that are simulated again keep their motion. Changes scheduled for
+    later do not count.
+    """
+    trajectory = scenario.trajectory
+    if not needs_plan(trajectory):
+        return scenario
+    found = planned_for(scenario)
+    return scenario.model_copy(
+        update={"trajectory": trajectory.model_copy(update={"planned_for": found})}
+    )
+
+
+def planned_for(scenario: Scenario) -> PlannedMotor:
+    """Return the limits that a scenario's motor has with each of its controllers at 0 s."""
+    deciding = _deciding(((0, scenario),))
+    maps = deciding[0][2]
+    return _planned_for(tuple(decides for _, decides, _ in deciding), maps)
+
+
+def needs_plan(trajectory: TrajectoryConfig) -> bool:
+    """Return whether a trajectory is planned for a motor that it does not name yet."""
+    return (
+        isinstance(trajectory, DrawnPath)
+        and trajectory.law == "time_optimal"
+        and trajectory.planned_for is None
+    )
+
+
+@functools.lru_cache(maxsize=16)
+def _planned_for(deciding: tuple[_Deciding, ...], _maps: _Digests) -> PlannedMotor:
+    return planned_motor(
+        deciding[0].plant, [(decides.model, decides.limits()) for decides in deciding]
+    )
 
 
 # A slider repeats the same motion, and thousands of cases share one load: the latest of both are

@@ -12,7 +12,7 @@ from motionlab.config.load import epochs, load_scenario
 from motionlab.config.timing import to_ticks
 from motionlab.errors import ConfigError, FieldError
 from motionlab.kernel.force_maps import map_digests
-from motionlab.simulation.prepare import Prepared, prepare
+from motionlab.simulation.prepare import Prepared, needs_plan, prepare
 from motionlab.simulation.run import run
 from motionlab.simulation.simulation import Simulation, Snapshot, sample_page
 from motionlab.telemetry.recording import Recording
@@ -64,8 +64,10 @@ def run_changed(
     start, stop = changed.window
     tick = start - max(LEAD, changed.reference.period)
     exact = exact and changed.work <= work_max
-    if not exact and stop > SOON and tick > 0 and _fits_a_running_session(changes):
-        maps = map_digests(epochs(load_scenario(source)))
+    unchanged = load_scenario(source)
+    kept = not needs_plan(unchanged.trajectory)
+    if not exact and stop > SOON and tick > 0 and kept and _fits_a_running_session(changes):
+        maps = map_digests(epochs(unchanged))
         variants, stored = _state(json.dumps(source), tick, maps)
         if stored is not None and variants == list(changed.scenario.variants):
             return run(changed, start=stored, stop=stop)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ import numpy as np
 
 from motionlab.config.drawn_path import DrawnPath
 from motionlab.config.timing import to_ticks
+from motionlab.errors import ConfigError, FieldError
 from motionlab.trajectory.motion import Piece, hold, whole_ticks
 from motionlab.trajectory.motion_profile import (
     Law,
@@ -26,6 +28,9 @@ from motionlab.trajectory.motion_profile import (
 )
 from motionlab.trajectory.path import Array
 from motionlab.trajectory.spline import ArcLengthCurve, locate, polyline, spline
+from motionlab.trajectory.time_optimal import motor_of, plan_leg
+from motionlab.trajectory.time_optimal_check import Cells, at_rest, joined, on_cells
+from motionlab.trajectory.time_optimal_solver import Along
 
 Interval = tuple[int, int]
 
@@ -57,9 +62,9 @@ def stop_and_go(config: DrawnPath) -> tuple[list[Piece], int]:
         With any law but `constant_speed`.
     """
     curve = curve_of(config)
-    stops = curve.marks
-    if config.geometry == "spline":
-        stops = stops[sorted({0, *config.corners, len(stops) - 1})]
+    if config.law == "time_optimal":
+        return _laps(config, _time_optimal(config, curve))
+    stops = curve.marks[_stops(config, curve)]
     ways = np.diff(stops)
     shares = np.sqrt(ways) / np.sqrt(ways).sum()
     timings = _TIMINGS[config.law]
@@ -72,8 +77,51 @@ def stop_and_go(config: DrawnPath) -> tuple[list[Piece], int]:
             legs.append((start + way, 0.0, _Timing(_AT_REST[config.law], dwell), True))
     law = _run_through(legs, config.law)
     stretches = tuple((timing.ticks, still) for _, _, timing, still in legs)
-    lap = Piece(curve.path, law, sum(ticks for ticks, _ in stretches), stretches=stretches)
+    ticks = sum(ticks for ticks, _ in stretches)
+    return _laps(config, Piece(curve.path, law, ticks, stretches=stretches))
+
+
+def _laps(config: DrawnPath, lap: Piece) -> tuple[list[Piece], int]:
     return [*hold(config.points[0], config.dwell), *[lap] * config.laps], lap.ticks
+
+
+def _stops(config: DrawnPath, curve: ArcLengthCurve) -> list[int]:
+    """Return the numbers of the marks at which a path stops."""
+    last = len(curve.marks) - 1
+    if config.geometry == "polyline":
+        return list(range(last + 1))
+    return sorted({0, *config.corners, last})
+
+
+def _time_optimal(config: DrawnPath, curve: ArcLengthCurve) -> Piece:
+    """Return one lap as fast as the limits allow.
+
+    Raises
+    ------
+    ConfigError
+        If no motor's limits have been filled in.
+    """
+    if config.planned_for is None:
+        message = "law = 'time_optimal' needs planned_for; a scenario that is prepared has it"
+        raise ConfigError(FieldError("trajectory.planned_for", message))
+    assert config.v_max is not None and config.a_max is not None  # the model has made sure
+    assert config.j_max is not None
+    motor, along = motor_of(config.planned_for), Along(config.v_max, config.a_max, config.j_max)
+    dwell = whole_ticks(config.dwell)
+    legs: list[Cells] = []
+    stretches: list[tuple[int, bool]] = []
+    for first, last in itertools.pairwise(_stops(config, curve)):
+        ends = float(curve.marks[first]), float(curve.marks[last])
+        edges = 0 if config.geometry == "polyline" else last - first
+        leg = plan_leg(curve.path, ends, edges, motor, along)
+        legs.append(leg)
+        stretches.append((round(leg.time[-1]), False))
+        if dwell:
+            legs.append(at_rest(ends[1], dwell))
+            stretches.append((dwell, True))
+    cells = joined(legs)
+    ticks = round(cells.time[-1])
+    return Piece(curve.path, partial(on_cells, cells), ticks, stretches=tuple(stretches))
 
 
 def at_constant_speed(config: DrawnPath) -> tuple[list[Piece], Interval | None]:

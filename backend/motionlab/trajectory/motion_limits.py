@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.trajectory.motion_profile import mean_acceleration
 from motionlab.trajectory.path import Array, Vector
 from motionlab.trajectory.reference import Reference
 
@@ -237,13 +238,6 @@ def _thrust(friction: Array, acceleration: Array, mass: float, easy: float) -> t
             hard[i] = k
             i += 1
     return thrust, hard
-
-
-@numba.njit(error_model="numpy", nogil=True, cache=True)
-def mean_acceleration(acceleration: float, now: float, before: float) -> float:
-    """Return the analytic acceleration or, where it is larger, the one from the tick before."""
-    mean = (now - before) / CONTROL_PERIOD
-    return acceleration if abs(acceleration) >= abs(mean) else mean
 
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)

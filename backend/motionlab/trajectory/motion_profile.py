@@ -249,6 +249,29 @@ def jerk_limited_ticks(
     jerk, ramp, travel : int
         Whole control periods as `jerk_limited` takes them.
     """
+    jerk, ramp, travel = jerk_limited_times(length, v_max=v_max, a_max=a_max, j_max=j_max)
+    whole_jerk = ticks_at_least(jerk)
+    whole_ramp = max(whole_jerk, ticks_at_least(ramp))
+    return whole_jerk, whole_ramp, max(whole_jerk + whole_ramp, ticks_at_least(travel))
+
+
+def jerk_limited_times(
+    length: float, *, v_max: float, a_max: float, j_max: float
+) -> tuple[float, float, float]:
+    """Find the fastest jerk-limited move within all limits.
+
+    Parameters
+    ----------
+    length : float
+        Length of the path, m, > 0.
+    v_max, a_max, j_max : float
+        Limits of velocity, m/s, acceleration, m/s^2, and jerk, m/s^3, along the path.
+
+    Returns
+    -------
+    jerk, ramp, travel : float
+        Times as `jerk_limited` takes them, s.
+    """
     jerk = a_max / j_max
     ramp = v_max / a_max
     if ramp < jerk:  # full acceleration is never reached
@@ -260,9 +283,7 @@ def jerk_limited_ticks(
         if ramp < jerk:
             jerk = ramp = (length / (2 * j_max)) ** (1 / 3)
         travel = ramp + jerk
-    whole_jerk = ticks_at_least(jerk)
-    whole_ramp = max(whole_jerk, ticks_at_least(ramp))
-    return whole_jerk, whole_ramp, max(whole_jerk + whole_ramp, ticks_at_least(travel))
+    return jerk, ramp, travel
 
 
 def cruise_ticks(length: float, *, v_max: float, a_max: float) -> tuple[int, int]:
@@ -293,3 +314,10 @@ def cruise_ticks(length: float, *, v_max: float, a_max: float) -> tuple[int, int
 def ticks_at_least(seconds: float) -> int:
     """Round a duration up to whole control periods, forgiving the rounding of the division."""
     return max(1, math.ceil(seconds / CONTROL_PERIOD * (1 - _ROUNDING)))
+
+
+@numba.njit(error_model="numpy", nogil=True, cache=True)
+def mean_acceleration(acceleration: float, now: float, before: float) -> float:
+    """Return the analytic acceleration or, where it is larger, the one from the tick before."""
+    mean = (now - before) / CONTROL_PERIOD
+    return acceleration if abs(acceleration) >= abs(mean) else mean

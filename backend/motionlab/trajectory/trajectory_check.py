@@ -24,9 +24,9 @@ from motionlab.trajectory.motion_limits import (
     MotionLimits,
     Span,
     demands,
-    mean_acceleration,
     place_at,
 )
+from motionlab.trajectory.motion_profile import mean_acceleration
 from motionlab.trajectory.path import Array
 from motionlab.trajectory.reference import Reference, sample
 

@@ -22,7 +22,7 @@ from motionlab.service.http.strict_json import JsonRoute
 from motionlab.service.routes.simulate import ChangedScenario
 from motionlab.service.worker_answers import ComputedResponse, called, computed
 from motionlab.service.workers.worker import Call
-from motionlab.simulation.prepare import Epochs, limit_sets
+from motionlab.simulation.prepare import Epochs, limit_sets, needs_plan, planned_for
 from motionlab.store.trajectories import KINDS, TrajectoryStore
 from motionlab.trajectory.corners import drawn
 from motionlab.trajectory.exchange.reading import ReadOptions, read_trajectory
@@ -263,6 +263,9 @@ def warm_up() -> None:
         table = {"kind": "path", "points": points, "closed": True, "geometry": geometry}
         body = CheckRequest(trajectory=table | {"lap_time": 2.0}, points=10)
         _checked(body)
+    fast = {"law": "time_optimal", "v_max": 0.1, "a_max": 1.0, "j_max": 20.0}
+    table = {"kind": "path", "points": points, "geometry": "spline"}
+    _checked(CheckRequest(trajectory=table | fast, points=10))
 
 
 def _read(content: bytes, said: ReadQuery) -> ReadTrajectory:
@@ -289,7 +292,7 @@ def _examined(_: Call, body: CheckRequest) -> bytes:
 
 
 def _checked(body: CheckRequest) -> bytes:
-    trajectory = validate_trajectory(body.trajectory)
+    trajectory = _trajectory(body)
     found = examine(trajectory, _limits(body), bins=body.points)
     curves = [each for p in found.profiles for each in (p.minimum, p.maximum)]
     head = _head(found) | {"outline": None, "drawn": None}
@@ -332,11 +335,20 @@ def _head(found: Examination) -> dict[str, Any]:
 
 def _slowed(body: CheckRequest) -> SlowedTrajectory:
     limits = _limits(body)
-    slower, stretch = slow_down(validate_trajectory(body.trajectory), limits)
+    slower, stretch = slow_down(_trajectory(body), limits)
     duration = examine(slower, limits, bins=10).duration
     return SlowedTrajectory(
         trajectory=slower.model_dump(mode="json"), stretch=stretch, duration=duration
     )
+
+
+def _trajectory(body: CheckRequest) -> TrajectoryConfig:
+    """Return the trajectory, planned for the scenario's motor if it is time-optimal."""
+    trajectory = validate_trajectory(body.trajectory)
+    if not needs_plan(trajectory):
+        return trajectory
+    (_, scenario), *_ = _epochs_of(json.dumps([body.scenario, body.set]))
+    return trajectory.model_copy(update={"planned_for": planned_for(scenario)})
 
 
 def _limits(body: CheckRequest) -> LimitSets:

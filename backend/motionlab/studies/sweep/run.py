@@ -92,7 +92,7 @@ def plan(request: SweepRequest, source: Source | None = None) -> SweepPlan:
     base = prepare(scenario)
     points = [_points(index, scenario, request) for index in range(len(request.grid))]
     cases = request.cases(points)
-    document = scenario.model_dump(mode="json")
+    document = base.scenario.model_dump(mode="json")
     if request.combine == "grid":
         for index, (dimension, values) in enumerate(zip(request.grid, points, strict=True)):
             listed = values if dimension.values is not None else [values[0], values[-1]]

@@ -3930,7 +3930,7 @@ export interface components {
              * @default minimum_jerk
              * @enum {string}
              */
-            law: "minimum_jerk" | "trapezoid" | "jerk_limited" | "constant_speed";
+            law: "minimum_jerk" | "trapezoid" | "jerk_limited" | "time_optimal" | "constant_speed";
             /**
              * max speed
              * @description Largest speed along the path
@@ -3945,7 +3945,7 @@ export interface components {
             a_max: number | null;
             /**
              * max jerk
-             * @description Largest jerk along the path, of jerk_limited only
+             * @description Largest jerk along the path, of jerk_limited and time_optimal only
              * @default null
              */
             j_max: number | null;
@@ -3967,6 +3967,11 @@ export interface components {
              * @default 0
              */
             dwell: number;
+            /**
+             * @description Limits of the motor that a time_optimal profile keeps; left out, those of the motor and the controllers that it is prepared for, which are then filled in
+             * @default null
+             */
+            planned_for: components["schemas"]["PlannedMotor"] | null;
         };
         /**
          * DriveAxisConfig
@@ -7941,6 +7946,62 @@ export interface components {
             y: number;
         };
         /**
+         * PlannedAxis
+         * @description Limits of one axis, which a time-optimal profile keeps.
+         */
+        PlannedAxis: {
+            /**
+             * Velocity Max
+             * @description Largest velocity
+             */
+            velocity_max: number;
+            /**
+             * Acceleration Max
+             * @description Largest acceleration
+             */
+            acceleration_max: number;
+            /**
+             * Mass
+             * @description Moving mass
+             */
+            mass: number;
+            /**
+             * F C
+             * @description Coulomb friction
+             */
+            F_c: number;
+            /**
+             * F S
+             * @description Static friction
+             */
+            F_s: number;
+            /**
+             * V S
+             * @description Stribeck velocity
+             */
+            v_s: number;
+            /**
+             * Sigma 2
+             * @description Viscous friction
+             */
+            sigma_2: number;
+            /**
+             * Pitch
+             * @description Pole pitch, over which the thrust repeats
+             */
+            pitch: number;
+            /**
+             * Forward
+             * @description Available thrust in positive direction, from position 0 on over a pole pitch; between them it is interpolated linearly
+             */
+            forward: number[];
+            /**
+             * Backward
+             * @description The same in negative direction
+             */
+            backward: number[];
+        };
+        /**
          * PlannedMotion
          * @description A uniform motion there and back that is planned.
          */
@@ -7960,6 +8021,16 @@ export interface components {
              * @description How long it takes
              */
             time: number;
+        };
+        /**
+         * PlannedMotor
+         * @description Limits of both axes, which a time-optimal profile keeps.
+         */
+        PlannedMotor: {
+            /** @description Limits of x */
+            x: components["schemas"]["PlannedAxis"];
+            /** @description Limits of y */
+            y: components["schemas"]["PlannedAxis"];
         };
         /**
          * PlannedRecord

@@ -4,7 +4,7 @@ import type { Trajectory } from '../../app/api/types';
 import { clean } from '../../ui/units';
 
 export type Point = readonly [x: number, y: number];
-export type Law = 'minimum_jerk' | 'trapezoid' | 'jerk_limited' | 'constant_speed';
+export type Law = 'minimum_jerk' | 'trapezoid' | 'jerk_limited' | 'time_optimal' | 'constant_speed';
 
 export type Table = Trajectory;
 
@@ -22,6 +22,7 @@ export interface DrawnPath {
   lap_time: number | null;
   laps: number;
   dwell: number;
+  planned_for?: null;
 }
 
 /** Bounds of a listed coordinate, m; the stroke is smaller. */
@@ -47,7 +48,10 @@ export function newPath(points: readonly Point[], closed: boolean): DrawnPath {
 
 /** Returns a table as a drawn path, or null when it is of another kind. */
 export function asPath(table: Table | null): DrawnPath | null {
-  return table?.kind === 'path' ? (table as unknown as DrawnPath) : null;
+  if (table?.kind !== 'path') return null;
+  const path = table as unknown as DrawnPath;
+  // Edited, it is planned anew, for the motor of the scenario that it is edited in.
+  return path.planned_for ? { ...path, planned_for: null } : path;
 }
 
 /** Returns what was kept of a trajectory, or null where it cannot be one. */
@@ -123,15 +127,24 @@ export function withClosed(path: DrawnPath, closed: boolean): DrawnPath {
 
 /** Returns the path under another law, with what that law needs and nothing else. */
 export function withLaw(path: DrawnPath, law: Law): DrawnPath {
-  const limited = law === 'jerk_limited' && path.lap_time === null;
-  return { ...path, law, j_max: limited ? (path.j_max ?? TIMING.j_max) : null };
+  const base = law === 'time_optimal' && path.lap_time !== null ? byLimits(path) : path;
+  const limited = needsJerk(law) && base.lap_time === null;
+  return { ...base, law, j_max: limited ? (base.j_max ?? TIMING.j_max) : null };
 }
 
 /** Returns the path timed by its limits, or by the time of a lap. */
 export function timedBy(path: DrawnPath, by: 'limits' | 'time', lap: number): DrawnPath {
   if (by === 'time') return { ...path, v_max: null, a_max: null, j_max: null, lap_time: lap };
-  const limits = { v_max: TIMING.v_max, a_max: TIMING.a_max, lap_time: null };
-  return withLaw({ ...path, ...limits }, path.law);
+  return withLaw(byLimits(path), path.law);
+}
+
+function byLimits(path: DrawnPath): DrawnPath {
+  return { ...path, v_max: TIMING.v_max, a_max: TIMING.a_max, lap_time: null };
+}
+
+/** Returns whether a law limits the jerk. */
+export function needsJerk(law: Law): boolean {
+  return law === 'jerk_limited' || law === 'time_optimal';
 }
 
 /** Returns the first point that is the same as the one after it, or null. */

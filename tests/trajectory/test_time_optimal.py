@@ -1,0 +1,131 @@
+"""Time-optimal profiles: within every limit at every tick, and as fast as closed forms."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from motionlab.config.drawn_path import DrawnPath
+from motionlab.config.load import epochs, load_scenario
+from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.config.trajectory import Sequence
+from motionlab.errors import ConfigError
+from motionlab.simulation.prepare import limit_sets, prepare
+from motionlab.trajectory.motion_limits import MotionLimits, demands
+from motionlab.trajectory.motion_profile import jerk_limited_times
+from motionlab.trajectory.reference import Reference, sample
+from motionlab.trajectory.retiming import slow_down
+
+EASY: dict[str, Any] = {"v_max": 0.05, "a_max": 0.3, "j_max": 20.0}
+HARD: dict[str, Any] = {"v_max": 0.5, "a_max": 5.0, "j_max": 200.0}
+MAP = {"plant.force_map": "new-design"}
+
+
+def flower(count: int) -> list[list[float]]:
+    """Return points of a closed curve with narrow and wide bends, m."""
+    angle = np.arange(count) * (2 * math.pi / count)
+    radius = 0.03 * (1 + 0.25 * np.sin(5 * angle) + 0.1 * np.sin(11 * angle + 1))
+    return np.column_stack((radius * np.cos(angle), radius * np.sin(angle))).tolist()
+
+
+def planned(points: Any, changes: dict[str, Any] | None = None, **table: Any) -> DrawnPath:
+    trajectory = {"kind": "path", "points": points, "law": "time_optimal"} | table
+    scenario = load_scenario("circle", {"trajectory": trajectory} | (changes or {}))
+    found = prepare(scenario).scenario.trajectory  # refuses any tick beyond a limit
+    assert isinstance(found, DrawnPath)
+    return found
+
+
+def speed_along(reference: Reference) -> np.ndarray:
+    return np.hypot(*reference.velocity.T)
+
+
+def limits() -> MotionLimits:
+    return limit_sets(tuple(epochs(load_scenario("circle"))))[0][1]
+
+
+@pytest.mark.parametrize("geometry", ["spline", "polyline"])
+@pytest.mark.parametrize("limit", [EASY, HARD, HARD | {"j_max": 2000.0}])
+@pytest.mark.parametrize("changes", [{}, MAP])
+def test_no_tick_is_beyond_a_limit(
+    geometry: str, limit: dict[str, float], changes: dict[str, Any]
+) -> None:
+    path = planned(flower(24), changes, closed=True, geometry=geometry, **limit)
+    reference = sample(path)
+    assert speed_along(reference).max() <= limit["v_max"] * (1 + 1e-9)
+    assert np.allclose(reference.velocity[0], 0.0)
+    assert math.dist(reference.end, path.points[0]) < 1e-9
+    along = np.sum(reference.velocity * reference.acceleration, axis=1)
+    speed = speed_along(reference)
+    gain = along[speed > 1e-3] / speed[speed > 1e-3]
+    assert np.abs(gain).max() <= limit["a_max"] * (1 + 1e-6)
+
+
+def test_a_thrust_bound_profile_uses_the_thrust() -> None:
+    reference = sample(planned(flower(24), closed=True, geometry="spline", **HARD))
+    shares = []
+    for demand in demands(reference, limits()):
+        reach = np.array([demand.limit_at(4, k) for k in range(0, reference.ticks, 7)])
+        shares.append(np.abs(demand.samples.thrust[::7]) / reach)
+    busiest = np.max(shares, axis=0)
+    assert busiest.max() <= 1.0
+    assert np.mean(busiest > 0.9) > 0.5
+
+
+def test_a_straight_line_takes_the_time_of_its_closed_form() -> None:
+    reference = sample(planned([[-0.02, 0.0], [0.02, 0.0]], **EASY))
+    best = sum(jerk_limited_times(0.04, **EASY))
+    assert 0.0 <= reference.ticks * CONTROL_PERIOD - best < CONTROL_PERIOD
+
+
+def test_a_smooth_straight_line_is_within_three_percent_of_its_closed_form() -> None:
+    points = [[0.01 * k - 0.02, 0.0] for k in range(5)]
+    reference = sample(planned(points, geometry="spline", **EASY))
+    best = sum(jerk_limited_times(0.04, **EASY))
+    assert best <= reference.ticks * CONTROL_PERIOD < 1.03 * best
+
+
+def test_it_is_faster_than_the_other_profiles_slowed_until_feasible() -> None:
+    points = flower(24)
+    fast = sample(planned(points, closed=True, geometry="spline", **HARD)).ticks
+    sets = limit_sets(tuple(epochs(load_scenario("circle"))))
+    for law in ("minimum_jerk", "jerk_limited"):
+        limit = HARD if law == "jerk_limited" else {"v_max": 0.5, "a_max": 5.0}
+        table = {"points": points, "closed": True, "geometry": "spline", "law": law} | limit
+        slowed, _ = slow_down(DrawnPath.model_validate(table), sets)
+        assert fast < 0.8 * sample(slowed).ticks
+
+
+def test_laps_repeat_sample_for_sample() -> None:
+    reference = sample(planned(flower(24), closed=True, geometry="spline", laps=3, **HARD))
+    lap = reference.period
+    assert reference.ticks == 3 * lap
+    assert np.array_equal(reference.acceleration[:lap], reference.acceleration[lap : 2 * lap])
+
+
+def test_a_path_that_is_planned_keeps_its_motion_with_another_motor() -> None:
+    path = planned(flower(12), closed=True, geometry="spline", **EASY)
+    other = {"trajectory": path.model_dump(mode="json"), "plant.x.mass": 6.0}
+    again = prepare(load_scenario("circle", other))
+    assert np.array_equal(again.reference.position, sample(path).position)
+
+
+def test_without_a_motor_it_cannot_be_sampled() -> None:
+    path = DrawnPath.model_validate({"points": flower(6), "law": "time_optimal"} | EASY)
+    with pytest.raises(ConfigError, match="planned_for"):
+        sample(path)
+
+
+def test_a_sequence_refuses_it() -> None:
+    part = {"kind": "path", "points": flower(6), "law": "time_optimal"} | EASY
+    with pytest.raises(ValidationError, match="part of a sequence"):
+        Sequence.model_validate({"parts": [part]})
+
+
+def test_a_lap_time_is_refused() -> None:
+    with pytest.raises(ValidationError, match="no lap_time"):
+        DrawnPath.model_validate({"points": flower(6), "law": "time_optimal", "lap_time": 2.0})
