@@ -18,13 +18,14 @@ function layer(folder, regex, message) {
   };
 }
 
-/** Imports point one way: screens -> app -> plot -> ui; only App.svelte knows the screens. */
+/** Imports point one way: screens -> scopes -> app -> plot -> ui; only App.svelte knows the screens. */
 const layers = [
   layer('ui', '^\\.\\./', 'ui imports only ui'),
+  layer('scopes', '^(\\.\\./)+(screens/|App\\.svelte)', 'scopes imports app, plot and ui'),
   layer('plot', '^\\.\\./(?!ui/)', 'plot imports plot and ui'),
   layer(
     'app',
-    '^(\\.\\./)+(screens/|plot/(?!source$)|App\\.svelte)',
+    '^(\\.\\./)+(screens/|scopes/|plot/(?!source$)|App\\.svelte)',
     'app imports app and ui, and of plot only source, the curves of a what-if',
   ),
   layer(
@@ -35,7 +36,7 @@ const layers = [
   ...SCREENS.map((screen) => {
     const others = SCREENS.filter((other) => other !== screen).join('|');
     const regex = `^(\\.\\./)+((screens/)?(${others})/|App\\.svelte)`;
-    return layer(`screens/${screen}`, regex, 'a screen imports app, plot, ui and itself');
+    return layer(`screens/${screen}`, regex, 'a screen imports scopes, app, plot, ui and itself');
   }),
 ];
 

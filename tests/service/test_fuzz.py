@@ -179,7 +179,11 @@ def kept_names(caller: httpx.Client, path: str) -> dict[str, str]:
         own.mkdir(parents=True, exist_ok=True)
         shutil.copy(shipped / "new-design.json", own / "kept.json")
         return {"name": "kept"}
-    for collection, put in (("gain-sets", "putGainSet"), ("motors", "putMotor")):
+    for collection, put in (
+        ("gain-sets", "putGainSet"),
+        ("layouts", "putLayout"),
+        ("motors", "putMotor"),
+    ):
         if f"/{collection}/" in path:
             kept = f"{API}/{collection}/kept"
             caller.put(kept, json=EXAMPLES[put][0]).raise_for_status()

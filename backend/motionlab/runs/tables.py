@@ -90,3 +90,10 @@ GAIN_SETS = Table(
     Column("created", Float(53), nullable=False),
     Column("document", JSON, nullable=False),
 )
+
+LAYOUTS = Table(
+    "layouts",
+    METADATA,
+    Column("name", String(60), primary_key=True),
+    Column("scopes", JSON, nullable=False),
+)

@@ -31,6 +31,7 @@ def run_changed(
     *,
     exact: bool,
     work_max: float,
+    wanted: tuple[int, int] | None = None,
 ) -> Recording:
     """Run a changed scenario, from its start or from a stored state of the unchanged one.
 
@@ -50,6 +51,9 @@ def run_changed(
         Whether to run from the start although that takes a while.
     work_max : float
         Simulated time, summed over variants, beyond which nothing runs from the start, s.
+    wanted : tuple of int
+        Ticks [start, stop) that are to be recorded besides the window, where that is possible
+        without running a scenario from its start that is too long for it.
 
     Raises
     ------
@@ -61,8 +65,7 @@ def run_changed(
     Recording
         The whole run, or from the state's tick, its `first_tick`, to the end of the window.
     """
-    start, stop = changed.window
-    tick = start - max(LEAD, changed.reference.period)
+    tick, stop = _stretch(changed, work_max, wanted)
     exact = exact and changed.work <= work_max
     unchanged = load_scenario(source)
     kept = not needs_plan(unchanged.trajectory)
@@ -85,12 +88,24 @@ def run_changed(
     return run(changed)
 
 
-def ticks_at_most(changed: Prepared, *, exact: bool, work_max: float) -> int:
+def ticks_at_most(
+    changed: Prepared, *, exact: bool, work_max: float, wanted: tuple[int, int] | None = None
+) -> int:
     """Return how many ticks `run_changed` records of a scenario at most."""
-    start, stop = changed.window
-    from_state = stop - start + max(LEAD, changed.reference.period)
+    tick, stop = _stretch(changed, work_max, wanted)
     whole = exact or stop <= SOON or changed.work <= work_max
-    return changed.reference.ticks if whole and changed.work <= work_max else from_state
+    return changed.reference.ticks if whole and changed.work <= work_max else stop - tick
+
+
+def _stretch(changed: Prepared, work_max: float, wanted: tuple[int, int] | None) -> tuple[int, int]:
+    """Return the tick of the state to begin at, if one is used, and that to stop at."""
+    lead = max(LEAD, changed.reference.period)
+    start, stop = changed.window
+    first, last = wanted or (start, stop)
+    tick = min(start, first) - lead
+    if tick <= 0 and changed.work > work_max:
+        tick = start - lead
+    return tick, max(stop, last)
 
 
 def _fits_a_running_session(changes: Mapping[str, Any]) -> bool:

@@ -10,7 +10,10 @@ export interface KeyTable {
 export const COMMON: KeyTable = {
   title: 'Everywhere',
   keys: [
-    { keys: 'Esc', does: 'STOP: ramp to rest, then currents to zero; an open sheet closes first' },
+    {
+      keys: 'Esc',
+      does: 'STOP: ramp to rest, then currents to zero; an open sheet or menu closes first',
+    },
     { keys: 't', does: 'Light or dark' },
     { keys: '?', does: 'This sheet' },
   ],
@@ -39,7 +42,8 @@ export function onKey(event: KeyboardEvent, actions: Record<string, () => void>)
     return;
   }
   if (event.key === 'Escape') {
-    void app.stop();
+    // A menu closes by itself.
+    if (!document.querySelector(':popover-open')) void app.stop();
     return;
   }
   if (takesKey(event)) return;

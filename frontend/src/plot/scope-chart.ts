@@ -15,7 +15,8 @@ import type { Underlay } from './underlay';
 const GUTTER = 66;
 const AXIS = 22;
 const EDGE = 6;
-const RIGHT = 18;
+/** Right of the curves: without and with a second value axis. */
+export const RIGHT = { plain: 18, second: 62 } as const;
 /** Least distance between two times. */
 const COLUMN = 70;
 const MARKS_ACROSS = 8;
@@ -25,6 +26,10 @@ export const TIME = { label: 'time', unit: 's', scale: { factor: 1, unit: 's' } 
 export interface Trace extends Look {
   column: string;
   label: string;
+  /** SI; without it, that of the scope. */
+  unit?: string;
+  /** Whether it has a value axis of its own. */
+  own?: boolean;
 }
 
 /** What a chart draws over time. */
@@ -43,27 +48,42 @@ export interface Moment {
 
 export interface ChartState {
   range: Range;
-  /** Whether the value axis follows the data. */
+  /** Whether the value axes follow the data. */
   follow: boolean;
+  /** Ends of the first value axis; without them it follows the data. */
+  hold?: readonly [number, number] | null;
   moments: readonly Moment[];
   /** Times of the cursors that were set. */
   cursors: readonly number[];
+  /** Values of the cursors that were set, on the first value axis. */
+  levels?: readonly number[];
   /** Time under the pointer of any scope, and what its drag has marked. */
   hover: number | null;
   selection: Range | null;
   /** What lies behind the curves; the value axis includes it. */
   underlays: readonly Underlay[];
+  /** Room at the right, the same for scopes that share a time axis. */
+  right?: number;
+}
+
+/** Curves that share a value axis. */
+interface Group {
+  unit: string;
+  curves: SourceCurve[];
+  values: Range | null;
+  y: AxisScale;
 }
 
 export class ScopeChart implements TimeAxis {
   range: Range = { from: 0, to: 1 };
   cursors: readonly number[] = [];
+  levels: readonly number[] = [];
   private readonly c: CanvasRenderingContext2D;
   private readonly pointer: ChartPointer;
   private readonly curves: SourceCurve[];
+  private readonly groups: Group[];
+  private right: number = RIGHT.plain;
   private x: AxisScale;
-  private y: AxisScale;
-  private values: Range | null = null;
   private drawn = '';
 
   constructor(
@@ -78,7 +98,12 @@ export class ScopeChart implements TimeAxis {
     this.c = canvas.c;
     this.curves = scope.traces.map((trace) => new SourceCurve(trace.column, trace));
     this.x = this.timeScale();
-    this.y = this.valueScale({ from: 0, to: 0 });
+    this.groups = groupsOf(scope).map(({ unit, places }) => ({
+      unit,
+      curves: places.map((place) => this.curves[place] as SourceCurve),
+      values: null,
+      y: this.valueScale({ from: 0, to: 0 }, unit),
+    }));
     this.pointer = new ChartPointer(canvas.element, this, events);
   }
 
@@ -88,67 +113,128 @@ export class ScopeChart implements TimeAxis {
 
   /** Draws, unless nothing has changed since the last time. */
   draw(source: SampleSource, state: ChartState): void {
-    const { range, follow, moments, cursors, hover, selection, underlays } = state;
+    const { range, follow, hold, moments, cursors, levels, hover, selection, underlays } = state;
     const behind = underlays.map(({ version }) => version).join();
-    const key = `${source.version} ${range.from} ${range.to} ${follow} ${moments.length} ${cursors.join()} ${hover} ${selection?.from} ${selection?.to} ${behind}`;
+    const key = `${source.version} ${range.from} ${range.to} ${follow} ${hold?.join()} ${moments.length} ${cursors.join()} ${levels?.join()} ${hover} ${selection?.from} ${selection?.to} ${behind} ${state.right}`;
     if (key === this.drawn) return;
     this.drawn = key;
     this.range = range;
     this.cursors = cursors;
+    this.levels = levels ?? [];
+    this.right = state.right ?? RIGHT.plain;
     this.x = this.timeScale();
-    const [low, high] = this.read(source, underlays);
-    if (follow || !this.values)
-      this.values = calmRange(follow ? this.values : null, low, high, this.scope.still);
-    this.y = this.valueScale(this.values);
+    const any = this.read(source, state);
     const { canvas, x, y } = this;
     canvas.clear();
     const times = withUnit(x.ticks(COLUMN), x);
-    const ticks = { x: times, y: low <= high ? valueTicks(y) : [] };
-    drawAxes(canvas, x, y, ticks, { bare: !this.last });
+    drawAxes(canvas, x, y, { x: times, y: any ? valueTicks(y) : [] }, { bare: !this.last });
+    this.secondAxis();
     this.moments(state);
     canvas.clipped(boxOf(x, y), () => {
       for (const each of underlays) each.draw(canvas, x, y);
-      for (const curve of this.curves) curve.draw(canvas, source, x, y);
+      for (const group of this.groups) {
+        for (const curve of group.curves) curve.draw(canvas, source, x, group.y);
+      }
     });
     // Round markers at round times: they move along with the curve.
     const marked = multiples(range, roundStep((range.to - range.from) / MARKS_ACROSS));
-    for (const { column, look } of this.curves) {
-      if (look.marker) this.dots(source, column, look.ink, marked, 3);
-      this.dots(source, column, look.ink, cursors, 2.5);
+    for (const group of this.groups) {
+      for (const { column, look } of group.curves) {
+        if (look.marker) this.dots(source, column, look.ink, marked, 3, group.y);
+        this.dots(source, column, look.ink, cursors, 2.5, group.y);
+      }
     }
+    this.valueCursors();
     this.pointed(source, state);
   }
 
-  /** The unit of the value axis, which readings share. */
+  /** The unit of the first value axis. */
   get scale() {
     return this.y.shown;
+  }
+
+  /** The units that the traces are read in, in their order. */
+  get scales() {
+    return this.curves.map(
+      (curve) => (this.groups.find(({ curves }) => curves.includes(curve))?.y ?? this.y).shown,
+    );
   }
 
   get ends(): readonly [number, number] {
     return this.x.pixels;
   }
 
+  /** The first value axis. */
+  get y(): AxisScale {
+    return this.groups[0]?.y ?? this.valueScale({ from: 0, to: 1 }, this.scope.unit);
+  }
+
   private timeScale(): AxisScale {
-    const across = Math.max(1, this.canvas.width - GUTTER - RIGHT);
+    const across = Math.max(1, this.canvas.width - GUTTER - this.right);
     return new AxisScale(TIME, this.range.from, this.range.to, [GUTTER, GUTTER + across]);
   }
 
-  private valueScale({ from, to }: Range): AxisScale {
+  private valueScale({ from, to }: Range, unit: string): AxisScale {
     const bottom = this.canvas.height - (this.last ? AXIS : EDGE);
-    return new AxisScale({ label: '', unit: this.scope.unit }, from, to, [bottom, EDGE]);
+    return new AxisScale({ label: '', unit }, from, to, [bottom, EDGE]);
   }
 
-  /** Reads what the window holds; returns its least and largest value. */
-  private read(source: SampleSource, underlays: readonly Underlay[]): [number, number] {
+  /** Reads what the window holds and fits the value axes; whether there is anything. */
+  private read(source: SampleSource, { follow, hold, underlays }: ChartState): boolean {
     const { range } = this;
     const [left, right] = this.ends;
     const pixels = Math.max(50, right - left);
     const bins = source.cut(range.from, range.to, pixels);
-    const found = [
-      ...this.curves.map((curve) => curve.read(source, bins)),
-      ...underlays.map((each) => each.read(range, pixels)),
-    ];
-    return [Math.min(...found.map(([low]) => low)), Math.max(...found.map(([, high]) => high))];
+    let any = false;
+    this.groups.forEach((group, place) => {
+      const found = [
+        ...group.curves.map((curve) => curve.read(source, bins)),
+        ...(place === 0 ? underlays.map((each) => each.read(range, pixels)) : []),
+      ];
+      const low = Math.min(...found.map(([least]) => least));
+      const high = Math.max(...found.map(([, most]) => most));
+      if (place === 0 && low <= high) any = true;
+      if (follow || !group.values) {
+        group.values = calmRange(follow ? group.values : null, low, high, this.scope.still);
+      }
+      const held = place === 0 && hold ? { from: hold[0], to: hold[1] } : group.values;
+      group.y = this.valueScale(held, group.unit);
+    });
+    return any;
+  }
+
+  /** Numbers of the second value axis, at the right edge, in the colour of its curve. */
+  private secondAxis(): void {
+    const second = this.groups[1];
+    if (!second || this.right === RIGHT.plain) return;
+    const { canvas, x } = this;
+    const [, at] = x.pixels;
+    const ink = second.curves.length === 1 ? (second.curves[0]?.look.ink ?? 'axis') : 'axis';
+    canvas.font();
+    canvas.pen(ink);
+    const level = valueTicks(second.y);
+    canvas.lines(level.map(({ value }) => {
+      const py = crisp(second.y.px(value));
+      return [at, py, at + 4, py] as const;
+    })); // prettier-ignore
+    for (const { value, text } of level) canvas.write(text, at + 7, second.y.px(value), { ink });
+  }
+
+  /** Lines at values that were set, and how far apart they are. */
+  private valueCursors(): void {
+    const { canvas, y } = this;
+    const [left, right] = this.ends;
+    const [first] = this.levels;
+    canvas.font(10);
+    this.levels.forEach((value, i) => {
+      if (!y.holds(value)) return;
+      const at = crisp(y.px(value));
+      canvas.pen('strong', 1, i === 0 ? 'solid' : 'dash');
+      canvas.lines([[left, at, right, at]]);
+      const apart = i > 0 && first !== undefined ? `  Δ ${y.text(value - first)}` : '';
+      const look = { align: 'right', baseline: 'bottom', ink: 'axis' } as const;
+      canvas.write(`${y.text(value)}${apart} ${y.shown.unit}`, right - 3, at - 1, look);
+    });
   }
 
   /** Lines at moments and cursors, and what happened then, as far as there is room. */
@@ -193,11 +279,13 @@ export class ScopeChart implements TimeAxis {
     ink: Ink = 'text',
     times: readonly number[],
     radius: number,
+    y: AxisScale,
   ) {
+    const [bottom, top] = y.pixels;
     for (const time of times) {
-      const value = source.at(column, time);
-      if (!Number.isFinite(value)) continue;
-      this.canvas.dot(this.x.px(time), this.y.px(value), radius, ink);
+      const py = y.px(source.at(column, time));
+      if (!(py >= top && py <= bottom)) continue;
+      this.canvas.dot(this.x.px(time), py, radius, ink);
     }
   }
 
@@ -207,7 +295,9 @@ export class ScopeChart implements TimeAxis {
     const { c, x } = this;
     const [bottom, top] = this.y.pixels;
     this.upright(hover, 'strong', 'solid');
-    for (const { column, look } of this.curves) this.dots(source, column, look.ink, [hover], 2.5);
+    for (const { curves, y } of this.groups) {
+      for (const { column, look } of curves) this.dots(source, column, look.ink, [hover], 2.5, y);
+    }
     if (!selection) return;
     const [from, to] = [x.px(selection.from), x.px(selection.to)];
     c.globalAlpha = 0.18;
@@ -215,4 +305,17 @@ export class ScopeChart implements TimeAxis {
     c.fillRect(from, top, to - from, bottom - top);
     c.globalAlpha = 1;
   }
+}
+
+/** Which traces share a value axis: those of a unit, but for those with an axis of their own. */
+export function groupsOf({ unit, traces }: Traces): { unit: string; places: number[] }[] {
+  const groups = new Map<string, { unit: string; places: number[] }>();
+  traces.forEach((trace, place) => {
+    const of = trace.unit ?? unit;
+    const key = trace.own === true ? trace.column : `unit ${of}`;
+    const group = groups.get(key) ?? { unit: of, places: [] };
+    group.places.push(place);
+    groups.set(key, group);
+  });
+  return [...groups.values()];
 }

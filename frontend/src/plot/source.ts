@@ -34,9 +34,32 @@ export function extremes(
   return [low[0] as number, high[0] as number];
 }
 
-/** Name of the curve of one channel of A less B. */
-export function differenceName(channel: string, a: string, b: string): string {
-  return `${a}-${b}.${channel}`;
+/** A recorded column: `x.position_reference`, `A.x.following_error`. */
+export interface Channel {
+  name: string;
+  unit: string;
+  meaning?: string;
+}
+
+/** A column computed from two others: a channel of one variant less that of another. */
+export interface ColumnDifference {
+  name: string;
+  minuend: string;
+  subtrahend: string;
+}
+
+/** The two columns that `A-B.x.thrust` is computed from; null of another name. */
+export function differenceOf(column: string): ColumnDifference | null {
+  const [, a, b, rest] = /^([A-Z])-([A-Z])\.(.+)$/.exec(column) ?? [];
+  if (a === undefined || b === undefined || rest === undefined) return null;
+  return { name: column, minuend: `${a}.${rest}`, subtrahend: `${b}.${rest}` };
+}
+
+/** A less B of each channel that both have. */
+export function differencesOf(columns: readonly string[]): ColumnDifference[] {
+  return columns
+    .filter((column) => column.startsWith('A.') && columns.includes(`B.${column.slice(2)}`))
+    .flatMap((column) => differenceOf(`A-B.${column.slice(2)}`) ?? []);
 }
 
 export interface Envelope {
@@ -50,6 +73,7 @@ let versions = 0;
 export class StillSource implements SampleSource {
   readonly version = ++versions;
   readonly first = 0;
+  private readonly differences = new Map<string, Envelope>();
 
   constructor(
     readonly start: number,
@@ -59,7 +83,7 @@ export class StillSource implements SampleSource {
   ) {}
 
   has(column: string): boolean {
-    return this.columns.has(column);
+    return this.envelope(column) !== undefined;
   }
   /** The same, so much later, s. */
   shifted(by: number): StillSource {
@@ -72,7 +96,7 @@ export class StillSource implements SampleSource {
     return { ...cut(low, high, pixels), paired: true };
   }
   reduce(column: string, bins: Bins, minimum: Float32Array, maximum: Float32Array): void {
-    const envelope = this.columns.get(column);
+    const envelope = this.envelope(column);
     for (let bin = 0; bin < bins.count; bin++) {
       let least = Number.POSITIVE_INFINITY;
       let most = Number.NEGATIVE_INFINITY;
@@ -90,10 +114,32 @@ export class StillSource implements SampleSource {
       maximum[bin] = least <= most ? most : Number.NaN;
     }
   }
+  /** A column, or the difference of two, which is computed when it is first asked for. */
+  private envelope(column: string): Envelope | undefined {
+    const found = this.columns.get(column) ?? this.differences.get(column);
+    if (found) return found;
+    const { minuend, subtrahend } = differenceOf(column) ?? {};
+    const a = this.columns.get(minuend ?? '');
+    const b = this.columns.get(subtrahend ?? '');
+    if (!a || !b) return undefined;
+    const difference = middles(a, b);
+    this.differences.set(column, difference);
+    return difference;
+  }
   at(column: string, time: number): number {
-    const envelope = this.columns.get(column);
+    const envelope = this.envelope(column);
     const i = Math.floor((time - this.start) / this.step);
     if (!envelope || i < 0 || i >= this.last) return Number.NaN;
     return ((envelope.minimum[i] as number) + (envelope.maximum[i] as number)) / 2;
   }
+}
+
+/** A less B at the middle of each bin: extremes of a difference do not follow from extremes. */
+function middles(a: Envelope, b: Envelope): Envelope {
+  const values = new Float32Array(a.minimum.length);
+  for (let i = 0; i < values.length; i++) {
+    const of = (e: Envelope) => ((e.minimum[i] as number) + (e.maximum[i] as number)) / 2;
+    values[i] = of(a) - of(b);
+  }
+  return { minimum: values, maximum: values };
 }

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from motionlab.config.planar import AXES
 from motionlab.config.quantity import Whole
-from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.errors import ConfigError, FieldError
 from motionlab.service.http.binary_answer import MEDIA_TYPE, packed
 from motionlab.service.http.openapi_input import examples
@@ -32,6 +32,8 @@ router = APIRouter(tags=["simulate"], route_class=JsonRoute)
 
 _VALUE_BYTES = 2 * np.float32().itemsize
 """Minimum and maximum of a bin."""
+_LATEST = 1e6
+"""Latest time that curves may be asked of, s."""
 _COPIES = 3
 """Times that an answer is in memory: as arrays, as bytes, as the file that is sent."""
 
@@ -57,7 +59,24 @@ class WhatIfRequest(ChangedScenario):
         default_factory=list, max_length=512, description="Names as in the stream's hello"
     )
     points: Whole = Field(
-        default=1500, ge=10, le=20_000, strict=True, description="Bins over the window at most"
+        default=1500, ge=10, le=20_000, strict=True, description="Bins of a curve at most"
+    )
+    start: float | None = Field(
+        default=None,
+        ge=0.0,
+        le=_LATEST,
+        strict=True,
+        allow_inf_nan=False,
+        description="Begin of the curves, s; without, of the window of the metrics. Where that far "
+        "back nothing was simulated, they begin later",
+    )
+    end: float | None = Field(
+        default=None,
+        ge=0.0,
+        le=_LATEST,
+        strict=True,
+        allow_inf_nan=False,
+        description="End of the curves, s; without, of the window of the metrics",
     )
     exact: bool = Field(
         default=False,
@@ -80,7 +99,7 @@ class WhatIfRequest(ChangedScenario):
     },
 )
 async def what_if(request: Request, body: Annotated[WhatIfRequest, Body()]) -> Response:
-    """Run a scenario and return its result with curves over the metrics window."""
+    """Run a scenario and return its result with curves over a stretch of it."""
     monitor: Monitor = request.app.state.monitor
     monitor.simulations.inc()
     with monitor.simulation_seconds.time():
@@ -91,7 +110,7 @@ async def what_if(request: Request, body: Annotated[WhatIfRequest, Body()]) -> R
 def _answer(call: Call, body: WhatIfRequest, bounds: Settings) -> bytes:
     prepared = prepare_request(body, bounds)
     _check_columns(body, prepared)
-    start, stop = prepared.window
+    start, stop = _stretch(body, prepared)
     curves = len(body.columns) * _bins(stop - start, body.points)[1] * _VALUE_BYTES
     if curves > bounds.answer_max:
         raise ConfigError(
@@ -104,7 +123,7 @@ def _answer(call: Call, body: WhatIfRequest, bounds: Settings) -> bytes:
                 unit="bytes",
             )
         )
-    run_bounds = {"exact": body.exact, "work_max": bounds.direct_work_max}
+    run_bounds = {"exact": body.exact, "work_max": bounds.direct_work_max, "wanted": (start, stop)}
     ticks = ticks_at_most(prepared, **run_bounds)
     call.hold(prepared.recording_size(ticks) + _COPIES * curves)
     recording = run_changed(prepared, body.scenario, body.set, **run_bounds)
@@ -123,6 +142,27 @@ def _check_columns(body: WhatIfRequest, prepared: Prepared) -> None:
         raise ConfigError(*wrong)
 
 
+def _stretch(body: WhatIfRequest, prepared: Prepared) -> tuple[int, int]:
+    """Return the ticks [start, stop) that curves are wanted of, within the scenario."""
+    start, stop = prepared.window
+    ticks = prepared.reference.ticks
+    if body.start is not None:
+        start = min(to_ticks(body.start), ticks - 1)
+    if body.end is not None:
+        stop = min(to_ticks(body.end), ticks)
+    if stop > start:
+        return start, stop
+    raise ConfigError(
+        FieldError(
+            "end",
+            "is not after start",
+            body.end,
+            bounds={"minimum": start * CONTROL_PERIOD},
+            unit="s",
+        )
+    )
+
+
 def _bins(ticks: int, points: int) -> tuple[int, int]:
     """Return how many ticks a bin has, and how many bins there are."""
     size = max(1, -(-ticks // points))
@@ -132,7 +172,10 @@ def _bins(ticks: int, points: int) -> tuple[int, int]:
 def _encoded(body: WhatIfRequest, prepared: Prepared, recording: Recording) -> bytes:
     known = dict(stream_columns(list(prepared.scenario.variants)))
     begin = recording.first_tick
-    start, stop = prepared.window
+    start, stop = _stretch(body, prepared)
+    start = max(start, begin)
+    if stop <= start:  # It lies before what was simulated.
+        start, stop = prepared.window
     size, count = _bins(stop - start, body.points)
     curves = np.empty((len(body.columns), 2, count), dtype=np.float32)
     for curve, name in zip(curves, body.columns, strict=True):
@@ -143,6 +186,8 @@ def _encoded(body: WhatIfRequest, prepared: Prepared, recording: Recording) -> b
         "result": document(prepared, recording),
         "how": "window" if begin else "whole",
         "begin": begin * CONTROL_PERIOD,
+        "duration": prepared.reference.ticks * CONTROL_PERIOD,
+        "period": CONTROL_PERIOD,
         "time": {"start": start * CONTROL_PERIOD, "step": size * CONTROL_PERIOD, "count": count},
         "columns": [
             {

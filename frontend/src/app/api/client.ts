@@ -125,6 +125,11 @@ export class Api {
   gainSets = () => this.json('get', '/gain-sets', {}) as Promise<unknown> as Promise<GainSet[]>;
   keepGainSet = (name: string, body: { scenario: Scenario; values: Changes; note: string }) =>
     this.json('put', '/gain-sets/{name}', { path: { name }, body });
+  layouts = () => this.json('get', '/layouts', {});
+  keepLayout = (name: string, body: { scopes: string[] }) =>
+    this.json('put', '/layouts/{name}', { path: { name }, body });
+  deleteLayout = (name: string) => this.json('delete', '/layouts/{name}', { path: { name } });
+
   dropGainSet = (name: string) => this.json('delete', '/gain-sets/{name}', { path: { name } });
 
   platform = (body: RequestOf<'/design/platform'>) =>

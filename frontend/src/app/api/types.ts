@@ -34,6 +34,9 @@ export interface Slowed extends Omit<Schemas['SlowedTrajectory'], 'trajectory'> 
   trajectory: Trajectory;
 }
 
+/** Scopes and their channels by name, one text for each scope. */
+export type ScopeLayout = Schemas['ScopeLayout'];
+
 /** Named values of controllers, with what they achieved when they were saved. */
 export interface GainSet extends Omit<Schemas['GainSet'], 'values'> {
   values: Changes;

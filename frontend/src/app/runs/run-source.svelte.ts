@@ -1,7 +1,7 @@
 /** Curves of one run from the server: the whole of it, and the part that is looked at. */
 
 import { StillSource, type Range } from '../../plot/source';
-import { addDifferences, readCurves } from '../api/curves-answer';
+import { readCurves } from '../api/curves-answer';
 import type { RunDetail } from '../api/types';
 import { errorText } from '../error-text';
 import { LatestWins } from '../latest-wins';
@@ -67,7 +67,6 @@ export class RunSource {
   private async curves(columns: readonly string[], { range, points }: Reading) {
     const query = { ...samplesOf(range, this.run), columns: columns.join(), points };
     const { time, columns: curves } = readCurves(await runWindow(this.run.id, query));
-    addDifferences(curves);
     return new StillSource(time.start, time.step, time.count, curves);
   }
 }

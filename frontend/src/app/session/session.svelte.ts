@@ -5,7 +5,7 @@ import { at, atStart, equal, withChanges, without } from '../api/scenario-paths'
 import type { Axis, Changes, Scenario, SessionInfo, Value } from '../api/types';
 import { messages } from '../messages.svelte';
 import { fromAddress, setAddress } from '../storage';
-import { StreamClient, type Connection, type Subscription } from '../stream/stream-client';
+import { StreamClient, type Connection } from '../stream/stream-client';
 import {
   forget,
   keptSessions,
@@ -17,6 +17,7 @@ import {
   type Kept,
   type Own,
 } from './kept-sessions';
+import type { Channel } from '../../plot/source';
 import { Moments } from './moments.svelte';
 
 /** Time for which samples are kept, s: a little more than the server has to resume from. */
@@ -52,7 +53,9 @@ export class SessionStore {
   private home = '';
   /** Of a motion on drives, which has one variant: the scenario that the controls go on showing. */
   private whole: Scenario | null = null;
-  private subscription: Subscription = { columns: [], differences: [] };
+  private subscription: readonly string[] = [];
+  /** The channels there are, once the server has named them. */
+  channels = $state.raw<readonly Channel[]>([]);
   /** Whether the last requested session was created; pending until the server has answered. */
   private making = Promise.resolve(true);
   private stops = 0;
@@ -184,22 +187,18 @@ export class SessionStore {
     return watchers <= own;
   }
 
-  subscribe(subscription: Subscription): void {
-    this.subscription = subscription;
+  subscribe(columns: readonly string[]): void {
+    this.subscription = columns;
     this.client?.subscribe(this.streamed);
   }
 
   /** What there is of the subscription: a motion on drives has the channels of one variant. */
-  private get streamed(): Subscription {
-    const { columns, differences } = this.subscription;
+  private get streamed(): readonly string[] {
     const { variant } = this;
     if (variant === '') return this.subscription;
-    return {
-      columns: columns.filter(
-        (column) => /^[xy]\./.test(column) || column.startsWith(`${variant}.`),
-      ),
-      differences,
-    };
+    return this.subscription.filter(
+      (column) => /^[xy]\./.test(column) || column.startsWith(`${variant}.`),
+    );
   }
 
   async play(): Promise<void> {
@@ -332,6 +331,7 @@ export class SessionStore {
       {
         connection: (state) => (this.connection = state),
         rate: (rate) => (this.moments.period = 1 / rate),
+        channels: (channels) => (this.channels = channels),
         session: (news) => this.update(news),
         reset: () => this.moments.forgetPushes(),
         problem: (detail) => messages.error(detail),

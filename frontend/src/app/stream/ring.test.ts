@@ -71,19 +71,19 @@ describe('Ring', () => {
   });
 
   it('takes in late what was skipped, with differences and extremes, and leaves the rest', () => {
-    const late = new Ring(256, ['A', 'B'], [{ name: 'A-B', minuend: 'A', subtrahend: 'B' }]);
-    const whole = new Ring(256, ['A', 'B'], [{ name: 'A-B', minuend: 'A', subtrahend: 'B' }]);
+    const late = new Ring(256, ['A.e', 'B.e']);
+    const whole = new Ring(256, ['A.e', 'B.e']);
     const a = Float32Array.from({ length: 700 }, (_, i) => Math.sin(i) * i);
     const b = Float32Array.from({ length: 700 }, (_, i) => Math.cos(i) * i);
     const part = (from: number, to: number) => [a.slice(from, to), b.slice(from, to)];
     whole.write(0, [a, b]);
     late.write(0, part(0, 500));
     late.write(620, part(620, 700));
-    expect(late.at('A-B', 550)).toBeNaN();
+    expect(late.at('A-B.e', 550)).toBeNaN();
     // Out of order, in pieces, and beyond what is missing on both sides.
     late.patch(560, part(560, 640));
     late.patch(300, part(300, 570));
-    for (const name of ['A', 'B', 'A-B']) {
+    for (const name of ['A.e', 'B.e', 'A-B.e']) {
       for (let tick = 440; tick < 710; tick++) {
         expect(late.at(name, tick)).toEqual(whole.at(name, tick));
       }
@@ -118,9 +118,9 @@ describe('Ring', () => {
   });
 
   it('computes differences as samples arrive', () => {
-    const ring = new Ring(64, ['A', 'B'], [{ name: 'A-B', minuend: 'A', subtrahend: 'B' }]);
+    const ring = new Ring(64, ['A.e', 'B.e']);
     ring.write(0, [ramp(10, 5), ramp(3, 5)]);
-    expect(ring.at('A-B', 4)).toBe(7);
+    expect(ring.at('A-B.e', 4)).toBe(7);
   });
 
   it('forgets on clear', () => {

@@ -5,19 +5,14 @@
  * ticks, from which long windows are drawn. Ticks that never came are NaN, and are drawn as gaps.
  */
 
+import { differencesOf } from '../../plot/source';
+
 const BLOCK = 16;
 
 interface Column {
   samples: Float32Array;
   minimum: Float32Array;
   maximum: Float32Array;
-}
-
-/** A column computed from two others as samples arrive, such as A less B. */
-export interface ColumnDifference {
-  name: string;
-  minuend: string;
-  subtrahend: string;
 }
 
 /** Returns for how many ticks there is room if some seconds are to be kept. */
@@ -41,11 +36,10 @@ export class Ring {
   constructor(
     readonly capacity: number,
     readonly names: readonly string[],
-    differences: readonly ColumnDifference[] = [],
   ) {
     if (capacity % BLOCK !== 0) throw new Error(`capacity ${capacity} is no multiple of ${BLOCK}`);
     for (const name of names) this.order.push(this.add(name));
-    for (const { name, minuend, subtrahend } of differences) {
+    for (const { name, minuend, subtrahend } of differencesOf(names)) {
       const a = this.columns.get(minuend);
       const b = this.columns.get(subtrahend);
       if (a && b) this.differences.push([this.add(name), a, b]);

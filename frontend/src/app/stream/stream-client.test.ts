@@ -45,6 +45,7 @@ function setUp(alive = () => Promise.resolve(true)) {
   const events = {
     connection: (state: Connection) => states.push(state),
     rate: vi.fn(),
+    channels: vi.fn(),
     session: vi.fn(),
     reset: vi.fn(),
     problem: vi.fn(),
@@ -60,7 +61,7 @@ function setUp(alive = () => Promise.resolve(true)) {
       return socket;
     },
   });
-  client.subscribe({ columns: ['p', 'q'], differences: [] });
+  client.subscribe(['p', 'q']);
   client.connect();
   const newest = () => sockets.at(-1) as FakeSocket;
   return { client, events, states, sockets, newest };
@@ -201,7 +202,7 @@ describe('StreamClient', () => {
     newest().frame(0, 0, [[1], [2]]);
     newest().say({ type: 'gap', from_tick: 1, to_tick: 4, frames: 1 });
     newest().frame(1, 4, [[5], [6]]);
-    client.subscribe({ columns: ['r'], differences: [] });
+    client.subscribe(['r']);
     newest().say(subscribed(0, ['r']));
     newest().frame(2, 0, [[1, 1, 1, 1, 1]]);
     await vi.advanceTimersByTimeAsync(10_000);
@@ -214,8 +215,8 @@ describe('StreamClient', () => {
   it('asks for other columns from the oldest tick, one question at a time', () => {
     const { client, newest } = setUp();
     newest().hello(0);
-    client.subscribe({ columns: ['r'], differences: [] });
-    client.subscribe({ columns: ['s'], differences: [] });
+    client.subscribe(['r']);
+    client.subscribe(['s']);
     expect(newest().sent.length).toBe(1);
     newest().say(subscribed(0));
     expect(newest().sent.at(-1)).toEqual({ type: 'subscribe', columns: ['s'], from_tick: 0 });

@@ -9,19 +9,17 @@ import type { ClientMessage, ServerMessage, SessionInfo } from '../api/types';
 import { Backfill } from './backfill';
 import { Backoff } from './backoff';
 import { decodeFrame } from './frame';
-import { capacityFor, Ring, type ColumnDifference } from './ring';
+import type { Channel } from '../../plot/source';
+import { capacityFor, Ring } from './ring';
 
 export type Connection = 'connecting' | 'connected' | 'lost' | 'closed';
-
-export interface Subscription {
-  columns: readonly string[];
-  differences: readonly ColumnDifference[];
-}
 
 export interface StreamEvents {
   connection(state: Connection): void;
   /** Ticks per second. */
   rate(rate: number): void;
+  /** Everything that can be subscribed to. */
+  channels(channels: readonly Channel[]): void;
   session(info: SessionInfo): void;
   reset(): void;
   problem(detail: string): void;
@@ -58,10 +56,10 @@ export class StreamClient {
   receivedAt = 0;
   private socket: Socket | null = null;
   private timer: ReturnType<typeof setTimeout> | null = null;
-  private subscription: Subscription = { columns: [], differences: [] };
+  private subscription: readonly string[] = [];
   /** What the frames now coming in consist of; null until the server has confirmed. */
-  private confirmed: Subscription | null = null;
-  private wanted: Subscription | null = null;
+  private confirmed: readonly string[] | null = null;
+  private wanted: readonly string[] | null = null;
   private closed = false;
   private greeted = false;
   private capacity = 0;
@@ -99,10 +97,9 @@ export class StreamClient {
   }
 
   /** Asks for other columns; samples that the server still holds come again with them. */
-  subscribe(subscription: Subscription): void {
-    const { columns } = this.subscription;
-    const same = columns.join() === subscription.columns.join();
-    this.subscription = subscription;
+  subscribe(columns: readonly string[]): void {
+    const same = columns.join() === this.subscription.join();
+    this.subscription = columns;
     // One request at a time: a newer one is sent after the answer.
     if (this.greeted && !same && this.wanted === null) this.send();
   }
@@ -155,8 +152,8 @@ export class StreamClient {
   }
 
   private send(): void {
-    const { columns } = this.subscription;
-    this.wanted = this.subscription;
+    const columns = this.subscription;
+    this.wanted = columns;
     const resumes = this.matches(columns) && this.ring.end > this.ring.start;
     const from_tick = resumes ? this.ring.end : this.ring.start;
     this.say({ type: 'subscribe', columns: [...columns], from_tick });
@@ -178,11 +175,12 @@ export class StreamClient {
         this.events.connection('connected');
         this.capacity = capacityFor(this.options.seconds, message.rate);
         this.events.rate(message.rate);
+        this.events.channels(message.columns);
         this.events.session(message.session);
         // The session may have been reset while disconnected.
         if (message.session.timeline !== this.timeline) this.clear();
         this.timeline = message.session.timeline;
-        if (this.subscription.columns.length > 0) this.send();
+        if (this.subscription.length > 0) this.send();
         break;
       case 'subscribed': {
         const wanted = this.wanted;
@@ -192,12 +190,12 @@ export class StreamClient {
           message.columns.every((column, i) => column === this.ring.names[i]);
         if (!same) {
           this.backfill.clear();
-          this.ring = new Ring(this.capacity, message.columns, wanted.differences);
+          this.ring = new Ring(this.capacity, message.columns);
         }
         this.backfill.resume();
         this.confirmed = wanted;
         this.wanted = null;
-        if (this.subscription.columns.join() !== wanted.columns.join()) this.send();
+        if (this.subscription.join() !== wanted.join()) this.send();
         break;
       }
       case 'gap':

@@ -1,7 +1,7 @@
-/** The binary answer of a what-if: a result document and the curves of its window. */
+/** The binary answer of a what-if: a result document and curves over a stretch of its run. */
 
 import { StillSource } from '../../plot/source';
-import { addDifferences, readCurves } from '../api/curves-answer';
+import { readCurves } from '../api/curves-answer';
 import type { Metrics } from '../api/types';
 
 export interface Preview {
@@ -10,20 +10,19 @@ export interface Preview {
   how: 'whole' | 'window';
   /** s */
   begin: number;
+  /** Of the whole scenario, and of a control period, s. */
+  duration: number;
+  period: number;
   source: StillSource;
 }
 
-interface Header {
-  result: Metrics;
+interface Header extends Omit<Preview, 'source'> {
   time: { start: number; step: number; count: number };
-  how: 'whole' | 'window';
-  begin: number;
 }
 
 /** Reads an answer of POST /whatif; arrays are views into it. */
 export function readAnswer(buffer: ArrayBuffer): Preview {
-  const { result, time, columns, how, begin } = readCurves<Header>(buffer);
-  addDifferences(columns);
+  const { time, columns, result, how, begin, duration, period } = readCurves<Header>(buffer);
   const source = new StillSource(time.start, time.step, time.count, columns);
-  return { result, how, begin, source };
+  return { result, how, begin, duration, period, source };
 }

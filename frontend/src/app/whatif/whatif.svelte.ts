@@ -1,5 +1,6 @@
 /** What-if: the scenario simulated anew while a control moves; the newest question wins. */
 
+import type { Range, SampleSource } from '../../plot/source';
 import { ApiError, type Api } from '../api/client';
 import type { Changes, ProblemField, Scenario } from '../api/types';
 import { errorText } from '../error-text';
@@ -9,13 +10,18 @@ import { readAnswer, type Preview } from './whatif-answer';
 
 /** Bins of each curve while a control moves: more than a scope has pixels, and no more to carry. */
 const COARSE = 1000;
-/** Bins of the final curves: every tick of a window of 10 s, for zooming. */
+/** Bins of the final curves: every tick of a run of 10 s, for zooming. */
 const FINE = 20_000;
+const FINE_LEAST = 4000;
+/** Most numbers of an answer that curves are worth, over all of them. */
+const NUMBERS = 1e6;
 /** So long after the last question it counts as the last, ms. */
 const REST = 200;
 const TIMEOUT = 60_000;
 /** Wait before a request to a busy or unreachable server is repeated, ms. */
 const AGAIN = { first: 250, longest: 4000 };
+/** A part is read with so much of its length on both sides. */
+const MARGIN = 0.5;
 
 export interface Question {
   scenario: Scenario;
@@ -23,9 +29,11 @@ export interface Question {
   columns: string[];
 }
 
+/** `preview` while a control moves, `whole` once it rests, `part` for looking closer at some of that. */
 interface Job {
   question: Question;
-  points: number;
+  what: 'preview' | 'whole' | 'part';
+  range: Range | null;
 }
 
 export interface Answered extends Preview {
@@ -42,11 +50,17 @@ export type WhatIfStatus = 'waiting' | 'preview' | 'exact' | 'retrying' | 'faile
 
 export class WhatIf {
   answer = $state.raw<Answered | null>(null);
+  /** The newest answer with the whole run. */
+  whole = $state.raw<Answered | null>(null);
   standing = $state<WhatIfStatus>('waiting');
   /** ms from question to answer, for the newest. */
   took = $state(0);
   /** Why the last request is repeated. */
   reason = $state('');
+  /** Finer curves of some of the whole. */
+  private part = $state.raw<Answered | null>(null);
+  /** What is looked at. */
+  private range: Range | null = null;
   private readonly queue = new LatestWins<Job>((job) => this.run(job));
   private rest: ReturnType<typeof setTimeout> | null = null;
   private again: ReturnType<typeof setTimeout> | null = null;
@@ -57,15 +71,60 @@ export class WhatIf {
     private readonly refused: (fields: ProblemField[], detail: string) => void,
   ) {}
 
-  /** Asks for curves soon, and for exact ones once the questions stop. */
-  ask(question: Question): void {
+  /** What the time axis covers by itself: the window of the metrics, or all where a schedule changes something. */
+  get home(): Range | null {
+    const { answer } = this;
+    if (!answer) return null;
+    const { start, end } = answer.result.window;
+    const planned = answer.question.scenario.schedule.length > 0;
+    return planned ? { from: 0, to: answer.duration } : { from: start, to: end };
+  }
+
+  get extent(): Range | null {
+    return this.answer && { from: 0, to: this.answer.duration };
+  }
+
+  /** The finest curves there are of a stretch of time; of the newest question only. */
+  over(range: Range): SampleSource | null {
+    const { answer, whole, part } = this;
+    if (!answer) return null;
+    const close = part?.question === answer.question ? part.source : null;
+    if (close && close.start <= range.from && close.start + close.last * close.step >= range.to) {
+      return close;
+    }
+    return whole?.question === answer.question ? whole.source : answer.source;
+  }
+
+  /** Asks for curves soon, and for exact ones once the questions stop. `zoom` is the part looked at. */
+  ask(question: Question, zoom: Range | null = null): void {
     this.standing = 'preview';
+    this.range = zoom;
     if (this.rest !== null) clearTimeout(this.rest);
     this.rest = setTimeout(() => {
       this.rest = null;
-      this.push({ question, points: FINE });
+      this.push({ question, what: 'whole', range: null });
     }, REST);
-    this.push({ question, points: COARSE });
+    this.push({ question, what: 'preview', range: zoom });
+  }
+
+  /** Looks at another stretch of time: closer curves come where the whole is too coarse for it. */
+  look(range: Range): void {
+    this.range = range;
+    const { whole, answer } = this;
+    if (this.standing !== 'exact' || !whole || whole.question !== answer?.question) return;
+    if (!this.coarse(range)) return;
+    const { from, to } = range;
+    const more = MARGIN * (to - from);
+    const wider = { from: Math.max(0, from - more), to: Math.min(whole.duration, to + more) };
+    this.push({ question: whole.question, what: 'part', range: wider });
+  }
+
+  /** Whether the curves that there are of a range have fewer bins than a scope has pixels. */
+  private coarse({ from, to }: Range): boolean {
+    const source = this.over({ from, to });
+    const { whole } = this;
+    if (!source || !whole) return false;
+    return source.step > 1.5 * whole.period && (to - from) / source.step < COARSE;
   }
 
   /** Queues a job, in place of one that waits for its repetition. */
@@ -76,28 +135,41 @@ export class WhatIf {
   }
 
   private async run(job: Job): Promise<void> {
-    const { question, points } = job;
+    const { question, what, range } = job;
     const begin = performance.now();
     try {
       const signal = AbortSignal.timeout(TIMEOUT);
-      const exact = points === FINE;
-      const buffer = await this.api.whatif({ ...question, points, exact }, signal);
-      this.answer = { ...readAnswer(buffer), question };
-      if (!exact) this.took = performance.now() - begin;
+      const stretch = what === 'whole' ? { start: 0, end: LATEST } : stretchOf(range);
+      const most = Math.max(FINE_LEAST, Math.floor(NUMBERS / (2 * question.columns.length)));
+      const points = what === 'preview' ? COARSE : Math.min(FINE, most);
+      const exact = what !== 'preview';
+      const buffer = await this.api.whatif({ ...question, ...stretch, points, exact }, signal);
+      const answer = { ...readAnswer(buffer), question };
+      if (what === 'part') {
+        if (question === this.whole?.question) this.part = answer;
+        return;
+      }
+      this.answer = answer;
+      if (exact) this.whole = answer;
+      else this.took = performance.now() - begin;
       // Too long a scenario never runs from its start: its preview is final.
-      if (exact && this.rest === null && !this.queue.superseded) this.standing = 'exact';
+      if (exact && this.rest === null && !this.queue.superseded) {
+        this.standing = 'exact';
+        if (this.range) this.look(this.range);
+      }
       this.backoff.reset();
       this.refused([], '');
     } catch (error) {
       // A newer question is on its way; its answer counts.
       if (this.queue.superseded) return;
       if (error instanceof ApiError && error.transient) {
-        this.standing = 'retrying';
+        this.standing = what === 'part' ? this.standing : 'retrying';
         this.reason = error.message;
         const wait = this.backoff.next();
         this.again = setTimeout(() => this.push(job), error.retryAfter ?? wait);
         return;
       }
+      if (what === 'part') return;
       this.standing = 'failed';
       if (this.rest !== null) clearTimeout(this.rest);
       this.rest = null;
@@ -105,4 +177,11 @@ export class WhatIf {
       else this.refused([], errorText(error));
     }
   }
+}
+
+/** Later than any scenario ends, s. */
+const LATEST = 1e6;
+
+function stretchOf(range: Range | null): { start?: number; end?: number } {
+  return range ? { start: range.from, end: range.to } : {};
 }

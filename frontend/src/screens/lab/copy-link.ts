@@ -5,7 +5,7 @@ import { messages } from '../../app/messages.svelte';
 import { fromAddress, setAddress } from '../../app/storage';
 import { app } from '../../app/store.svelte';
 import { copyText } from '../../ui/copy-text';
-import { STATISTICS } from './scopes/statistics';
+import { STATISTICS } from '../../scopes/statistics';
 import { view } from './scopes/view.svelte';
 
 interface Look {
@@ -48,7 +48,8 @@ async function labLink(): Promise<string> {
     screen: 'lab',
     ...sessionParameters({ scenario: set ? start.name : start, set: set ?? {}, draft }),
     mode: app.mode,
-    scopes: view.shown.join(),
+    scopes: view.layout.changed ? view.layout.text : '',
+    layout: view.layout.name,
     look: JSON.stringify(look()),
     overlay: fromAddress('overlay') ?? '',
   };

@@ -3,7 +3,6 @@
 import type { KeyTable } from '../../app/keys';
 import { app } from '../../app/store.svelte';
 import { parts } from './parts.svelte';
-import { SCOPES } from '../../plot/scope-catalog';
 import { view } from './scopes/view.svelte';
 
 const FASTER = 1.25;
@@ -21,10 +20,15 @@ export const LAB_KEYS: KeyTable = {
     { keys: 'w, l', does: 'What-if, live' },
     { keys: 'u', does: 'Undo the last change' },
     { keys: 'a', does: 'Apply what-if changes to the session' },
-    { keys: '1 to 6', does: 'Show or hide a scope' },
+    { keys: '1 to 9', does: 'Give a scope the whole height, or back' },
+    { keys: 'n', does: 'New scope: choose its channels' },
+    { keys: '/', does: 'Find a channel for the first scope' },
     { keys: '+ −', does: 'Zoom the time axis about the pointer or its middle' },
     { keys: ', .', does: 'Move the time axis' },
+    { keys: 'j, J', does: 'Jump to the next mark on the time axis, or the one before' },
     { keys: 'm', does: 'Set cursor 1, then cursor 2, then clear both' },
+    { keys: 'V', does: 'Cursors at the least and the largest value' },
+    { keys: 'M', does: 'All readings as a table' },
     { keys: '< >', does: 'Move the cursor that was set last' },
     { keys: 'v', does: 'Readings tell the value, mean, RMS, peak to peak, std' },
     { keys: '0', does: 'Reset zoom and cursors' },
@@ -52,7 +56,10 @@ export function labActions(): Record<string, () => void> {
   const speed = (factor: number) => {
     void app.try(() => session.setSpeed(session.speed * factor));
   };
-  const scopes = SCOPES.map((scope, i) => [String(i + 1), () => view.toggle(scope.id)] as const);
+  const scopes = Array.from(
+    { length: 9 },
+    (_, i) => [String(i + 1), () => view.layout.maximise(i)] as const,
+  );
   return {
     ...Object.fromEntries(scopes),
     ' ': () => void (drive ? app.try(() => drive.run()) : app.playOrPause()),
@@ -72,6 +79,12 @@ export function labActions(): Record<string, () => void> {
     ',': () => view.moveBy(-0.25),
     '.': () => view.moveBy(0.25),
     m: () => view.placeCursor(),
+    M: () => (view.measuring = !view.measuring),
+    V: () => view.placeLevels(),
+    n: () => (view.layout.choosing = view.layout.scopes.length),
+    '/': () => (view.layout.choosing = view.scopes[0]?.place ?? 0),
+    j: () => view.nextMoment(1),
+    J: () => view.nextMoment(-1),
     '<': () => view.nudgeCursor(-CURSOR_STEP),
     '>': () => view.nudgeCursor(CURSOR_STEP),
     v: () => view.nextStatistic(),

@@ -1,29 +1,33 @@
 /** The curves of one run: the whole of it, and whichever part is looked at, from the server. */
 
 import { AXES, type RunDetail } from '../../app/api/types';
-import { BINS } from '../../app/runs/run-range';
+import { BINS, toRead } from '../../app/runs/run-range';
 import { RunSource } from '../../app/runs/run-source.svelte';
 import { markText } from '../../app/runs/run-text';
-import type { Pointer } from '../../plot/chart-pointer';
-import { timeAt, type Range } from '../../plot/range';
+import { Layout } from '../../scopes/layout.svelte';
+import { TimeView } from '../../scopes/time-view.svelte';
+import type { Range } from '../../plot/range';
+import { LAYOUTS } from '../../plot/scope-catalog';
 import type { Moment } from '../../plot/scope-chart';
-import type { StillSource } from '../../plot/source';
-import { channelsOf, planeRange, scopesOf, zoomed, type Scope } from './run-window';
+import type { ScopeSpec } from '../../plot/scope-layout';
+import type { Channel, StillSource } from '../../plot/source';
+import { errorScopes, planeRange } from './run-window';
 
-export class RunCurves {
-  /** Part of the run that is looked at; null for the whole. */
-  zoom = $state.raw<Range | null>(null);
-  /** A channel beside the following errors, such as `x.velocity`; empty without. */
-  channel = $state('');
-  cursors = $state.raw<readonly number[]>([]);
-  pointer: Pointer | null = null;
+export class RunCurves extends TimeView {
+  readonly layout: Layout;
   readonly moments: readonly Moment[];
-  readonly scopes = $derived.by(() => this.chosenScopes());
+  readonly channels: readonly Channel[];
   readonly plane = $derived.by(() => this.chosenPlane());
   private readonly ofScopes: RunSource;
   private readonly ofPlane: RunSource;
 
-  constructor(readonly run: RunDetail) {
+  constructor(
+    readonly run: RunDetail,
+    key = 'runs.layout',
+  ) {
+    super();
+    this.layout = new Layout({ key, shipped: (name) => this.shipped(name) });
+    this.channels = run.columns.map(({ name = '', unit }) => ({ name, unit: unit ?? '1' }));
     this.ofScopes = new RunSource(run);
     this.ofPlane = new RunSource(run, false);
     this.moments = run.events.map((event) => ({
@@ -32,12 +36,34 @@ export class RunCurves {
     }));
   }
 
-  get range(): Range {
-    return this.zoom ?? { from: 0, to: this.run.duration };
+  get variants(): readonly string[] {
+    return this.run.variants;
+  }
+
+  get period(): number {
+    return this.run.period;
+  }
+
+  get home(): Range {
+    return { from: 0, to: this.run.duration };
+  }
+
+  get extent(): Range {
+    return this.home;
+  }
+
+  get window(): Range | null {
+    const { window } = this.run.result as { window?: { start: number; end: number } };
+    return window ? { from: window.start, to: window.end } : null;
   }
 
   get source(): StillSource | null {
     return this.ofScopes.over(this.range);
+  }
+
+  override get overview() {
+    const { whole } = this.ofScopes;
+    return whole && { source: whole, range: this.home };
   }
 
   get planeSource(): StillSource | null {
@@ -48,17 +74,6 @@ export class RunCurves {
     return this.ofScopes.problem || this.ofPlane.problem;
   }
 
-  get hover(): number | null {
-    return this.pointer && timeAt(this.range, this.pointer.at);
-  }
-
-  get selection(): Range | null {
-    const { pointer, range } = this;
-    if (!pointer || pointer.since === null) return null;
-    const [from, to] = [pointer.since, pointer.at].sort((a, b) => a - b) as [number, number];
-    return { from: timeAt(range, from), to: timeAt(range, to) };
-  }
-
   /** The moment that readings tell of: the last cursor, else under the pointer. */
   get moment(): number {
     return this.hover ?? this.cursors.at(-1) ?? Number.NaN;
@@ -66,64 +81,30 @@ export class RunCurves {
 
   /** Asks for curves of the part that is looked at. */
   load(): void {
-    const { zoom, plane } = this;
-    this.ofScopes.choose(this.scopes.flatMap(({ traces }) => traces.map(({ column }) => column)));
-    this.ofScopes.read(zoom && { range: zoom, points: BINS });
+    const { plane, run } = this;
+    const others = this.ofScopes.choose(this.columns);
+    const there = others ? [] : [this.ofScopes.whole, this.ofScopes.part];
+    const reading = toRead(this.range, there, run, false);
+    if (others || reading) this.ofScopes.read(reading);
     if (!plane) return;
     this.ofPlane.choose(planeColumns(this.run.variants));
     this.ofPlane.read({ range: plane, points: BINS });
   }
 
-  look(range: Range | null): void {
-    this.zoom = range && zoomed(range, this.run);
+  protected override looked(): void {
     this.load();
   }
 
-  /** Zooms about the pointer, or about the middle. */
-  zoomBy(ratio: number): void {
-    const { from, to } = this.range;
-    const centre = this.hover ?? (from + to) / 2;
-    const length = (to - from) * ratio;
-    const start = centre - ((centre - from) * length) / (to - from);
-    this.look({ from: start, to: start + length });
-  }
-
-  /** Moves the time axis by a share of its length. */
-  moveBy(share: number): void {
-    const { from, to } = this.range;
-    const shift = share * (to - from);
-    this.look({ from: from + shift, to: to + shift });
-  }
-
-  show(channel: string): void {
-    this.channel = channel;
-    this.load();
-  }
-
-  setCursor(time: number): void {
-    this.cursors = this.cursors.length < 2 ? [...this.cursors, time] : [];
-  }
-
-  dragCursor(index: number, time: number): void {
-    this.cursors = this.cursors.map((each, i) => (i === index ? time : each));
-  }
-
-  reset(): void {
-    this.cursors = [];
-    this.look(null);
-  }
-
-  protected chosenScopes(): readonly Scope[] {
-    return scopesOf(this.run, this.channel);
+  /** The scopes of a layout that ships; of this run, without one. */
+  protected shipped(name: string): readonly ScopeSpec[] {
+    const { run } = this;
+    const layout = LAYOUTS.find((each) => each.name === name);
+    const variant = run.variants.includes('B') ? 'B' : (run.variants[0] ?? '');
+    return layout?.scopes(run.variants, { variant, axis: 'x' }) ?? errorScopes(run);
   }
 
   protected chosenPlane(): Range | null {
     return planeRange(this.run, this.zoom);
-  }
-
-  /** Channels that can be shown beside the following errors. */
-  get channels() {
-    return channelsOf(this.run);
   }
 }
 

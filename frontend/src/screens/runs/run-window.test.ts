@@ -1,14 +1,6 @@
 import { expect, it } from 'vitest';
 import type { RunDetail } from '../../app/api/types';
-import {
-  channelsOf,
-  pageOf,
-  planePage,
-  planeRange,
-  scopesOf,
-  withoutPlane,
-  zoomed,
-} from './run-window';
+import { errorScopes, pageOf, planePage, planeRange, withoutPlane } from './run-window';
 
 const NAMES = [
   'x.position_reference',
@@ -26,13 +18,6 @@ const run = {
   columns: NAMES.map((name) => ({ name, unit: name.includes('velocity') ? 'm/s' : 'm' })),
 } as unknown as RunDetail;
 
-it('a zoom stays within the run and is never shorter than can be read', () => {
-  expect(zoomed({ from: -1, to: 2 }, run)).toEqual({ from: 0, to: 3 });
-  expect(zoomed({ from: 9, to: 12 }, run)).toEqual({ from: 7.5, to: 10.5 });
-  expect(zoomed({ from: -5, to: 15 }, run)).toBeNull();
-  expect(zoomed({ from: 1, to: 1 }, run)).toEqual({ from: 1, to: 1.004 });
-});
-
 it('the plane shows the window of the metrics, or the end of what is looked at', () => {
   expect(planeRange(run, null)).toEqual({ from: 4.5, to: 10.5 });
   expect(planeRange(run, { from: 1, to: 2 })).toEqual({ from: 1, to: 2 });
@@ -48,24 +33,11 @@ it('without a reference there is no plane, and it is said which', () => {
   expect(planeRange(measured, { from: 1, to: 2 })).toBeNull();
 });
 
-it('scopes show what the run has, of all its variants', () => {
-  const scopes = scopesOf(run, 'x.velocity');
-  expect(scopes.map(({ title, unit }) => [title, unit])).toEqual([
-    ['Following error x', 'm'],
-    ['velocity x', 'm/s'],
-  ]);
-  expect(scopes[0]?.traces.map(({ column, ink }) => [column, ink])).toEqual([
-    ['A.x.following_error', 'a'],
-    ['B.x.following_error', 'b'],
-  ]);
-  expect(scopes[1]?.traces.map(({ column, ink }) => [column, ink])).toEqual([
-    ['B.x.velocity', 'b'],
-  ]);
-  expect(channelsOf(run).map(({ value }) => value)).toEqual([
-    'x.position_reference',
-    'y.position_reference',
-    'x.velocity',
-  ]);
+it('scopes show the errors of a run, or what else it has', () => {
+  const channels = (of: RunDetail) => errorScopes(of).map((scope) => scope.channels);
+  expect(channels(run)).toEqual([['A.x.following_error', 'B.x.following_error']]);
+  const columns = [{ name: 'force', unit: 'N' }];
+  expect(channels({ ...run, variants: [], columns } as unknown as RunDetail)).toEqual([['force']]);
 });
 
 it('the plane turns its pages while a moment moves, and stays in between', () => {

@@ -3,23 +3,12 @@
 import { AXES, type RunDetail } from '../../app/api/types';
 import type { Length } from '../../app/runs/run-range';
 import type { Range } from '../../plot/range';
-import type { Traces } from '../../plot/scope-chart';
-import { looksOf } from '../../plot/variant-looks';
+import { scopeWith, type ScopeSpec } from '../../plot/scope-layout';
 
 /** Longest stretch that the plane shows, s: laps of a longer one would cover each other. */
 const PLANE_SECONDS = 12;
-/** Shortest time axis, in samples. */
-const LEAST = 8;
-/** Span of an error's value axis while all is zero, m. */
-const STILL = 1e-5;
-
-/** Returns a stretch within the run, no shorter than a few samples; null for the whole. */
-export function zoomed({ from, to }: Range, { period, duration }: Length): Range | null {
-  const length = Math.max(to - from, LEAST * period);
-  if (length >= duration) return null;
-  const start = Math.min(Math.max(0, from), duration - length);
-  return { from: start, to: start + length };
-}
+/** Channels that are shown of a run without following errors. */
+const FEW = 2;
 
 /** Says why a run has no plane; empty where it has. */
 export function withoutPlane({ columns }: Pick<RunDetail, 'columns'>): string {
@@ -54,43 +43,14 @@ export function pageOf(time: number): number {
   return Math.floor((2 * time) / PLANE_SECONDS);
 }
 
-export interface Scope extends Traces {
-  title: string;
-}
-
-/** Returns the scopes: following errors of all variants, and a channel if one is chosen. */
-export function scopesOf(run: RunDetail, channel: string): Scope[] {
-  const units = new Map(run.columns.map(({ name, unit }) => [name, unit ?? '1']));
-  const scope = (title: string, name: string): Scope => {
-    const places = [...run.variants.map((variant) => `${variant}.${name}`), name];
-    const traces = places
-      .map((column, i) => ({
-        column,
-        label: run.variants[i] ?? name,
-        ...looksOf(run.variants[i] ?? 'A'),
-      }))
-      .filter(({ column }) => units.has(column));
-    return { title, unit: units.get(traces[0]?.column ?? '') ?? '1', traces };
-  };
-  const errors = AXES.map((axis) => ({
-    ...scope(`Following error ${axis}`, `${axis}.following_error`),
-    still: STILL,
-  }));
-  const others = channel === '' ? [] : [scope(channelTitle(channel), channel)];
-  return [...errors, ...others].filter(({ traces }) => traces.length > 0);
-}
-
-/** Returns the channels of a run without their variant: `x.velocity`. */
-export function channelsOf(run: RunDetail): { value: string; name: string }[] {
-  const names = run.columns.map(({ name = '' }) => name.replace(/^[A-Z]\.(?=[xy]\.)/, ''));
-  return [...new Set(names)]
-    .filter((name) => !name.endsWith('.following_error'))
-    .map((value) => ({ value, name: channelTitle(value) }));
-}
-
-function channelTitle(channel: string): string {
-  const [, axis, name] = /^([xy])\.(.+)$/.exec(channel) ?? [];
-  return axis === undefined || name === undefined
-    ? channel.replaceAll('_', ' ')
-    : `${name.replaceAll('_', ' ')} ${axis}`;
+/** Returns the scopes of a run: following errors of all variants; of one without any, its first channels. */
+export function errorScopes(run: RunDetail): ScopeSpec[] {
+  const names = run.columns.map(({ name = '' }) => name);
+  const errors = AXES.map((axis) => {
+    const rest = `${axis}.following_error`;
+    const places = [...run.variants.map((variant) => `${variant}.${rest}`), rest];
+    return places.filter((column) => names.includes(column));
+  }).filter((channels) => channels.length > 0);
+  const channels = errors.length > 0 ? errors : names.slice(0, FEW).map((name) => [name]);
+  return channels.map((each) => scopeWith(...each));
 }

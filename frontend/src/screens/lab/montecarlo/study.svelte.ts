@@ -1,12 +1,13 @@
 /** The Monte Carlo study of the Lab screen: its job, and whether it matches the controls. */
 
 import { equal } from '../../../app/api/scenario-paths';
-import type { Axis, MonteCarlo } from '../../../app/api/types';
+import { AXES, type Axis, type MonteCarlo } from '../../../app/api/types';
 import { sourceOf, wholeOf, type ScenarioSource } from '../../../app/jobs/job-request';
 import { JobStore } from '../../../app/jobs/job-store.svelte';
 import { load, oneOf, partOf, save } from '../../../app/storage';
 import { app } from '../../../app/store.svelte';
 import { BandUnderlay } from '../../../plot/quantile-band';
+import type { Scope } from '../../../plot/scope-catalog';
 import type { SampleSource } from '../../../plot/source';
 import type { Underlay } from '../../../plot/underlay';
 import { covers, quantileBands, type Spec } from './spread';
@@ -74,8 +75,8 @@ export class Study {
   }
 
   /** The bands behind a scope of what-if curves; none where they belong to other curves. */
-  behind(scope: string, source: SampleSource | null): readonly Underlay[] {
-    const axis = scope === 'ex' ? 'x' : scope === 'ey' ? 'y' : null;
+  behind({ spec }: Scope, source: SampleSource | null): readonly Underlay[] {
+    const axis = AXES.find((each) => spec.channels[0]?.endsWith(`.${each}.following_error`));
     if (!axis || !this.drawn || !this.bands || !source || app.mode !== 'whatif') return NONE;
     if (this.stale) return NONE;
     const end = source.start + source.last * source.step;

@@ -2,22 +2,21 @@
 
 import { overlay } from '../../../app/overlay/overlay.svelte';
 import { tracesOf } from '../../../plot/ghosts';
-import { SCOPES, type Scope } from '../../../plot/scope-catalog';
-import type { TableColumn } from '../scopes/CurveTable.svelte';
+import type { Scope } from '../../../plot/scope-catalog';
+import type { TableColumn } from '../../../scopes/CurveTable.svelte';
 import { view } from '../scopes/view.svelte';
 
 export function overlaidColumns(scopes: readonly Scope[]): TableColumn[] {
   const shown = overlay.list.filter((run) => run.shown);
   return scopes.flatMap((scope) => {
-    const short = SCOPES.find(({ id }) => id === scope.id)?.short ?? '';
     return scope.traces.flatMap((trace) =>
       shown
         .filter((run) => tracesOf(run, scope).includes(trace))
         .map((run) => ({
-          label: `${short} ${trace.label} ${run.name}`,
+          label: `${scope.title} ${trace.label} ${run.name}`,
           column: trace.column,
-          unit: scope.unit,
-          source: () => run.over(view.range()),
+          unit: trace.unit ?? scope.unit,
+          source: () => run.over(view.range),
         })),
     );
   });

@@ -1,56 +1,53 @@
-/** Which scopes are shown, over which time, and where the pointer is. */
+/** What the scopes of the Lab show: the what-if or the running session. */
 
 import { AXES, type Axis } from '../../../app/api/types';
 import { nameOf } from '../../../app/fields/fields.svelte';
+import { LiveSource } from '../../../scopes/live-source';
+import { Layout } from '../../../scopes/layout.svelte';
+import { STATISTICS, type Statistic } from '../../../scopes/statistics';
+import { TimeView } from '../../../scopes/time-view.svelte';
 import { gathered } from '../../../app/session/moments.svelte';
-import { fromAddress, listOf, load, save, setAddress } from '../../../app/storage';
+import { load, save } from '../../../app/storage';
 import { app } from '../../../app/store.svelte';
 import { Ring } from '../../../app/stream/ring';
-import type { Pointer } from '../../../plot/chart-pointer';
-import { timeAt, type Range } from '../../../plot/range';
+import type { Range } from '../../../plot/range';
 import type { Moment } from '../../../plot/scope-chart';
-import type { SampleSource } from '../../../plot/source';
-import {
-  columnsOf,
-  DEFAULT_SCOPES,
-  SCOPES,
-  scopeOf,
-  type ScopeId,
-} from '../../../plot/scope-catalog';
-import { LiveSource } from './live-source';
-import { STATISTICS, type Statistic } from './statistics';
+import type { Channel, SampleSource } from '../../../plot/source';
+import { LAYOUTS, retargeted, type Scope } from '../../../plot/scope-catalog';
+import type { Underlay } from '../../../plot/underlay';
+import { parts } from '../parts.svelte';
 
 export const SPANS = [1, 2, 5, 10, 20, 30] as const;
 
 /** Curves' readouts change this often at most, ms. */
 const READOUT = 100;
 
-/** How much of a live session the plane shows, s. */
+/** How much of a live session and of a long what-if the plane shows, s: laps would cover each other. */
 const TRAIL = 6;
+const LAPS = 12;
 
 /** Changes closer together than this have one mark, s. */
 const DRAG = 1;
 
-/** Shortest time axis, in control periods. */
-const LEAST_SPAN = 4;
-
 const NO_RING = new Ring(0, []);
 
-class View {
-  shown = $state.raw<readonly ScopeId[]>(keptScopes());
+const SIMULATED_ONLY =
+  /^[A-Z]\.[xy]\.(position|velocity|acceleration|friction|bristle|thrust|normal_force)$/;
+
+class View extends TimeView {
   variant = $state(load('variant', 'B'));
   axis = $state<Axis>(load<string>('axis', 'x') === 'y' ? 'y' : 'x');
   span = $state<number>(load('span', 10));
-  zoom = $state.raw<Range | null>(null);
-  follow = $state(true);
-  /** Times of the cursors that were set, the first of which values are compared with. */
-  cursors = $state.raw<readonly number[]>([]);
-  /** The readings: the value at a moment, or a statistic of the measured interval. */
-  statistic = $state<Statistic>(keptStatistic());
-  /** Where the pointer is on the time axis; plain, as it moves with every event. */
-  pointer: Pointer | null = null;
-  /** Counts up to ten times a second while something moves: what readouts depend on. */
-  beat = $state(0);
+  override statistic = $state<Statistic>(keptStatistic());
+  readonly layout = new Layout({
+    key: 'layout',
+    linked: true,
+    shipped: (name) => {
+      const layout = LAYOUTS.find((each) => each.name === name) ?? LAYOUTS[0];
+      const { subject: variant, axis } = this;
+      return layout?.scopes(app.variants, { variant, axis }) ?? [];
+    },
+  });
   private readonly live = new LiveSource(
     () => app.session.client?.ring ?? NO_RING,
     () => app.session.moments.period,
@@ -60,12 +57,6 @@ class View {
   readonly subject = $derived(
     app.variants.includes(this.variant) ? this.variant : (app.variants[0] ?? 'A'),
   );
-
-  readonly scopes = $derived(
-    this.shown.map((id) => scopeOf(id, app.variants, this.subject, this.axis)),
-  );
-
-  readonly columns = $derived(columnsOf(this.scopes, app.variants));
 
   /** Columns of a what-if: those, and what the trajectory's peaks are read off. */
   readonly previewColumns = $derived([
@@ -92,71 +83,96 @@ class View {
     return [...planned, ...changes, ...pushes].sort((a, b) => a.time - b.time);
   });
 
+  get channels(): readonly Channel[] {
+    return app.session.channels;
+  }
+
+  get variants(): readonly string[] {
+    return app.variants;
+  }
+
+  get period(): number {
+    return app.session.moments.period;
+  }
+
+  override get state(): string {
+    return app.mode === 'live' ? 'live' : 'what-if';
+  }
+
   get source(): SampleSource | null {
-    if (app.mode === 'whatif') return app.whatif.answer?.source ?? null;
+    if (app.mode === 'whatif') return app.whatif.over(this.range);
     return app.session.moments.period > 0 ? this.live : null;
   }
 
-  /** What the time axis covers. */
-  range(): Range {
-    if (this.zoom) return this.zoom;
-    const { source } = this;
-    if (!source) return { from: 0, to: this.span };
-    if (app.mode === 'whatif') {
-      return { from: source.start, to: source.start + source.last * source.step };
-    }
-    const to = Math.max(source.last * source.step, this.span);
+  /** What the time axis covers by itself: the window of the metrics, or the newest samples. */
+  get home(): Range {
+    if (app.mode === 'whatif') return app.whatif.home ?? { from: 0, to: this.span };
+    const to = Math.max(this.live.last * this.live.step, this.span);
     return { from: to - this.span, to };
   }
 
-  /** Time under the pointer: what slides through below it while it rests. */
-  get hover(): number | null {
-    return this.pointer && timeAt(this.range(), this.pointer.at);
+  get extent(): Range {
+    if (app.mode === 'whatif') return app.whatif.extent ?? this.home;
+    const { live } = this;
+    const from = live.first * live.step;
+    // A young session does not fill its time axis yet.
+    return { from, to: Math.max(live.last * live.step, from + this.span) };
   }
 
-  /** The stretch of time that a drag has marked so far. */
-  get selection(): Range | null {
-    const { pointer } = this;
-    if (!pointer || pointer.since === null) return null;
-    const [from, to] = [pointer.since, pointer.at].sort((a, b) => a - b) as [number, number];
-    const range = this.range();
-    return { from: timeAt(range, from), to: timeAt(range, to) };
+  get window(): Range | null {
+    const found = app.mode === 'whatif' ? app.whatif.answer?.result.window : null;
+    return found ? { from: found.start, to: found.end } : null;
   }
 
-  /** What the plane shows of that: of a live session the last laps only, the others lie below them. */
-  trail(): Range {
-    const range = this.range();
-    if (app.mode === 'whatif' || this.zoom) return range;
+  override get overview() {
+    if (app.mode === 'live') return { source: this.live, range: this.extent };
+    const { whole } = app.whatif;
+    return whole && { source: whole.source, range: this.extent };
+  }
+
+  /** What the plane shows: of a long stretch the last laps only, the others lie below them. */
+  get trail(): Range {
+    const { range } = this;
+    if (app.mode === 'whatif' || this.zoom) {
+      return { from: Math.max(range.from, range.to - LAPS), to: range.to };
+    }
     return { from: Math.max(range.from, app.session.time - TRAIL), to: range.to };
   }
 
-  /** The stretch that statistics are of: between two cursors, else what is visible. */
-  measured(): Range {
-    const [from = 0, to = 0] = [...this.cursors].sort((a, b) => a - b);
-    return this.cursors.length === 2 ? { from, to } : this.range();
-  }
-
   /** The moment of the readouts: the second cursor, else under the pointer, else the newest. */
-  moment(): number {
+  get moment(): number {
     const { hover, source } = this;
     const [, second] = this.cursors;
     if (second !== undefined) return second;
     if (hover !== null) return hover;
     if (!source) return Number.NaN;
     const newest = source.start + source.last * source.step;
-    return app.mode === 'live' ? Math.min(newest, this.range().to) : Number.NaN;
+    return app.mode === 'live' ? Math.min(newest, this.range.to) : Number.NaN;
   }
 
-  toggle(id: ScopeId): void {
-    const rest = this.shown.filter((other) => other !== id);
-    if (rest.length === 0) return;
-    const next = rest.length < this.shown.length ? rest : [...rest, id];
-    this.shown = SCOPES.map((scope) => scope.id).filter((each) => next.includes(each));
-    save('scopes', this.shown);
-    setAddress({ scopes: this.shown.join(',') });
-  }
+  override readonly behind = (scope: Scope, range: Range): readonly Underlay[] => {
+    const { study, overlay } = parts;
+    return [
+      ...(study?.study.behind(scope, this.source) ?? []),
+      ...(overlay?.behind(overlay.overlay.list, scope, range) ?? []),
+    ];
+  };
+
+  override readonly note = (scope: Scope): string => {
+    const study = parts.study?.study;
+    const banded = (study?.behind(scope, this.source) ?? []).length > 0;
+    return banded ? `▒ 5–95 %, min–max of ${study?.result?.cases} plants` : '';
+  };
+
+  /** On drives nothing measures the true state of the machine. */
+  override readonly missing = (column: string): string => {
+    const drive = app.mode === 'live' && app.session.variant !== '';
+    return drive && SIMULATED_ONLY.test(column) ? 'not measured' : '';
+  };
 
   setSubject(variant: string, axis: Axis): void {
+    const from = { variant: this.subject, axis: this.axis };
+    this.layout.map((spec) => retargeted(spec, from, { variant, axis }));
     this.variant = variant;
     this.axis = axis;
     save('variant', variant);
@@ -169,61 +185,8 @@ class View {
     save('span', span);
   }
 
-  /** Zooms the time axis about the pointer, or about its middle. */
-  zoomBy(ratio: number): void {
-    const { from, to } = this.range();
-    const centre = this.hover ?? (from + to) / 2;
-    const length = Math.max(LEAST_SPAN * app.session.moments.period, (to - from) * ratio);
-    const start = centre - ((centre - from) * length) / (to - from);
-    this.look({ from: start, to: start + length });
-  }
-
-  /** Moves the time axis by a share of its length. */
-  moveBy(share: number): void {
-    const { from, to } = this.range();
-    const shift = share * (to - from);
-    this.look({ from: from + shift, to: to + shift });
-  }
-
-  /** Zooms to a range, as far as there are samples: to the whole of them, if it is that long. */
-  private look({ from, to }: Range): void {
-    const { source } = this;
-    if (!source) return;
-    const start = source.start + source.first * source.step;
-    // A young session does not fill its time axis yet.
-    const end = Math.max(
-      source.start + source.last * source.step,
-      start + (app.mode === 'live' ? this.span : 0),
-    );
-    const length = Math.min(to - from, end - start);
-    const first = Math.min(Math.max(from, start), end - length);
-    const whole = app.mode === 'whatif' && length === end - start;
-    this.zoom = whole ? null : { from: first, to: first + length };
-  }
-
-  /** Sets a cursor; with two of them already, clears both. */
-  setCursor(time: number): void {
-    this.cursors = this.cursors.length < 2 ? [...this.cursors, time] : [];
-  }
-
-  /** By keyboard: where the pointer is, at the newest sample, or a third into what is visible. */
-  placeCursor(): void {
-    const { cursors } = this;
-    const at = this.moment();
-    const free = Number.isFinite(at) && !cursors.includes(at);
-    this.setCursor(free ? at : timeAt(this.range(), (cursors.length + 1) / 3));
-  }
-
-  dragCursor(index: number, time: number): void {
-    this.cursors = this.cursors.map((each, i) => (i === index ? time : each));
-  }
-
-  /** Moves the last cursor by a share of the time axis. */
-  nudgeCursor(share: number): void {
-    const { from, to } = this.range();
-    const last = this.cursors.length - 1;
-    const time = (this.cursors[last] ?? Number.NaN) + share * (to - from);
-    this.dragCursor(last, Math.min(to, Math.max(from, time)));
+  protected override looked(): void {
+    if (app.mode === 'whatif') app.whatif.look(this.range);
   }
 
   setStatistic(statistic: Statistic): void {
@@ -236,18 +199,11 @@ class View {
     this.setStatistic(STATISTICS[(i + 1) % STATISTICS.length]?.id ?? 'value');
   }
 
-  /** Back to the whole window or the newest samples, axes following the data. */
-  reset(): void {
-    this.zoom = null;
-    this.follow = true;
-    this.cursors = [];
-  }
-
   /** Starts the readouts; returns what stops them. */
   start(): () => void {
     let seen = '';
     const timer = setInterval(() => {
-      const key = `${this.source?.version} ${this.hover} ${this.moment()}`;
+      const key = `${this.source?.version} ${this.hover} ${this.moment}`;
       if (key !== seen) this.beat += 1;
       seen = key;
     }, READOUT);
@@ -264,13 +220,6 @@ function labelOf(set: object): string {
 function keptStatistic(): Statistic {
   const kept = load('statistic', '' as string);
   return STATISTICS.find(({ id }) => id === kept)?.id ?? 'value';
-}
-
-function keptScopes(): readonly ScopeId[] {
-  const address = fromAddress('scopes')?.split(',');
-  const wanted: readonly string[] = address ?? load('scopes', DEFAULT_SCOPES, listOf(''));
-  const known = SCOPES.map((scope) => scope.id).filter((id) => wanted.includes(id));
-  return known.length > 0 ? known : DEFAULT_SCOPES;
 }
 
 export const view = new View();

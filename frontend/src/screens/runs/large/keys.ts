@@ -1,7 +1,6 @@
 /** Keys of a run over the whole width. */
 
 import type { KeyTable } from '../../../app/keys';
-import { SCOPES } from '../../../plot/scope-catalog';
 import { overlayInLab } from '../overlay-in-lab';
 import { large } from './large.svelte';
 import type { PlayedCurves } from './played-curves.svelte';
@@ -14,7 +13,10 @@ export const LARGE_KEYS: KeyTable = {
     { keys: '< >', does: 'Back, on by one sample' },
     { keys: 'Home, End', does: 'Begin, end of the run' },
     { keys: '[ ]', does: 'Slower, faster' },
-    { keys: '1 to 6', does: 'Show or hide a scope' },
+    { keys: '1 to 9', does: 'Give a scope the whole height, or back' },
+    { keys: 'n', does: 'New scope: choose its channels' },
+    { keys: 'j, J', does: 'Jump to the next mark on the time axis, or the one before' },
+    { keys: 'M', does: 'All readings as a table' },
     { keys: '+ −', does: 'Zoom about the pointer or the middle' },
     { keys: ', .', does: 'Move along the curves' },
     { keys: '0', does: 'The whole run' },
@@ -27,8 +29,9 @@ export function largeActions(): Record<string, () => void> {
   const on = (act: (curves: PlayedCurves) => void) => () => {
     if (large.curves) act(large.curves);
   };
-  const scopes = SCOPES.map(
-    ({ id }, i) => [String(i + 1), on((curves) => curves.toggle(id))] as const,
+  const scopes = Array.from(
+    { length: 9 },
+    (_, i) => [String(i + 1), on((curves) => curves.layout.maximise(i))] as const,
   );
   return {
     ...Object.fromEntries(scopes),
@@ -47,6 +50,10 @@ export function largeActions(): Record<string, () => void> {
     ',': on((curves) => curves.moveBy(-0.25)),
     '.': on((curves) => curves.moveBy(0.25)),
     '0': on((curves) => curves.reset()),
+    n: on((curves) => (curves.layout.choosing = curves.layout.scopes.length)),
+    j: on((curves) => curves.nextMoment(1)),
+    J: on((curves) => curves.nextMoment(-1)),
+    M: on((curves) => (curves.measuring = !curves.measuring)),
     o: () => overlayInLab([large.id]),
     Enter: () => large.close(),
   };

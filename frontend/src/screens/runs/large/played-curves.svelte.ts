@@ -1,11 +1,14 @@
 /** The curves of a run that is played: the scopes of the Lab, and a moment that moves along. */
 
 import { AXES, type Axis, type RunDetail } from '../../../app/api/types';
-import { listOf, load, save } from '../../../app/storage';
+import { overlay } from '../../../app/overlay/overlay.svelte';
 import type { Range } from '../../../plot/range';
-import { DEFAULT_SCOPES, SCOPES, scopeOf, type ScopeId } from '../../../plot/scope-catalog';
+import { behind } from '../../../plot/ghosts';
+import { LAYOUTS, retargeted, type Scope } from '../../../plot/scope-catalog';
+import type { ScopeSpec } from '../../../plot/scope-layout';
+import type { Underlay } from '../../../plot/underlay';
 import { RunCurves } from '../run-curves.svelte';
-import { pageOf, planePage, withoutPlane, type Scope } from '../run-window';
+import { errorScopes, pageOf, planePage, withoutPlane } from '../run-window';
 import { advanced, otherSpeed } from './playback';
 
 /** Steps of the keys, as a share of what is visible. */
@@ -14,15 +17,12 @@ const STEP = 0.01;
 export class PlayedCurves extends RunCurves {
   playing = $state(false);
   speed = $state(1);
-  shown = $state.raw<readonly ScopeId[]>(
-    load<readonly ScopeId[]>('runs.scopes', DEFAULT_SCOPES, listOf('')),
-  );
   subject = $state({ variant: '', axis: 'x' as Axis });
   private now = $state(0);
   private readonly page = $derived(pageOf(this.now));
 
   constructor(run: RunDetail) {
-    super(run);
+    super(run, 'runs.large.layout');
     const variant = run.variants.includes('B') ? 'B' : (run.variants[0] ?? '');
     this.subject = { variant, axis: 'x' };
     this.cursors = [0];
@@ -44,12 +44,10 @@ export class PlayedCurves extends RunCurves {
       .flatMap((variant) => AXES.map((axis) => ({ variant, axis })));
   }
 
-  toggle(id: ScopeId): void {
-    const others = this.shown.filter((each) => each !== id);
-    if (others.length === 0) return;
-    const next = others.length < this.shown.length ? others : [...others, id];
-    this.shown = SCOPES.map((scope) => scope.id).filter((each) => next.includes(each));
-    save('runs.scopes', this.shown);
+  setSubject(variant: string, axis: Axis): void {
+    const from = { ...this.subject };
+    this.layout.map((spec) => retargeted(spec, from, { variant, axis }));
+    this.subject = { variant, axis };
   }
 
   /** Goes to a moment; the time axis follows where it would be left. */
@@ -111,17 +109,20 @@ export class PlayedCurves extends RunCurves {
     this.look(null);
   }
 
-  protected override chosenScopes(): readonly Scope[] {
+  override readonly behind = (scope: Scope, range: Range): readonly Underlay[] => {
+    return behind(
+      overlay.list.filter(({ id }) => id !== this.run.id),
+      scope,
+      range,
+    );
+  };
+
+  protected override shipped(name: string): readonly ScopeSpec[] {
     const { run, subject } = this;
-    const errors = run.variants.length > 1 ? AXES.map((axis) => `A-B.${axis}.following_error`) : [];
-    const known = [...run.columns.map(({ name }) => name), ...errors];
-    return this.shown
-      .map((id) => scopeOf(id, run.variants, subject.variant, subject.axis))
-      .map((scope) => ({
-        ...scope,
-        traces: scope.traces.filter(({ column }) => known.includes(column)),
-      }))
-      .filter(({ traces }) => traces.length > 0);
+    const layout = LAYOUTS.find((each) => each.name === name) ?? LAYOUTS[0];
+    return run.variants.length > 0
+      ? (layout?.scopes(run.variants, subject) ?? [])
+      : errorScopes(run);
   }
 
   protected override chosenPlane(): Range | null {

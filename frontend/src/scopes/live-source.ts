@@ -1,8 +1,8 @@
 /** The samples of the running session as a source of curves. */
 
-import type { Ring } from '../../../app/stream/ring';
-import { cut, type Bins } from '../../../plot/bins';
-import type { SampleSource } from '../../../plot/source';
+import type { Ring } from '../app/stream/ring';
+import { cut, type Bins } from '../plot/bins';
+import type { SampleSource } from '../plot/source';
 
 export class LiveSource implements SampleSource {
   readonly start = 0;

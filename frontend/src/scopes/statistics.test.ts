@@ -1,6 +1,6 @@
 import { expect, it } from 'vitest';
-import { Ring } from '../../../app/stream/ring';
-import { StillSource } from '../../../plot/source';
+import { Ring } from '../app/stream/ring';
+import { StillSource } from '../plot/source';
 import { LiveSource } from './live-source';
 import { statistics } from './statistics';
 

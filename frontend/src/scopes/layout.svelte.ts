@@ -1,0 +1,166 @@
+/** Which scopes are shown with which channels, and what a person does to them. */
+
+import {
+  layoutText,
+  moved,
+  readLayout,
+  readScope,
+  resized,
+  scopeWith,
+  SCOPES_MAX,
+  TRACES_MAX,
+  type ScopeSpec,
+} from '../plot/scope-layout';
+import { fromAddress, load, save, setAddress } from '../app/storage';
+
+interface Place {
+  /** Where the browser keeps it. */
+  key: string;
+  /** Whether the address has it too. */
+  linked?: boolean;
+  /** The scopes of a layout that ships, by its name, or of the usual one. */
+  shipped: (name: string) => readonly ScopeSpec[];
+}
+
+interface Kept {
+  name: string;
+  scopes: string;
+}
+
+export class Layout {
+  /** Of the one that it began as; empty for the usual one. */
+  name = $state('');
+  /** The scope that has the whole height, by its place; -1 while all are shown. */
+  maximised = $state(-1);
+  /** The scope that channels are being chosen for; null while none are, its end for a new scope. */
+  choosing = $state<number | null>(null);
+  /** What was changed; null while it is as it ships. */
+  private own = $state.raw<readonly ScopeSpec[] | null>(null);
+
+  constructor(private readonly place: Place) {
+    const { key, linked = false } = place;
+    const kept = load<Kept>(key, { name: '', scopes: '' });
+    const address = linked ? fromAddress('scopes') : null;
+    this.own = readLayout(address ?? kept.scopes);
+    this.name = address === null ? kept.name : (fromAddress('layout') ?? '');
+  }
+
+  get scopes(): readonly ScopeSpec[] {
+    return this.own ?? this.place.shipped(this.name);
+  }
+
+  /** Whether it is no longer what its name says. */
+  get changed(): boolean {
+    return this.own !== null;
+  }
+
+  get full(): boolean {
+    return this.scopes.length >= SCOPES_MAX;
+  }
+
+  get text(): string {
+    return layoutText(this.scopes);
+  }
+
+  /** Takes a layout that ships, by its name, or one that is kept: its scopes, one text each. */
+  take(name: string, scopes: readonly string[] | null = null): void {
+    const read = scopes?.map(readScope).filter((scope) => scope !== null) ?? null;
+    this.maximised = -1;
+    this.name = name;
+    this.put(read?.length ? read : null);
+  }
+
+  /** Changes every scope. */
+  map(change: (spec: ScopeSpec) => ScopeSpec): void {
+    if (this.own) this.put(this.own.map(change));
+  }
+
+  addChannel(place: number, channel: string): void {
+    if (place >= this.scopes.length) this.add(channel);
+    else {
+      this.change(place, (spec) =>
+        spec.channels.includes(channel) || spec.channels.length >= TRACES_MAX
+          ? spec
+          : { ...spec, channels: [...spec.channels, channel], hold: null },
+      );
+    }
+  }
+
+  add(...channels: string[]): void {
+    if (!this.full) this.put([...this.scopes, scopeWith(...channels)]);
+  }
+
+  /** Takes a channel from a scope; the last one takes its scope with it. */
+  removeChannel(place: number, channel: string): void {
+    if ((this.scopes[place]?.channels.length ?? 0) < 2) return this.remove(place);
+    const without = (names: readonly string[]) => names.filter((name) => name !== channel);
+    this.change(place, ({ channels, hidden, own, ...rest }) => ({
+      ...rest,
+      channels: without(channels),
+      hidden: without(hidden),
+      own: without(own),
+    }));
+  }
+
+  remove(place: number): void {
+    if (this.scopes.length < 2) return;
+    this.maximised = -1;
+    this.put(this.scopes.filter((_, i) => i !== place));
+  }
+
+  move(place: number, to: number): void {
+    this.put(moved(this.scopes, place, to));
+  }
+
+  /** Shows or hides a trace. */
+  toggle(place: number, channel: string): void {
+    this.change(place, (spec) => ({ ...spec, hidden: toggled(spec.hidden, channel) }));
+  }
+
+  /** Shows a trace alone, or all again. */
+  solo(place: number, channel: string): void {
+    this.change(place, (spec) => {
+      const others = spec.channels.filter((each) => each !== channel);
+      const alone = others.every((each) => spec.hidden.includes(each));
+      return { ...spec, hidden: alone ? [] : others };
+    });
+  }
+
+  /** Gives a trace a value axis of its own, or takes it away. */
+  toggleOwn(place: number, channel: string): void {
+    this.change(place, (spec) => ({ ...spec, own: toggled(spec.own, channel) }));
+  }
+
+  hold(place: number, hold: readonly [number, number] | null): void {
+    this.change(place, (spec) => ({ ...spec, hold }));
+  }
+
+  maximise(place: number): void {
+    this.maximised = this.maximised === place || place >= this.scopes.length ? -1 : place;
+  }
+
+  /** Moves the line below a scope by a share of it and the next. */
+  resize(place: number, share: number): void {
+    const [above, below] = [this.scopes[place], this.scopes[place + 1]];
+    if (!above || !below) return;
+    const [first, second] = resized(above.size, below.size, share);
+    const sizes: Record<number, number> = { [place]: first, [place + 1]: second };
+    this.put(this.scopes.map((spec, i) => ({ ...spec, size: sizes[i] ?? spec.size })));
+  }
+
+  private change(place: number, change: (spec: ScopeSpec) => ScopeSpec): void {
+    this.put(this.scopes.map((spec, i) => (i === place ? change(spec) : spec)));
+  }
+
+  private put(scopes: readonly ScopeSpec[] | null): void {
+    this.own = scopes;
+    const text = scopes ? layoutText(scopes) : '';
+    save(this.place.key, { name: this.name, scopes: text });
+    if (this.place.linked) setAddress({ scopes: text, layout: this.name });
+  }
+}
+
+function toggled(names: readonly string[], name: string): string[] {
+  const rest = names.filter((each) => each !== name);
+  return rest.length < names.length ? rest : [...rest, name];
+}

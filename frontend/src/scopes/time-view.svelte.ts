@@ -1,0 +1,224 @@
+/** What scopes show: curves over a stretch of time, cursors, and the readings at them. */
+
+import type { Pointer } from '../plot/chart-pointer';
+import { timeAt, type Range } from '../plot/range';
+import { columnsOf, scopeOf, unitsOf, type Scope } from '../plot/scope-catalog';
+import type { Moment } from '../plot/scope-chart';
+import type { ScopeSpec } from '../plot/scope-layout';
+import { differenceOf, extremes, type Channel, type SampleSource } from '../plot/source';
+import type { Underlay } from '../plot/underlay';
+import type { Layout } from './layout.svelte';
+import type { Statistic } from './statistics';
+
+/** Shortest time axis, in samples. */
+const LEAST = 4;
+/** Jumping to a moment shows so much of the time axis before it. */
+const AHEAD = 0.25;
+
+export abstract class TimeView {
+  /** Part that is looked at; null for all that is shown by itself. */
+  zoom = $state.raw<Range | null>(null);
+  /** Whether value axes follow the data. */
+  follow = $state(true);
+  /** Times of the cursors that were set, the first of which values are compared with. */
+  cursors = $state.raw<readonly number[]>([]);
+  /** Values of cursors, by the place of their scope. */
+  levels = $state.raw<Readonly<Record<number, readonly number[]>>>({});
+  /** The readings: the value at a moment, or a statistic of the measured interval. */
+  statistic = $state<Statistic>('value');
+  /** Whether the readings of all traces are listed. */
+  measuring = $state(false);
+  /** Where the pointer is on the time axis; plain, as it moves with every event. */
+  pointer: Pointer | null = null;
+  /** Counts up to ten times a second while something moves: what readouts depend on. */
+  beat = $state(0);
+
+  abstract readonly layout: Layout;
+  /** What the curves are drawn from; null while there is nothing. */
+  abstract get source(): SampleSource | null;
+  /** What the time axis covers without zoom. */
+  abstract get home(): Range;
+  /** How far there is anything to look at. */
+  abstract get extent(): Range;
+  /** Time between samples, s. */
+  abstract get period(): number;
+  /** All channels that can be shown. */
+  abstract get channels(): readonly Channel[];
+  abstract get variants(): readonly string[];
+  abstract get moments(): readonly Moment[];
+  /** The stretch that metrics are of. */
+  abstract get window(): Range | null;
+  /** The moment of the readouts; NaN for none. */
+  abstract get moment(): number;
+
+  readonly scopes: readonly Scope[] = $derived.by(() => {
+    const units = unitsOf(this.channels);
+    const known = this.layout.scopes.map((spec, place) =>
+      scopeOf(units.size > 0 ? withKnown(spec, units) : spec, units, place),
+    );
+    const some = known.filter(({ all }) => all.length > 0);
+    const { maximised } = this.layout;
+    const alone = some.filter(({ place }) => place === maximised);
+    return alone.length > 0 ? alone : some;
+  });
+
+  readonly columns: readonly string[] = $derived.by(() => columnsOf(this.scopes, this.variants));
+
+  /** What lies behind the curves of a scope. */
+  readonly behind?: (scope: Scope, range: Range) => readonly Underlay[];
+  /** What else the legend of a scope says. */
+  readonly note?: (scope: Scope) => string;
+  /** Why a trace has no samples; empty where it should have. */
+  readonly missing?: (column: string) => string;
+
+  /** Which of several states the curves are of, as a name says it: `live`. */
+  get state(): string {
+    return '';
+  }
+
+  /** The whole that an overview shows, and what it is drawn from; null where there is none. */
+  get overview(): { source: SampleSource; range: Range } | null {
+    const { source } = this;
+    return source && { source, range: this.extent };
+  }
+
+  get range(): Range {
+    return this.zoom ?? this.home;
+  }
+
+  /** Time under the pointer: what slides through below it while it rests. */
+  get hover(): number | null {
+    return this.pointer && timeAt(this.range, this.pointer.at);
+  }
+
+  /** The stretch of time that a drag has marked so far. */
+  get selection(): Range | null {
+    const { pointer, range } = this;
+    if (!pointer || pointer.since === null) return null;
+    const [from, to] = [pointer.since, pointer.at].sort((a, b) => a - b) as [number, number];
+    return { from: timeAt(range, from), to: timeAt(range, to) };
+  }
+
+  /** The stretch that statistics are of: between two cursors, else what is visible. */
+  get measured(): Range {
+    const [from = 0, to = 0] = [...this.cursors].sort((a, b) => a - b);
+    return this.cursors.length === 2 ? { from, to } : this.range;
+  }
+
+  /** Looks at a stretch of time, as far as there is any; at the whole, where it is that long. */
+  look(range: Range | null): void {
+    this.zoom = range && this.within(range);
+    this.looked();
+  }
+
+  protected looked(): void {
+    // What has to be read then.
+  }
+
+  private within({ from, to }: Range): Range | null {
+    const { extent, home, period } = this;
+    const length = Math.min(Math.max(LEAST * period, to - from), extent.to - extent.from);
+    const first = Math.min(Math.max(from, extent.from), extent.to - length);
+    const whole = first === home.from && first + length === home.to;
+    return whole ? null : { from: first, to: first + length };
+  }
+
+  /** Zooms the time axis about the pointer, or about its middle. */
+  zoomBy(ratio: number): void {
+    const { from, to } = this.range;
+    const centre = this.hover ?? (from + to) / 2;
+    const length = Math.max(LEAST * this.period, (to - from) * ratio);
+    const start = centre - ((centre - from) * length) / (to - from);
+    this.look({ from: start, to: start + length });
+  }
+
+  /** Moves the time axis by a share of its length. */
+  moveBy(share: number): void {
+    const { from, to } = this.range;
+    const shift = share * (to - from);
+    this.look({ from: from + shift, to: to + shift });
+  }
+
+  /** Brings a moment into view; from the whole, close enough to see what happens there. */
+  jump(time: number): void {
+    const { from, to } = this.range;
+    const length = Math.min(to - from, (this.extent.to - this.extent.from) / 10);
+    this.look({ from: time - AHEAD * length, to: time + (1 - AHEAD) * length });
+  }
+
+  /** Jumps to the next moment that is marked, or the one before. */
+  nextMoment(way: 1 | -1): void {
+    const { from, to } = this.range;
+    const now = from + AHEAD * (to - from);
+    const close = 1e-6 * (to - from) + this.period / 2;
+    const times = this.moments.map(({ time }) => time).filter((time) => (time - now) * way > close);
+    const next = way > 0 ? Math.min(...times) : Math.max(...times);
+    if (Number.isFinite(next)) this.jump(next);
+  }
+
+  /** Sets a cursor; with two of them already, clears both. */
+  setCursor(time: number): void {
+    this.cursors = this.cursors.length < 2 ? [...this.cursors, time] : [];
+  }
+
+  /** By keyboard: where the pointer is, at the newest sample, or a third into what is visible. */
+  placeCursor(): void {
+    const { cursors, moment } = this;
+    const free = Number.isFinite(moment) && !cursors.includes(moment);
+    this.setCursor(free ? moment : timeAt(this.range, (cursors.length + 1) / 3));
+  }
+
+  dragCursor(index: number, time: number): void {
+    this.cursors = this.cursors.map((each, i) => (i === index ? time : each));
+  }
+
+  /** Moves the last cursor by a share of the time axis. */
+  nudgeCursor(share: number): void {
+    const { from, to } = this.range;
+    const last = this.cursors.length - 1;
+    const time = (this.cursors[last] ?? Number.NaN) + share * (to - from);
+    this.dragCursor(last, Math.min(to, Math.max(from, time)));
+  }
+
+  /** Sets a cursor at a value of a scope; with two of them already, clears both. */
+  setLevel(place: number, value: number): void {
+    const there = this.levels[place] ?? [];
+    this.levels = { ...this.levels, [place]: there.length < 2 ? [...there, value] : [] };
+  }
+
+  /** By keyboard: at the least and the most of the first trace that is shown, then none. */
+  placeLevels(): void {
+    const [scope] = this.scopes;
+    const trace = scope?.traces[0];
+    const { source } = this;
+    if (!scope || !trace || !source) return;
+    const set = (this.levels[scope.place] ?? []).length > 0;
+    const ends = set ? [] : extremes(source, trace.column, this.measured).filter(Number.isFinite);
+    this.levels = { ...this.levels, [scope.place]: ends };
+  }
+
+  /** Back to the whole window or the newest samples, axes following the data. */
+  reset(): void {
+    this.zoom = null;
+    this.follow = true;
+    this.cursors = [];
+    this.levels = {};
+    this.looked();
+  }
+
+  /** Whether anything differs from what `reset` restores. */
+  get touched(): boolean {
+    const levels = Object.values(this.levels).some((values) => values.length > 0);
+    return this.zoom !== null || this.cursors.length > 0 || !this.follow || levels;
+  }
+}
+
+/** A scope with the channels that there are. */
+function withKnown(spec: ScopeSpec, units: ReadonlyMap<string, string>): ScopeSpec {
+  const known = (column: string) => {
+    const difference = differenceOf(column);
+    const sources = difference ? [difference.minuend, difference.subtrahend] : [column];
+    return sources.every((source) => units.has(source));
+  };
+  return { ...spec, channels: spec.channels.filter(known) };
+}
