@@ -1,0 +1,162 @@
+"""Scopes: any channels in layouts that links and the server keep, from the whole run to one tick."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+from playwright.sync_api import Browser, Locator, Page, expect
+
+from motionlab.config.load import load_scenario
+from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.simulation.prepare import prepare
+from motionlab.simulation.run import run
+from tests.e2e.actions import LONG, button, region
+from tests.e2e.conftest import Server
+
+API = "/api/v1"
+
+
+def headings(page: Page) -> list[str]:
+    return region(page, "Scopes").locator("h3").all_inner_texts()
+
+
+def menu_of(page: Page, title: str) -> Locator:
+    page.get_by_role("button", name=f"{title}: channels, value axis, place").click()
+    return page.locator(":popover-open")
+
+
+def test_a_layout_is_built_and_opens_elsewhere(
+    page: Page, browser: Browser, server: Server
+) -> None:
+    expect(region(page, "Metrics")).to_contain_text("exact", timeout=LONG)
+    page.get_by_role("combobox", name="Layout of the scopes").select_option("Paper figure")
+    assert headings(page) == ["Following error x", "Following error y"]
+    button(page, "New scope")
+    channels = page.get_by_role("dialog", name="Channels")
+    search = channels.get_by_role("combobox", name="Find a channel")
+    search.fill("position x reference")
+    search.press("Enter")
+    search.fill("b.x.friction_estimate")
+    search.press("Enter")
+    search.press("Escape")
+    expect(channels).to_be_hidden()
+    menu = menu_of(page, "Position, friction estimate x")
+    menu.get_by_role("button", name="Value axis of its own for B.x.friction_estimate").click()
+    menu.get_by_role("button", name="Up").click()
+    menu = menu_of(page, "Following error x")
+    menu.get_by_role("button", name="Show A.x.following_error").click()
+    menu.get_by_role("button", name="Whole height").click()
+    assert headings(page) == ["Following error x"]
+    page.keyboard.press("1")
+    built = ["Following error x", "Position, friction estimate x", "Following error y"]
+    assert headings(page) == built
+    expect(page.get_by_role("button", name="A", exact=True).first).to_have_attribute(
+        "aria-pressed", "false"
+    )
+    page.get_by_role("combobox", name="Layout of the scopes").select_option("Keep, open…")
+    sheet = page.get_by_role("dialog", name="Layouts")
+    sheet.get_by_role("textbox", name="Name of the layout").fill("mine")
+    sheet.get_by_role("button", name="Keep the present scopes").click()
+    expect(sheet).to_contain_text("3 scopes", timeout=LONG)
+    kept = page.request.get(f"{server.url}{API}/layouts").json()
+    assert kept[0]["scopes"][1] == "x.position_reference,B.x.friction_estimate~"
+    link = page.url.replace(re.findall(r"session=[^&]+", page.url)[0], "")
+    context = browser.new_context(viewport={"width": 1440, "height": 900})
+    try:
+        fresh = context.new_page()
+        fresh.goto(link)
+        expect(region(fresh, "Metrics")).to_contain_text("exact", timeout=LONG)
+        assert headings(fresh) == built
+        # By its name, in a browser that has never seen it.
+        fresh.get_by_role("combobox", name="Layout of the scopes").select_option("Errors")
+        assert headings(fresh) != built
+        choice = fresh.get_by_role("combobox", name="Layout of the scopes")
+        choice.select_option("Keep, open…")
+        fresh.get_by_role("button", name="Open", exact=True).click()
+        assert headings(fresh) == built
+    finally:
+        context.close()
+
+
+def test_a_channel_is_dragged_onto_a_scope_and_hidden_by_its_legend(page: Page) -> None:
+    expect(region(page, "Metrics")).to_contain_text("exact", timeout=LONG)
+    page.keyboard.press("/")
+    page.get_by_role("combobox", name="Find a channel").fill("a.y.thrust")
+    target = page.get_by_role("region", name="Phase currents B x, what-if")
+    page.get_by_role("option", name=re.compile("A.y.thrust")).drag_to(
+        target.locator("canvas"), target_position={"x": 120, "y": 20}
+    )
+    mixed = page.get_by_role("region", name=re.compile("^A, b, c"))
+    trace = mixed.get_by_role("button", name=re.compile("^thrust"))
+    expect(trace).to_have_attribute("aria-pressed", "true")
+    trace.click(modifiers=["Alt"])
+    for other in "abc":
+        shown = mixed.get_by_role("button", name=re.compile(rf"^{other} B x"))
+        expect(shown).to_have_attribute("aria-pressed", "false")
+    trace.click(modifiers=["Alt"])
+    expect(shown).to_have_attribute("aria-pressed", "true")
+
+
+def test_from_the_whole_run_to_one_tick_and_back(page: Page) -> None:
+    page.get_by_role("combobox", name="Scenario").select_option("fig5")
+    expect(region(page, "Metrics")).to_contain_text("174 to 180 s", timeout=LONG)
+    expect(region(page, "Metrics")).to_contain_text("exact", timeout=LONG)
+    overview = page.get_by_role("slider", name="Overview: the part that is shown")
+    expect(overview).to_have_attribute("aria-valuetext", "0 to 180 s")
+    overview.press("Enter")  # the switch at 90 s
+    expect(overview).to_have_attribute("aria-valuetext", "85.5 to 103.5 s", timeout=LONG)
+    for _ in range(16):
+        overview.press("ArrowUp")
+    scopes = region(page, "Scopes")
+    scopes.get_by_role("button", name="Table").click()
+    table = region(page, "Scopes as numbers")
+    # Four ticks are left, each with the number that it has in the simulation.
+    expect(table.locator("tbody th")).to_have_count(5 + 6, timeout=LONG)
+    times = [float(text) for text in table.locator("tbody th").all_inner_texts()[:4]]
+    assert np.diff(times) == pytest.approx([CONTROL_PERIOD] * 3)
+    recording = run(prepare(load_scenario("fig5")))
+    error = recording.variants["A"].channel("following_error", "x")
+    ticks = np.rint(np.array(times) / CONTROL_PERIOD).astype(int)
+    unit = {"nm": 1e-9, "µm": 1e-6}[table.locator("thead th").nth(1).locator(".unit").inner_text()]
+    shown = [float(text) * unit for text in table_column(table, 1)[:4]]
+    assert shown == pytest.approx(error[ticks], abs=0.006 * np.abs(error[ticks]).max())
+    scopes.get_by_role("button", name="Table").click()
+    overview.press("Home")
+    expect(overview).to_have_attribute("aria-valuetext", "0 to 180 s", timeout=LONG)
+
+
+def table_column(table: Locator, place: int) -> list[str]:
+    cells = table.locator(f"tbody tr td:nth-child({place + 1})").all_inner_texts()
+    return [cell.replace("−", "-") for cell in cells]  # noqa: RUF001
+
+
+def test_measurements_are_those_of_the_samples(page: Page) -> None:
+    expect(region(page, "Metrics")).to_contain_text("exact", timeout=LONG)
+    page.get_by_role("combobox", name="Layout of the scopes").select_option("Paper figure")
+    page.keyboard.press("M")
+    table = region(page, "Measurements as numbers")
+    row = table.get_by_role("row", name="Following error x A")
+    expect(row).to_contain_text("15.2", timeout=LONG)
+    prepared = prepare(load_scenario("circle"))
+    start, stop = prepared.window
+    error = run(prepared).variants["A"].channel("following_error", "x")[start:stop]
+    heads = table.locator("thead th").all_inner_texts()
+    cells = [text.replace("−", "-") for text in row.locator("td").all_inner_texts()]  # noqa: RUF001
+    read = {head.strip(): cell for head, cell in zip(heads[1:], cells, strict=True)}
+    for name, value in (
+        ("least", error.min()),
+        ("most", error.max()),
+        ("p-p", np.ptp(error)),
+        ("mean", error.mean()),
+        ("RMS", np.sqrt(np.mean(error**2))),
+        ("std", error.std()),
+    ):
+        assert float(read[name]) == pytest.approx(1e6 * value, rel=0.006), name
+    page.keyboard.press("V")
+    page.keyboard.press("m")
+    page.keyboard.press("m")
+    expect(
+        page.get_by_text(re.compile(r"Between the cursors: .* Δt 2.00 s, 1/Δt 0.500 Hz"))
+    ).to_be_visible()
