@@ -36,7 +36,9 @@ def noise(count: int, seed: int = 7) -> Array:
 def with_lines(count: int) -> Array:
     """Return white noise, a sine, and a resonance driven by noise, m."""
     pole = np.exp((-0.02 + 1j) * 2 * np.pi * RESONANCE / RATE)
-    ringing = signal.lfilter([1.0], [1.0, -2 * pole.real, abs(pole) ** 2], noise(count, 1))
+    ringing: Array = np.asarray(
+        signal.lfilter([1.0], [1.0, -2 * pole.real, abs(pole) ** 2], noise(count, 1))
+    )
     sine = np.sin(2 * np.pi * SINE * PERIOD * np.arange(count))
     return 5e-8 * sine + 2e-8 * ringing + 1e-7 * noise(count)
 
@@ -52,7 +54,7 @@ def test_the_density_is_that_of_scipy(window: Window, count: int, averages: int)
         NAMES[window],
         nperseg=found.segment,
         noverlap=found.segment // 2,
-        detrend=False,
+        detrend=False,  # pyright: ignore[reportArgumentType]
     )
     assert found.frequency == pytest.approx(frequency[1:])
     assert found.density == pytest.approx(density[1:], rel=1e-9)
@@ -62,7 +64,7 @@ def test_the_density_is_that_of_scipy(window: Window, count: int, averages: int)
         NAMES[window],
         nperseg=found.segment,
         noverlap=found.segment // 2,
-        detrend=False,
+        detrend=False,  # pyright: ignore[reportArgumentType]
         scaling="spectrum",
     )
     inner = slice(0, -1)  # at half the rate a sine is its own mirror image
@@ -82,7 +84,12 @@ def test_the_cumulated_rms_ends_at_the_rms_without_the_mean(window: Window, aver
 
 
 def test_the_noise_bandwidths_are_those_of_the_books() -> None:
-    bins = {"rectangular": 1.0, "hann": 1.5, "blackman-harris": 2.0044, "flat-top": 3.7702}
+    bins: dict[Window, float] = {
+        "rectangular": 1.0,
+        "hann": 1.5,
+        "blackman-harris": 2.0044,
+        "flat-top": 3.7702,
+    }
     for window, expected in bins.items():
         found = spectrum(noise(4096), period=PERIOD, window=window, averages=1)
         assert found.noise_bandwidth / found.resolution == pytest.approx(expected, rel=1e-4)

@@ -24,7 +24,8 @@ def _nothing_is_soon(monkeypatch):
 def changed_run(changes, *, base=None, exact=False, work_max=600.0):
     source = load_scenario("circle", base).model_dump(mode="json")
     changed = prepare(load_scenario(source, changes))
-    return changed, whatif.run_changed(changed, source, changes, exact=exact, work_max=work_max)
+    extent = whatif.Extent(exact, work_max)
+    return changed, whatif.run_changed(changed, source, changes, extent)
 
 
 def test_a_stored_state_gives_the_bits_of_a_scheduled_change():

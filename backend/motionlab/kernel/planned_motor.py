@@ -74,7 +74,7 @@ def _thrusts(
 def _table(axis: int, sign: float, limits: MotionLimits, pitch: float) -> NDArray[np.float64]:
     """Return thrusts between which a straight line never exceeds what is available, N."""
     count = _POSITIONS * _BETWEEN
-    places = np.arange(count) * (pitch / count)
+    places = np.arange(count, dtype=np.float64) * (pitch / count)
     there = limits.available_thrust(axis, places, np.full(count, sign, dtype=np.float64))
     values = there[::_BETWEEN].copy()
     along = np.arange(_BETWEEN) / _BETWEEN

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import json
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from motionlab.config.changes import check_schedulable
@@ -24,14 +25,31 @@ LEAD = to_ticks(1.0)
 """Least number of ticks from a stored state to the window; a period where the motion has one."""
 
 
+@dataclass(frozen=True)
+class Extent:
+    """How much of a scenario a what-if runs.
+
+    Attributes
+    ----------
+    exact : bool
+        Whether to run from the start although that takes a while.
+    work_max : float
+        Simulated time, summed over variants, beyond which nothing runs from the start, s.
+    wanted : tuple of int
+        Ticks [start, stop) that are to be recorded besides the window of the metrics, where that
+        needs no run from the start of a scenario that is too long for it.
+    """
+
+    exact: bool
+    work_max: float
+    wanted: tuple[int, int] | None = None
+
+
 def run_changed(
     changed: Prepared,
     source: str | Mapping[str, Any],
     changes: Mapping[str, Any],
-    *,
-    exact: bool,
-    work_max: float,
-    wanted: tuple[int, int] | None = None,
+    extent: Extent,
 ) -> Recording:
     """Run a changed scenario, from its start or from a stored state of the unchanged one.
 
@@ -47,13 +65,8 @@ def run_changed(
         The scenario before the changes: name of a shipped one, or its tables.
     changes : mapping of str to value
         Dotted path to value.
-    exact : bool
-        Whether to run from the start although that takes a while.
-    work_max : float
-        Simulated time, summed over variants, beyond which nothing runs from the start, s.
-    wanted : tuple of int
-        Ticks [start, stop) that are to be recorded besides the window, where that is possible
-        without running a scenario from its start that is too long for it.
+    extent : Extent
+        How much of it is wanted.
 
     Raises
     ------
@@ -65,8 +78,9 @@ def run_changed(
     Recording
         The whole run, or from the state's tick, its `first_tick`, to the end of the window.
     """
-    tick, stop = _stretch(changed, work_max, wanted)
-    exact = exact and changed.work <= work_max
+    work_max = extent.work_max
+    tick, stop = _stretch(changed, extent)
+    exact = extent.exact and changed.work <= work_max
     unchanged = load_scenario(source)
     kept = not needs_plan(unchanged.trajectory)
     if not exact and stop > SOON and tick > 0 and kept and _fits_a_running_session(changes):
@@ -88,22 +102,20 @@ def run_changed(
     return run(changed)
 
 
-def ticks_at_most(
-    changed: Prepared, *, exact: bool, work_max: float, wanted: tuple[int, int] | None = None
-) -> int:
+def ticks_at_most(changed: Prepared, extent: Extent) -> int:
     """Return how many ticks `run_changed` records of a scenario at most."""
-    tick, stop = _stretch(changed, work_max, wanted)
-    whole = exact or stop <= SOON or changed.work <= work_max
-    return changed.reference.ticks if whole and changed.work <= work_max else stop - tick
+    tick, stop = _stretch(changed, extent)
+    affordable = changed.work <= extent.work_max
+    return changed.reference.ticks if affordable else stop - tick
 
 
-def _stretch(changed: Prepared, work_max: float, wanted: tuple[int, int] | None) -> tuple[int, int]:
+def _stretch(changed: Prepared, extent: Extent) -> tuple[int, int]:
     """Return the tick of the state to begin at, if one is used, and that to stop at."""
     lead = max(LEAD, changed.reference.period)
     start, stop = changed.window
-    first, last = wanted or (start, stop)
+    first, last = extent.wanted or (start, stop)
     tick = min(start, first) - lead
-    if tick <= 0 and changed.work > work_max:
+    if tick <= 0 and changed.work > extent.work_max:
         tick = start - lead
     return tick, max(stop, last)
 

@@ -23,7 +23,7 @@ from motionlab.service.worker_answers import ComputedResponse, called
 from motionlab.service.workers.worker import Call
 from motionlab.simulation.prepare import Prepared
 from motionlab.simulation.result import document
-from motionlab.simulation.whatif import run_changed, ticks_at_most
+from motionlab.simulation.whatif import Extent, run_changed, ticks_at_most
 from motionlab.telemetry.channels import REFERENCES, stream_columns
 from motionlab.telemetry.decimate import min_max
 from motionlab.telemetry.recording import Recording
@@ -123,10 +123,10 @@ def _answer(call: Call, body: WhatIfRequest, bounds: Settings) -> bytes:
                 unit="bytes",
             )
         )
-    run_bounds = {"exact": body.exact, "work_max": bounds.direct_work_max, "wanted": (start, stop)}
-    ticks = ticks_at_most(prepared, **run_bounds)
+    extent = Extent(body.exact, bounds.direct_work_max, (start, stop))
+    ticks = ticks_at_most(prepared, extent)
     call.hold(prepared.recording_size(ticks) + _COPIES * curves)
-    recording = run_changed(prepared, body.scenario, body.set, **run_bounds)
+    recording = run_changed(prepared, body.scenario, body.set, extent)
     return _encoded(body, prepared, recording)
 
 

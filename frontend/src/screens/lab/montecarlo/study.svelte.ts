@@ -79,8 +79,8 @@ export class Study {
     const axis = AXES.find((each) => spec.channels[0]?.endsWith(`.${each}.following_error`));
     if (!axis || !this.drawn || !this.bands || !source || app.mode !== 'whatif') return NONE;
     if (this.stale) return NONE;
-    const end = source.start + source.last * source.step;
-    return covers(this.result?.time ?? [], source.start, end) ? this.bands[axis] : NONE;
+    const { start, end } = app.whatif.answer?.result.window ?? { start: 0, end: 0 };
+    return covers(this.result?.time ?? [], start, end) ? this.bands[axis] : NONE;
   }
 }
 
