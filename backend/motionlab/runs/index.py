@@ -21,7 +21,7 @@ from motionlab.runs.run import CHANGEABLE, Page, Run, RunDetail
 from motionlab.runs.search import HEADLINE, LIMIT_MAX, Search
 from motionlab.runs.tables import DOCUMENTS, METRICS, RUNS, TAGS, WORDS
 
-VERSION = "0004"
+VERSION = "0005"
 """Version of the tables; migrations/versions has the way there."""
 
 _MAPPED = 1 << 30  # bytes of SQLite's file that are read without a copy
