@@ -86,8 +86,8 @@ function titleOf(parts: readonly Parts[]): string {
   const whose = [variant, axis].filter(Boolean).join(' ');
   const phases = parts.every((each) => PHASE.test(each.quantity));
   const names = [...new Set(parts.map((each) => words(each.quantity)))];
-  const what = phases ? 'phase currents' : names.slice(0, 3).join(', ');
-  return capital(`${what}${names.length > 3 && !phases ? ', …' : ''} ${whose}`.trim());
+  const what = phases ? 'phase currents' : names.slice(0, 2).join(', ');
+  return capital(`${what}${names.length > 2 && !phases ? ', …' : ''} ${whose}`.trim());
 }
 
 function labelOf(part: Parts, parts: readonly Parts[]): string {
