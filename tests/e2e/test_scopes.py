@@ -80,6 +80,18 @@ def test_a_layout_is_built_and_opens_elsewhere(
         context.close()
 
 
+def test_a_scope_alone_asks_for_nothing_anew(page: Page) -> None:
+    expect(region(page, "Metrics")).to_contain_text("exact", timeout=LONG)
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(request.url))
+    page.keyboard.press("2")
+    assert headings(page) == ["Following error y"]
+    page.wait_for_timeout(600)
+    page.keyboard.press("2")
+    page.wait_for_timeout(600)
+    assert [url for url in asked if "whatif" in url] == []
+
+
 def test_a_channel_is_dragged_onto_a_scope_and_hidden_by_its_legend(page: Page) -> None:
     expect(region(page, "Metrics")).to_contain_text("exact", timeout=LONG)
     page.keyboard.press("/")

@@ -19,7 +19,7 @@ examples:
   motionlab spectrum r-gpd6hecc7x3n --column A.x.following_error --column B.x.following_error \\
       --from 4.5 --to 10.5 --averages 4 --out spectrum.csv
 
-docs/spectrum.md says how lines, broad peaks and peaks of the loop are told apart.
+docs/spectrum.md defines lines, broad peaks and peaks of the loop.
 """
 _UNITS = {"m": (1e9, "nm"), "N": (1e3, "mN"), "A": (1e3, "mA")}
 

@@ -308,7 +308,7 @@ class _Expected(NamedTuple):
         return self.force * shape**2 + self.counts * noise**2
 
     def row(self, peak: Peak, bands: Bands) -> SpectrumPeak:
-        """Return a peak, told from what the loop makes of the same force at all frequencies.
+        """Return a peak, compared with the response of the loop to a white disturbance.
 
         A line is the loop's own only if its response also rises as high beside its surroundings.
         """

@@ -51,18 +51,22 @@ export abstract class TimeView {
   /** The moment of the readouts; NaN for none. */
   abstract get moment(): number;
 
-  readonly scopes: readonly Scope[] = $derived.by(() => {
+  /** The scopes of the layout that have a channel. */
+  private readonly all: readonly Scope[] = $derived.by(() => {
     const units = unitsOf(this.channels);
-    const known = this.layout.scopes.map((spec, place) =>
-      scopeOf(units.size > 0 ? withKnown(spec, units) : spec, units, place),
-    );
-    const some = known.filter(({ all }) => all.length > 0);
-    const { maximised } = this.layout;
-    const alone = some.filter(({ place }) => place === maximised);
-    return alone.length > 0 ? alone : some;
+    return this.layout.scopes
+      .map((spec, place) => scopeOf(units.size > 0 ? withKnown(spec, units) : spec, units, place))
+      .filter(({ all }) => all.length > 0);
   });
 
-  readonly columns: readonly string[] = $derived.by(() => columnsOf(this.scopes, this.variants));
+  /** The scopes that are shown: all, or the one that has the whole height. */
+  readonly scopes: readonly Scope[] = $derived.by(() => {
+    const alone = this.all.filter(({ place }) => place === this.layout.maximised);
+    return alone.length > 0 ? alone : this.all;
+  });
+
+  /** Columns to read: of all scopes, so that showing one alone asks for nothing anew. */
+  readonly columns: readonly string[] = $derived.by(() => columnsOf(this.all, this.variants));
 
   /** What lies behind the curves of a scope. */
   readonly behind?: (scope: Scope, range: Range) => readonly Underlay[];
