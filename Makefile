@@ -4,7 +4,8 @@
 PYTHON ?= python3
 PORT ?= 8000
 LOCK_FLAGS ?=
-WORKERS := $(shell echo $$(( $$(nproc) + 1 )))
+CORES := $(shell nproc)
+WORKERS := $(shell echo $$(( $(CORES) + 1 )))
 
 PY := .venv/bin/python
 # A slow network, or one that drops a connection now and then, must not end a first setup. Python
@@ -36,8 +37,8 @@ help: ## Show the targets
 setup: $(SETUP_STAMP) ## Create .venv with everything needed to run and test
 	@echo "Ready: .venv/bin/motionlab --help"
 
-# Kernels first, once for all; then files on all cores and one more, since many tests wait; then, by
-# itself, what keeps time or drives a browser. 5 is pytest's "no tests were selected".
+# Kernels first, once for all; then files on all cores and one more, since many tests wait; then
+# browsers, one on each core; then, by itself, what keeps time. 5 is pytest's "no tests were selected".
 test: $(SETUP_STAMP) $(PAGE) ## Run the tests (PYTEST_ARGS="-k circle" for some of them)
 	@frontend/npm test --silent
 	@$(PY) -m motionlab.simulation.precompile & kernels=$$!; \
@@ -47,7 +48,8 @@ test: $(SETUP_STAMP) $(PAGE) ## Run the tests (PYTEST_ARGS="-k circle" for some 
 		[ $$code = 5 ] || result=$$code; [ $$code = 5 ] || [ $$code = 0 ]; \
 	}; \
 	run -m "not browser and not realtime" -n $(WORKERS) --dist loadfile && \
-	run -m "browser or realtime" $(if $(PYTEST_ARGS),,tests/drive tests/e2e); \
+	run -m "browser and not realtime" -n $(CORES) --dist loadfile $(if $(PYTEST_ARGS),,tests/e2e) && \
+	run -m realtime $(if $(PYTEST_ARGS),,tests/drive tests/e2e); \
 	exit $$result
 
 browser: ## Install Debian's Chromium, and what drives it, for the browser tests (as root)

@@ -15,6 +15,8 @@ from tests.drive.link.rig import SLOW
 from tests.e2e.actions import API, region, until
 from tests.e2e.conftest import PATIENCE, ROOT, START, Server
 
+pytestmark = pytest.mark.realtime
+
 SHORT = {
     "trajectory.radius": 0.002,
     "trajectory.frequency": 2.0,

@@ -13,6 +13,8 @@ from motionlab.drive.virtual.process import VirtualDrive
 from tests.e2e.actions import API, button, link_file, region, serious, tab_to
 from tests.e2e.conftest import Server
 
+pytestmark = pytest.mark.realtime
+
 SLOW = 10
 STOP = re.compile("^STOP")  # STOPPING and STOPPED too, not a panel's own Stop
 """A stall of a busy machine, which puts the exchange out of phase, counts less."""
