@@ -5,10 +5,17 @@ import { timeAt, type Range } from '../plot/range';
 import { columnsOf, scopeOf, unitsOf, type Scope } from '../plot/scope-catalog';
 import type { Moment } from '../plot/scope-chart';
 import type { ScopeSpec } from '../plot/scope-layout';
-import { differenceOf, extremes, type Channel, type SampleSource } from '../plot/source';
+import {
+  differenceOf,
+  extremes,
+  type Channel,
+  type SampleSource,
+  type StillSource,
+} from '../plot/source';
 import type { Underlay } from '../plot/underlay';
 import type { Layout } from './layout.svelte';
 import type { Statistic } from './statistics';
+import { Trigger } from './trigger/trigger.svelte';
 
 /** Shortest time axis, in samples. */
 const LEAST = 4;
@@ -32,6 +39,8 @@ export abstract class TimeView {
   pointer: Pointer | null = null;
   /** Counts up to ten times a second while something moves: what readouts depend on. */
   beat = $state(0);
+
+  readonly trigger: Trigger = new Trigger(this);
 
   abstract readonly layout: Layout;
   /** What the curves are drawn from; null while there is nothing. */
@@ -66,7 +75,30 @@ export abstract class TimeView {
   });
 
   /** Columns to read: of all scopes, so that showing one alone asks for nothing anew. */
-  readonly columns: readonly string[] = $derived.by(() => columnsOf(this.all, this.variants));
+  readonly columns: readonly string[] = $derived.by(() => {
+    const shown = columnsOf(this.all, this.variants);
+    return [...shown, ...this.trigger.channels.filter((column) => !shown.includes(column))];
+  });
+
+  /** What is marked on the time axis: the moments, and the trigger of what is shown. */
+  readonly marks: readonly Moment[] = $derived.by(() => {
+    const { shown } = this.trigger;
+    if (!shown || shown.free) return this.moments;
+    return [...this.moments, { time: shown.time, label: 'trigger' }];
+  });
+
+  /** Samples that come while one looks; null where all are there already. */
+  get coming(): SampleSource | null {
+    return null;
+  }
+
+  /** Another whenever what is there already has become another record. */
+  get basis(): unknown {
+    return null;
+  }
+
+  /** Every sample of a stretch of what is there already. */
+  abstract samples(columns: readonly string[], range: Range): Promise<StillSource | null>;
 
   /** What lies behind the curves of a scope. */
   readonly behind?: (scope: Scope, range: Range) => readonly Underlay[];

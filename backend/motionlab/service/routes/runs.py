@@ -78,7 +78,7 @@ class WindowQuery(BaseModel):
     )
     start: int = Field(default=0, alias="from", ge=0, description="First sample")
     stop: int | None = Field(default=None, alias="to", ge=1, description="Sample after the last")
-    points: int = Field(default=2000, ge=1, le=20_000, description="Bins at most")
+    points: int = Field(default=2000, ge=1, le=500_000, description="Bins at most")
 
 
 @router.get(

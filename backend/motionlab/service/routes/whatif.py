@@ -59,7 +59,7 @@ class WhatIfRequest(ChangedScenario):
         default_factory=list, max_length=512, description="Names as in the stream's hello"
     )
     points: Whole = Field(
-        default=1500, ge=10, le=20_000, strict=True, description="Bins of a curve at most"
+        default=1500, ge=10, le=500_000, strict=True, description="Bins of a curve at most"
     )
     start: float | None = Field(
         default=None,

@@ -8,7 +8,9 @@ export type Length = Pick<RunDetail, 'ticks' | 'period' | 'duration'>;
 /** Bins across what is visible: more than a scope has pixels; with fewer it is read again. */
 export const BINS = 2000;
 const LEAST_BINS = 1000;
-/** Most that one answer may have. */
+/** Bins of an answer that has every sample: 250 s of them. */
+export const EVERY = 500_000;
+/** Most that one answer may have that is drawn. */
 const BINS_MAX = 20_000;
 /** Read beyond what is visible, as a share of it: on both sides, and ahead of a window that moves. */
 const MARGIN = 0.25;

@@ -5,7 +5,7 @@ import { readCurves } from '../api/curves-answer';
 import type { RunDetail } from '../api/types';
 import { errorText } from '../error-text';
 import { LatestWins } from '../latest-wins';
-import { BINS, covers, samplesOf, type Reading } from './run-range';
+import { BINS, covers, EVERY, samplesOf, type Reading } from './run-range';
 import { runWindow } from './runs-api';
 
 export class RunSource {
@@ -45,6 +45,13 @@ export class RunSource {
   /** What is drawn of a stretch of time: the part once it has come, until then the whole, which is coarser. */
   over(range: Range): StillSource | null {
     return this.part && covers(this.part, range) ? this.part : this.whole;
+  }
+
+  /** Every sample of a stretch of those columns that the run has. */
+  async samples(wanted: readonly string[], range: Range): Promise<StillSource | null> {
+    const columns = wanted.filter((column) => this.run.columns.some(({ name }) => name === column));
+    if (columns.length === 0 || this.run.ticks === 0) return null;
+    return this.curves(columns, { range, points: EVERY });
   }
 
   private async answer(part: Reading | null): Promise<void> {

@@ -1,6 +1,6 @@
 /** What-if: the scenario simulated anew while a control moves; the newest question wins. */
 
-import type { Range, SampleSource } from '../../plot/source';
+import type { Range, SampleSource, StillSource } from '../../plot/source';
 import { ApiError, type Api } from '../api/client';
 import type { Changes, ProblemField, Scenario } from '../api/types';
 import { errorText } from '../error-text';
@@ -13,6 +13,8 @@ const COARSE = 1000;
 /** Bins of the final curves: every tick of a run of 10 s, for zooming. */
 const FINE = 20_000;
 const FINE_LEAST = 4000;
+/** Bins of an answer that has every sample: 250 s of them. */
+const EVERY = 500_000;
 /** Most numbers of an answer that curves are worth, over all of them. */
 const NUMBERS = 1e6;
 /** So long after the last question it counts as the last, ms. */
@@ -117,6 +119,17 @@ export class WhatIf {
     const more = MARGIN * (to - from);
     const wider = { from: Math.max(0, from - more), to: Math.min(whole.duration, to + more) };
     this.push({ question: whole.question, what: 'part', range: wider });
+  }
+
+  /** Every sample of a stretch of the newest question's run. */
+  async samples(columns: readonly string[], range: Range): Promise<StillSource | null> {
+    const { answer } = this;
+    if (!answer) return null;
+    const { scenario, set } = answer.question;
+    const asked = { scenario, set, columns: [...columns], ...stretchOf(range) };
+    const signal = AbortSignal.timeout(TIMEOUT);
+    const buffer = await this.api.whatif({ ...asked, points: EVERY, exact: true }, signal);
+    return readAnswer(buffer).source;
   }
 
   /** Whether the curves that there are of a range have fewer bins than a scope has pixels. */

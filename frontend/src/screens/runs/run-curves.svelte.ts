@@ -66,6 +66,10 @@ export class RunCurves extends TimeView {
     return whole && { source: whole, range: this.home };
   }
 
+  samples(columns: readonly string[], range: Range): Promise<StillSource | null> {
+    return this.ofScopes.samples(columns, range);
+  }
+
   get planeSource(): StillSource | null {
     return this.ofPlane.part;
   }

@@ -5,6 +5,7 @@ import { nameOf } from '../../../app/fields/fields.svelte';
 import { LiveSource } from '../../../scopes/live-source';
 import { Layout } from '../../../scopes/layout.svelte';
 import { STATISTICS, type Statistic } from '../../../scopes/statistics';
+import type { Capture } from '../../../scopes/trigger/captures';
 import { TimeView } from '../../../scopes/time-view.svelte';
 import { gathered } from '../../../app/session/moments.svelte';
 import { load, save } from '../../../app/storage';
@@ -12,7 +13,7 @@ import { app } from '../../../app/store.svelte';
 import { Ring } from '../../../app/stream/ring';
 import type { Range } from '../../../plot/range';
 import type { Moment } from '../../../plot/scope-chart';
-import type { Channel, SampleSource } from '../../../plot/source';
+import type { Channel, SampleSource, StillSource } from '../../../plot/source';
 import { LAYOUTS, retargeted, type Scope } from '../../../plot/scope-catalog';
 import type { Underlay } from '../../../plot/underlay';
 import { parts } from '../parts.svelte';
@@ -101,18 +102,37 @@ class View extends TimeView {
 
   get source(): SampleSource | null {
     if (app.mode === 'whatif') return app.whatif.over(this.range);
-    return app.session.moments.period > 0 ? this.live : null;
+    return this.captured?.source ?? this.coming;
+  }
+
+  override get coming(): SampleSource | null {
+    return app.mode === 'live' && app.session.moments.period > 0 ? this.live : null;
+  }
+
+  override get basis(): unknown {
+    return app.mode === 'live' ? app.session.info?.id : app.whatif.whole;
+  }
+
+  samples(columns: readonly string[], range: Range): Promise<StillSource | null> {
+    return app.whatif.samples(columns, range);
+  }
+
+  /** What a trigger has captured of the session, and shows. */
+  private get captured(): Capture | null {
+    return app.mode === 'live' ? this.trigger.shown : null;
   }
 
   /** What the time axis covers by itself: the window of the metrics, or the newest samples. */
   get home(): Range {
     if (app.mode === 'whatif') return app.whatif.home ?? { from: 0, to: this.span };
+    if (this.captured) return this.captured.range;
     const to = Math.max(this.live.last * this.live.step, this.span);
     return { from: to - this.span, to };
   }
 
   get extent(): Range {
     if (app.mode === 'whatif') return app.whatif.extent ?? this.home;
+    if (this.captured) return this.captured.range;
     const { live } = this;
     const from = live.first * live.step;
     // A young session does not fill its time axis yet.
@@ -125,7 +145,8 @@ class View extends TimeView {
   }
 
   override get overview() {
-    if (app.mode === 'live') return { source: this.live, range: this.extent };
+    if (app.mode === 'live')
+      return { source: this.captured?.source ?? this.live, range: this.extent };
     const { whole } = app.whatif;
     return whole && { source: whole.source, range: this.extent };
   }
