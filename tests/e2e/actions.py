@@ -87,7 +87,7 @@ def wait_for_clock(page: Page, seconds: float) -> None:
     )
 
 
-def button(page: Page, name: str) -> None:
+def button(page: Page | Locator, name: str) -> None:
     page.get_by_role("button", name=name, exact=True).click()
 
 

@@ -280,6 +280,7 @@ def test_from_an_imported_measurement_to_the_model(
     expect(experiment.get_by_role("alert")).to_contain_text("none of M.y.position_measured")
 
 
+@pytest.mark.realtime
 def test_the_simulated_motor_fitted_to_a_run_of_drives(
     screen: Page, server: Server, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -75,9 +75,13 @@ export abstract class TimeView {
   });
 
   /** Columns to read: of all scopes, so that showing one alone asks for nothing anew. */
+  private readonly drawn: readonly string[] = $derived.by(() => columnsOf(this.all, this.variants));
+
+  /** Those, and what the trigger has to see; the same array while nothing else is wanted. */
   readonly columns: readonly string[] = $derived.by(() => {
-    const shown = columnsOf(this.all, this.variants);
-    return [...shown, ...this.trigger.channels.filter((column) => !shown.includes(column))];
+    const { drawn } = this;
+    const more = this.trigger.channels.filter((column) => !drawn.includes(column));
+    return more.length === 0 ? drawn : [...drawn, ...more];
   });
 
   /** What is marked on the time axis: the moments, and the trigger of what is shown. */

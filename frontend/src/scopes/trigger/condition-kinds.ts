@@ -34,7 +34,7 @@ export function conditionOf(kind: string, channel: string): Condition {
     : channel;
   switch (kind) {
     case 'reversal':
-      return { kind, channel: `${axis}velocity_reference` };
+      return { kind, channel: `${axis}velocity_reference`, slope: 'either' };
     case 'mark':
       return { kind };
     case 'window':

@@ -58,12 +58,16 @@ test('a window is left and entered, with hysteresis inside', () => {
 
 test('a reversal comes after a rest too, and never twice', () => {
   const values = alone([1, 1, 0, 0, -1, -1, 0, -1, 1]);
-  expect(hits([{ kind: 'reversal', channel: 'x' }], values)).toEqual([4, 8]);
+  const turns = (slope: 'rising' | 'falling' | 'either') =>
+    hits([{ kind: 'reversal', channel: 'x', slope }], values);
+  expect(turns('either')).toEqual([4, 8]);
+  expect(turns('rising')).toEqual([8]);
+  expect(turns('falling')).toEqual([4]);
 });
 
 test('and: one begins while the others hold', () => {
   const conditions: Condition[] = [
-    { kind: 'reversal', channel: 'v' },
+    { kind: 'reversal', channel: 'v', slope: 'either' },
     { ...(level('rising') as object), channel: 'e' } as Condition,
   ];
   const samples = [

@@ -26,6 +26,8 @@ export interface WindowCondition {
 export interface ReversalCondition {
   kind: 'reversal';
   channel: string;
+  /** The sign that it changes to. */
+  slope: Slope;
 }
 
 /** Something that is marked on the time axis: a change, the schedule, a push. */
@@ -89,12 +91,13 @@ function watchWindow({ way, low, high, hysteresis }: WindowCondition): Watch {
   };
 }
 
-function watchReversal(): Watch {
+function watchReversal({ slope }: ReversalCondition): Watch {
+  const wanted = { rising: 1, falling: -1, either: 0 }[slope];
   let moving = 0;
   return (value) => {
     const way = Math.sign(value);
     if (way === 0) return NOT;
-    const turned = moving !== 0 && way !== moving;
+    const turned = moving !== 0 && way !== moving && (wanted === 0 || way === wanted);
     moving = way;
     return { holds: turned, edge: turned };
   };
@@ -137,7 +140,7 @@ export class Detector {
       watch: {
         level: () => watchLevel(condition as LevelCondition),
         window: () => watchWindow(condition as WindowCondition),
-        reversal: watchReversal,
+        reversal: () => watchReversal(condition as ReversalCondition),
         mark: () => watchMarks(marks, period),
       }[condition.kind](),
     }));

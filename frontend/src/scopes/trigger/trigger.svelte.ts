@@ -31,7 +31,7 @@ export const CAPTURES_MAX = 100;
 const KEPT = 'trigger';
 
 const USUAL: Settings = {
-  conditions: [{ kind: 'reversal', channel: 'x.velocity_reference' }],
+  conditions: [{ kind: 'reversal', channel: 'x.velocity_reference', slope: 'either' }],
   join: 'or',
   length: 0.2,
   before: 0.25,
@@ -77,6 +77,8 @@ export class Trigger {
   private next = 0;
   private pending: number[] = [];
   private search = 0;
+  /** What was searched: looking at a capture does not narrow the next search to it. */
+  private searched: Range | null = null;
 
   readonly shown: Capture | null = $derived(this.captures[this.place] ?? null);
 
@@ -107,6 +109,9 @@ export class Trigger {
 
   /** Forgets the captures and waits for the next hit, or finds those of what is in view. */
   arm(): void {
+    const { shown, view } = this;
+    const same = shown?.range.from === view.range.from && shown.range.to === view.range.to;
+    if (!same) this.searched = view.range;
     this.clear();
     this.watching = channelsOf(this.settings.conditions);
     const { coming } = this.view;
@@ -121,6 +126,8 @@ export class Trigger {
 
   /** Back to what the scopes show without a trigger. */
   stop(): void {
+    const { shown, view, searched } = this;
+    if (shown && !view.coming) view.look(searched);
     this.clear();
     this.phase = 'off';
   }
@@ -213,21 +220,24 @@ export class Trigger {
   private async find(): Promise<void> {
     const { view, watching, settings } = this;
     const search = this.search;
-    const { period, range: all, extent } = view;
+    const { period, extent } = view;
+    const all = this.searched ?? view.range;
     const { count, before } = this.ticks;
     const { conditions, join, holdOff, mode } = settings;
     const most = mode === 'single' ? 1 : settings.most;
     try {
-      const source = await view.samples(watching, all);
-      if (search !== this.search || !source) return;
+      const source = watching.length > 0 ? await view.samples(watching, all) : null;
+      if (search !== this.search) return;
       const marks = () => view.moments.map(({ time }) => time);
       const detector = new Detector(conditions, join, Math.round(holdOff / period), marks, period);
-      const start = Math.round(source.start / period);
+      // Marks alone need no samples.
+      const start = Math.round((source?.start ?? all.from) / period);
+      const stop = source ? start + source.last : Math.round(all.to / period);
       const hits: number[] = [];
-      for (let i = 0; i < source.last; i++) {
-        const time = source.start + (i + 0.5) * period;
-        const values = watching.map((channel) => source.at(channel, time));
-        if (detector.next(start + i, values)) hits.push(start + i);
+      for (let tick = start; tick < stop; tick++) {
+        const time = (tick + 0.5) * period;
+        const values = watching.map((channel) => source?.at(channel, time) ?? Number.NaN);
+        if (detector.next(tick, values)) hits.push(tick);
       }
       this.found = hits.length;
       for (const tick of hits.slice(0, most)) {

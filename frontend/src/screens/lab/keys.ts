@@ -30,7 +30,7 @@ export const LAB_KEYS: KeyTable = {
     { keys: 'V', does: 'Cursors at the least and the largest value' },
     { keys: 'M', does: 'All readings as a table' },
     { keys: '< >', does: 'Move the cursor that was set last' },
-    { keys: 't, T', does: 'Trigger: arm it, or find hits; off' },
+    { keys: 'h, H', does: 'Trigger: arm it, or find hits; off' },
     { keys: 'v', does: 'Readings tell the value, mean, RMS, peak to peak, std' },
     { keys: '0', does: 'Reset zoom and cursors' },
     { keys: 'o', does: 'Overlay runs' },
@@ -80,11 +80,11 @@ export function labActions(): Record<string, () => void> {
     ',': () => view.moveBy(-0.25),
     '.': () => view.moveBy(0.25),
     m: () => view.placeCursor(),
-    t: () => {
+    h: () => {
       view.trigger.open = true;
       view.trigger.arm();
     },
-    T: () => view.trigger.stop(),
+    H: () => view.trigger.stop(),
     M: () => (view.measuring = !view.measuring),
     V: () => view.placeLevels(),
     n: () => (view.layout.choosing = view.layout.scopes.length),
