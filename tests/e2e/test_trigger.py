@@ -1,4 +1,4 @@
-"""The trigger of the scopes: hits of a record and of a session that runs, and what is around them."""
+"""The trigger of the scopes: hits of a record and of a running session, and what is around them."""
 
 from __future__ import annotations
 
