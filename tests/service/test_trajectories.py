@@ -204,3 +204,14 @@ def test_a_folder_that_cannot_be_written_is_told(client: httpx.Client, data: Pat
     assert answer.status_code == 503
     assert "mine cannot be saved" in answer.json()["detail"]
     assert (data / "trajectories").read_text().startswith("a file")
+
+
+def test_a_time_optimal_path_is_exported_as_its_motor_runs_it(client: httpx.Client) -> None:
+    fast = {"law": "time_optimal", "v_max": 1.0, "a_max": 50.0, "j_max": 5000.0}
+    points = [[0.0, 0.0], [0.05, 0.0]]
+    body = {"trajectory": {"kind": "path", "points": points} | fast, "format": "csv"}
+    answer = client.post(f"{API}/trajectories/export", json=body)
+    assert answer.status_code == 200, answer.text
+    heavy = body | {"set": {"plant.x.mass": 20.0}}
+    slower = client.post(f"{API}/trajectories/export", json=heavy)
+    assert len(slower.text.splitlines()) > len(answer.text.splitlines()) > 100

@@ -115,8 +115,11 @@ class ReadTrajectory(BaseModel):
     notes: list[str] = Field(description="What was left out or taken otherwise")
 
 
-class WriteRequest(BaseModel):
-    """A trajectory to be written for another program."""
+class WriteRequest(ChangedScenario):
+    """A trajectory to be written for another program.
+
+    A time-optimal one is planned for the scenario's motor where it does not say for which.
+    """
 
     model_config = examples({"format": "svg", "trajectory": EXAMPLE_PATH})
 
@@ -284,7 +287,7 @@ def _read(content: bytes, said: ReadQuery) -> ReadTrajectory:
 
 
 def _written(_: Call, body: WriteRequest) -> bytes:
-    return write_trajectory(validate_trajectory(body.trajectory), body.format).encode()
+    return write_trajectory(_trajectory(body), body.format).encode()
 
 
 def _examined(_: Call, body: CheckRequest) -> bytes:
@@ -342,7 +345,7 @@ def _slowed(body: CheckRequest) -> SlowedTrajectory:
     )
 
 
-def _trajectory(body: CheckRequest) -> TrajectoryConfig:
+def _trajectory(body: CheckRequest | WriteRequest) -> TrajectoryConfig:
     """Return the trajectory, planned for the scenario's motor if it is time-optimal."""
     trajectory = validate_trajectory(body.trajectory)
     if not needs_plan(trajectory):

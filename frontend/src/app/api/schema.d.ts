@@ -12145,6 +12145,8 @@ export interface components {
         /**
          * WriteRequest
          * @description A trajectory to be written for another program.
+         *
+         *     A time-optimal one is planned for the scenario's motor where it does not say for which.
          * @example {
          *       "format": "svg",
          *       "trajectory": {
@@ -12169,6 +12171,66 @@ export interface components {
          *     }
          */
         WriteRequest: {
+            /**
+             * Scenario
+             * @description Name of a shipped scenario, or its tables as in a TOML file; see /schema
+             * @default circle
+             */
+            scenario: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                /** @enum {string} */
+                base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                /**
+                 * Name
+                 * @description Short name
+                 * @default custom
+                 */
+                name: string;
+                /**
+                 * Title
+                 * @description One line for people
+                 * @default
+                 */
+                title: string;
+                /**
+                 * Description
+                 * @description What it shows and whose choice its numbers are
+                 * @default
+                 */
+                description: string;
+                /**
+                 * Seed
+                 * @description Seed of every noise source
+                 * @default 2019
+                 */
+                seed: number;
+                /**
+                 * Settling Band
+                 * @description Following error below which a move counts as settled
+                 * @default 0.000002
+                 */
+                settling_band: number;
+                /**
+                 * Divergence Error
+                 * @description Following error beyond which a variant has diverged
+                 * @default 0.02
+                 */
+                divergence_error: number;
+                plant?: string | Record<string, never>;
+                trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                variants?: {
+                    [key: string]: Record<string, never>;
+                };
+                load?: Record<string, never>;
+                schedule?: Record<string, never>[];
+                window?: Record<string, never> | null;
+            } | unknown | unknown);
+            /**
+             * Set
+             * @description Dotted path to value, SI; all applied together before validation
+             */
+            set?: {
+                [key: string]: unknown;
+            };
             /**
              * Trajectory
              * @description `kind` and its numbers

@@ -174,17 +174,25 @@ export class Editor {
     if (!this.moving) save('path', table);
   }
 
-  /** What-if changes of the session but for its path: the motor and gains that the path is for. */
-  private request(trajectory: Trajectory): {
+  /** Asks what another trajectory demands of the motor. */
+  async examine(trajectory: Table): Promise<Checked> {
+    return readChecked(await app.api.check(this.request(trajectory)));
+  }
+
+  /** A trajectory, and the motor and gains that it is for: the session with its what-if changes. */
+  planned(trajectory: Trajectory): {
     scenario: NonNullable<typeof app.session.info>['scenario'];
     set: Changes;
     trajectory: Trajectory;
-    points: number;
   } {
     const scenario = app.session.info?.scenario;
     if (!scenario) throw new Error('There is no session yet.');
     const others = Object.entries(app.draft).filter(([path]) => !path.startsWith('trajectory'));
-    return { scenario, set: Object.fromEntries(others), trajectory, points: POINTS };
+    return { scenario, set: Object.fromEntries(others), trajectory };
+  }
+
+  private request(trajectory: Trajectory) {
+    return { ...this.planned(trajectory), points: POINTS };
   }
 
   private async check(table: Table): Promise<void> {
@@ -194,7 +202,7 @@ export class Editor {
       return;
     }
     try {
-      const found = readChecked(await app.api.check(this.request(table)));
+      const found = await this.examine(table);
       this.show(table, found, '');
       if (!found.feasible) return;
       this.lastFeasible = table;
@@ -215,7 +223,7 @@ export class Editor {
   /** Asks what A and B make of the path. */
   private simulate(table: Table): void {
     if (!this.found || this.found.duration > LONGEST.resting) return;
-    const { scenario, set, trajectory } = this.request(table);
+    const { scenario, set, trajectory } = this.planned(table);
     const changes = { ...set, trajectory: trajectory as Changes[string] };
     this.whatif.ask({ scenario, set: changes, columns: [] });
   }

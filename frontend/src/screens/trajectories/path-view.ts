@@ -24,6 +24,8 @@ export interface Scene {
   fresh: boolean;
   cursor: number | null;
   stroke: Point;
+  /** Whether the curve is drawn without its points. */
+  bare?: boolean;
 }
 
 export class PathView {
@@ -103,7 +105,7 @@ export class PathView {
       if (found) this.infeasible(found, scene.fresh);
       if (path) this.path(path, scene.outline);
       else if (found) this.trail(found, 0, found.time.count);
-      if (path) this.points(path, scene);
+      if (path && !scene.bare) this.points(path, scene);
       if (found) this.marks(found, scene);
     });
   }

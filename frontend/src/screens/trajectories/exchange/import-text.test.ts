@@ -1,0 +1,79 @@
+import { describe, expect, it } from 'vitest';
+import { ApiError } from '../../../app/api/client';
+import type { ProblemField } from '../../../app/api/types';
+import type { Checked } from '../feasibility';
+import { factsOf, isWords, refusalOf } from './import-text';
+
+function refused(some: Partial<ProblemField>): ApiError {
+  const field = { loc: 'line 2', message: 'is no word that is understood', ...some };
+  const errors = [field as ProblemField];
+  return new ApiError({ title: '', status: 422, detail: 'refused', errors });
+}
+
+describe('a refusal', () => {
+  it('names the line and shows it', () => {
+    const found = refusalOf(refused({ value: 'Q7' }), 'G1 X1\r\n  G2 X20 Q7\r\nG1 Y1');
+    expect(found).toEqual({
+      line: 2,
+      text: 'Line 2 is no word that is understood: “Q7”.',
+      source: 'G2 X20 Q7',
+    });
+  });
+
+  it('of an option has its value and what is allowed', () => {
+    const found = refusalOf(
+      refused({ loc: 'placement', message: 'is too far', value: 2, range: '<= 1', unit: 'm' }),
+      '0,0',
+    );
+    expect(found.line).toBeNull();
+    expect(found.text).toBe('Placement is too far: 2.000 m. Allowed: ≤ 1 m.');
+  });
+
+  it('of something else is told as it is', () => {
+    expect(refusalOf(new Error('no answer'), '').text).toBe('no answer');
+  });
+});
+
+it('words are told from files', () => {
+  expect(isWords('Motion Lab')).toBe(true);
+  for (const text of ['1,2', 'G1 X1', '<svg>', '…', '']) expect(isWords(text)).toBe(false);
+});
+
+it('what was read is told with size, place and feed', () => {
+  const trajectory = { kind: 'path', v_max: 0.01 };
+  const column = (low: number, high: number) => ({
+    minimum: new Float32Array([low, 0]),
+    maximum: new Float32Array([0, high]),
+  });
+  const checked = {
+    length: 0.08,
+    duration: 9,
+    columns: new Map([
+      ['x.position', column(-0.01, 0.015)],
+      ['y.position', column(-0.01, 0.01)],
+    ]),
+  } as unknown as Checked;
+  const found = {
+    trajectory,
+    format: 'gcode',
+    read: '6 lines of G-code',
+    segments: 5,
+    moves: 1,
+    points: 7,
+    corners: 4,
+    deviation: 4e-12,
+    notes: [],
+  } as unknown as Parameters<typeof factsOf>[0];
+  const facts = new Map(factsOf(found, checked).map(({ name, value }) => [name, value]));
+  expect(facts.get('timing')).toBe('feed 10.0 mm/s');
+  expect(facts.get('extent')).toBe('25.0 × 20.0 mm');
+  expect(facts.get('place')).toBe('x −10.0 to 15.0, y −10.0 to 10.0 mm');
+  expect(facts.get('distance')).toBe('below 1 nm');
+  expect(facts.get('read')).toBe('6 lines of G-code, 5 segments, 1 connecting move');
+  const parts = [
+    { kind: 'path', v_max: 0.02 },
+    { kind: 'dwell', duration: 0.5 },
+  ];
+  const sequence = { ...found, trajectory: { kind: 'sequence', parts } } as typeof found;
+  expect(factsOf(sequence, null).at(-1)?.value).toBe('feed 20.0 mm/s, 1 dwell');
+});

@@ -1,0 +1,147 @@
+/** What was read of a file, and what is wrong with it, in words. */
+
+import { ApiError } from '../../../app/api/client';
+import type { ProblemField } from '../../../app/api/types';
+import { errorText } from '../../../app/error-text';
+import { digits, pretty, quantity } from '../../../ui/units';
+import type { Checked } from '../feasibility';
+import { withUnit } from '../violation-text';
+import type { FileFormat, ReadFile } from './exchange-api';
+
+export const FORMATS: Readonly<Record<FileFormat, string>> = {
+  auto: 'as found',
+  csv: 'CSV',
+  svg: 'SVG',
+  gcode: 'G-code',
+  text: 'Text to write',
+};
+
+/** Longest part of a refused line that is shown. */
+const SHOWN = 80;
+
+export interface Refusal {
+  /** Line of the file, from 1; null where the file as a whole or an option is refused. */
+  line: number | null;
+  text: string;
+  /** The line itself, as far as it is shown. */
+  source: string;
+}
+
+/** Returns why a file was refused, and the line that it is about. */
+export function refusalOf(error: unknown, content: string): Refusal {
+  const [problem] = error instanceof ApiError ? error.problem.errors : [];
+  if (!problem) return { line: null, text: errorText(error), source: '' };
+  const [, number] = /^line (\d+)$/.exec(problem.loc) ?? [];
+  const line = number === undefined ? null : Number(number);
+  const whole = line === null ? '' : (content.split(/\r\n|\r|\n/)[line - 1] ?? '').trim();
+  const source = whole.length > SHOWN ? `${whole.slice(0, SHOWN)}…` : whole;
+  return { line, text: sentence(problem, line), source };
+}
+
+function sentence({ loc, message, value, range, unit }: ProblemField, line: number | null): string {
+  const where = line === null ? (loc === 'file' ? 'The file' : loc) : `Line ${line}`;
+  const got =
+    typeof value === 'string' && value !== ''
+      ? `: “${value}”`
+      : typeof value === 'number'
+        ? `: ${digits(value, 4)} ${unit ?? ''}`.trimEnd()
+        : '';
+  const allowed = range
+    ? ` Allowed: ${pretty(range).replace('<=', '≤').replace('>=', '≥')} ${unit ?? ''}`.trimEnd() +
+      '.'
+    : '';
+  const text = pretty(message).replace(/\.$/, '');
+  return `${where.charAt(0).toUpperCase()}${where.slice(1)} ${text}${got}.${allowed}`;
+}
+
+/** Returns whether a text without any digit is rather to be written than read as a file. */
+export function isWords(text: string): boolean {
+  return /\p{L}/u.test(text) && !/[\d<]/.test(text);
+}
+
+export interface Fact {
+  name: string;
+  value: string;
+  title: string;
+}
+
+/** What a file has become: size, place and timing. */
+export function factsOf(found: ReadFile, checked: Checked | null): Fact[] {
+  const facts: Fact[] = [
+    { name: 'read', value: readText(found), title: 'What the file has' },
+    {
+      name: 'path',
+      value: `${count(found.points, 'point')}, ${count(found.corners, 'corner')}`,
+      title: 'The path stops at its corners',
+    },
+    {
+      name: 'distance',
+      value: found.deviation < 1e-9 ? 'below 1 nm' : withUnit(found.deviation, 'm'),
+      title: 'Largest distance of the path from the file',
+    },
+    { name: 'timing', value: timingText(found.trajectory), title: 'Of the motion profile' },
+  ];
+  if (!checked) return facts;
+  return [
+    ...facts,
+    { name: 'length', value: withUnit(checked.length, 'm'), title: 'Once along the path' },
+    { name: 'extent', value: extentText(checked), title: 'Width by height' },
+    { name: 'place', value: placeText(checked), title: 'On the stroke, from its middle' },
+    { name: 'duration', value: withUnit(checked.duration, 's'), title: 'Of the whole motion' },
+  ];
+}
+
+function count(number: number, what: string): string {
+  return `${number} ${what}${number === 1 ? '' : 's'}`;
+}
+
+function readText({ read, segments, moves }: ReadFile): string {
+  const between = moves > 0 ? `, ${count(moves, 'connecting move')}` : '';
+  return /segment/.test(read) ? read : `${read}, ${count(segments, 'segment')}${between}`;
+}
+
+/** Returns the feed, or the time of a lap, of a path or of the parts of a sequence. */
+function timingText(trajectory: ReadFile['trajectory']): string {
+  const table = trajectory as Record<string, unknown>;
+  const parts = Array.isArray(table.parts) ? (table.parts as Record<string, unknown>[]) : [table];
+  const of = (key: string) =>
+    parts.map((part) => part[key]).filter((value) => typeof value === 'number');
+  const [lap] = of('lap_time');
+  if (lap !== undefined) return `${withUnit(lap, 's')} a lap, of the file`;
+  const speeds = of('v_max');
+  const dwells = of('duration');
+  const [dwell] = of('dwell');
+  const feed = speeds.length > 0 ? withUnit(Math.max(...speeds), 'm/s') : '–';
+  const rests =
+    dwells.length > 0
+      ? `, ${count(dwells.length, 'dwell')}`
+      : dwell
+        ? `, ${withUnit(dwell, 's')} dwell at each stop`
+        : '';
+  return `feed ${feed}${rests}`;
+}
+
+type Ends = [least: number, most: number];
+
+function ends(checked: Checked, axis: 'x' | 'y'): Ends {
+  const column = checked.columns.get(`${axis}.position`);
+  const least = Math.min(...(column?.minimum ?? []));
+  return [least, Math.max(...(column?.maximum ?? []))];
+}
+
+function extentText(checked: Checked): string {
+  const [x, y] = [ends(checked, 'x'), ends(checked, 'y')].map(([low, high]) => mm(high - low));
+  return `${x} × ${y} mm`;
+}
+
+function placeText(checked: Checked): string {
+  const [x, y] = [ends(checked, 'x'), ends(checked, 'y')].map(
+    ([low, high]) => `${mm(low)} to ${mm(high)}`,
+  );
+  return `x ${x}, y ${y} mm`;
+}
+
+function mm(metres: number): string {
+  const { number, unit } = quantity(metres, 'm');
+  return unit === 'mm' ? number : digits(Number((metres * 1e3).toFixed(4)), 4);
+}
