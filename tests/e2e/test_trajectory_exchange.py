@@ -9,13 +9,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from playwright.sync_api import Locator, Page, expect
+from playwright.sync_api import FilePayload, Locator, Page, expect
 
 from motionlab.config.drawn_path import DrawnPath
 from motionlab.config.load import validate_trajectory
 from motionlab.trajectory.drawn_motion import curve_of
 from tests.e2e.actions import API, LONG, region, set_field
 from tests.e2e.conftest import Server
+from tests.e2e.test_trajectories import RHOMBUS, pixels, press_until_disabled, shows
 
 SQUARE = """G21 G90
 G0 X-10 Y-15
@@ -40,6 +41,7 @@ def paths(page: Page) -> Page:
     """The screen of paths."""
     page.get_by_role("link", name="Trajectories").click()
     expect(region(page, "Limits")).to_contain_text("feasible", timeout=LONG)
+    set_field(page, "dwell, s", "0.1")  # what was changed is kept, and can be read
     return page
 
 
@@ -71,7 +73,7 @@ def shape(tables: dict[str, Any]) -> tuple[float, np.ndarray]:
 
 
 def choose(page: Page, name: str, content: str) -> None:
-    file = {"name": name, "mimeType": "text/plain", "buffer": content.encode()}
+    file = FilePayload(name=name, mimeType="text/plain", buffer=content.encode())
     page.get_by_label("File of a path").set_input_files([file])
 
 
@@ -98,14 +100,14 @@ def test_a_chosen_csv_is_shown_placed_and_taken_and_undone(paths: Page) -> None:
     choose(paths, "My Zigzag.csv", "time,x,y\n0,0,0\n1,20,0\n2,20,40\n")
     expect(fact(paths, "path")).to_have_text("3 points, 1 corner", timeout=LONG)
     expect(fact(paths, "timing")).to_contain_text("2.00 s a lap")
-    expect(fact(paths, "extent")).to_have_text("20.0 × 40.0 mm")
+    expect(fact(paths, "extent")).to_have_text("20.0 by 40.0 mm")
     expect(sheet(paths).get_by_label("Notes")).to_contain_text("time column")
     expect(sheet(paths).get_by_role("combobox").first).to_contain_text("as found: CSV")
     sheet(paths).get_by_role("radio", name="Fitted").click()
     # 95 % of the stroke of the session's motor, 170 x 290 mm: y is what binds.
-    expect(fact(paths, "extent")).to_have_text(re.compile("^138 × 27[56] mm$"), timeout=LONG)
+    expect(fact(paths, "extent")).to_have_text(re.compile("^138 by 27[56] mm$"), timeout=LONG)
     sheet(paths).get_by_role("radio", name="As is").click()
-    expect(fact(paths, "extent")).to_have_text("20.0 × 40.0 mm", timeout=LONG)
+    expect(fact(paths, "extent")).to_have_text("20.0 by 40.0 mm", timeout=LONG)
     assert table(paths) == before
     take(paths)
     assert table(paths)["points"] == [[0.0, 0.0], [0.02, 0.0], [0.02, 0.04]]
@@ -121,7 +123,7 @@ def test_a_dropped_svg_has_a_target_while_it_is_dragged(paths: Page) -> None:
     expect(target).to_be_visible()
     bring(paths, "drop", name="bow.svg", content=SVG)
     expect(target).to_be_hidden()
-    expect(fact(paths, "extent")).to_have_text("25.0 × 11.0 mm", timeout=LONG)
+    expect(fact(paths, "extent")).to_have_text("25.0 by 11.0 mm", timeout=LONG)
     take(paths)
     length, places = shape(table(paths))
     t = np.linspace(0.0, 1.0, 4001)
@@ -134,10 +136,10 @@ def test_a_dropped_svg_has_a_target_while_it_is_dragged(paths: Page) -> None:
 def test_words_that_are_pasted_are_written_in_strokes(paths: Page) -> None:
     bring(paths, "paste", content="Lab")
     expect(fact(paths, "read")).to_contain_text("3 characters", timeout=LONG)
-    expect(fact(paths, "extent")).to_have_text("22.9 × 10.1 mm")
+    expect(fact(paths, "extent")).to_have_text("22.9 by 10.1 mm")
     set_field(paths, "height of capitals, mm", "20")
     # The bowls of round letters reach a little below the line.
-    expect(fact(paths, "extent")).to_have_text("45.8 × 20.2 mm", timeout=LONG)
+    expect(fact(paths, "extent")).to_have_text("45.8 by 20.2 mm", timeout=LONG)
     take(paths)
     assert shape(table(paths))[1][:, 1].max() == pytest.approx(0.02, abs=2e-5)
 
@@ -217,3 +219,56 @@ def test_a_square_with_arcs_from_g_code_runs_under_a_and_b(paths: Page, server: 
         for axis in ("x", "y"):
             error = variants[variant]["axes"][axis]["max_abs_following_error"]
             assert 1e-9 < error < 1e-3, (variant, axis, error)
+
+
+def at(page: Page, x: float, y: float) -> None:
+    page.mouse.move(*pixels(page, x, y))
+
+
+def test_a_path_is_drawn_by_hand(paths: Page) -> None:
+    before = table(paths)
+    paths.get_by_role("radio", name="Draw", exact=True).click()
+    at(paths, 0.04, 0.0)
+    paths.mouse.down()
+    for k in range(1, 61):
+        angle = 2 * math.pi * k / 60
+        at(paths, 0.04 * math.cos(angle), 0.04 * math.sin(angle))
+    paths.mouse.up()
+    found = table(paths)
+    assert found["closed"]
+    assert 8 <= len(found["points"]) <= 60
+    assert shape(found)[0] == pytest.approx(2 * math.pi * 0.04, rel=0.02)
+    paths.keyboard.press("Control+z")
+    assert table(paths) == before
+
+
+def test_several_points_are_selected_and_changed_together(paths: Page) -> None:
+    paths.get_by_role("application").focus()
+    at(paths, -0.04, 0.01)
+    paths.keyboard.down("Shift")
+    paths.mouse.down()
+    at(paths, 0.04, -0.01)
+    paths.mouse.up()
+    strip = paths.get_by_role("toolbar", name="Selected points")
+    expect(strip).to_contain_text("2 points")
+    paths.mouse.click(*pixels(paths, 0.0, 0.03))
+    paths.keyboard.up("Shift")
+    expect(strip).to_contain_text("3 points")
+    set_field(paths, "width, mm", "100")
+    assert table(paths)["points"] == [[0.05, 0.0], [0.0, 0.03], [-0.05, 0.0], [0.0, -0.03]]
+    paths.get_by_role("application").focus()
+    paths.keyboard.press("Control+a")
+    expect(strip).to_contain_text("4 points")
+    paths.keyboard.press("ArrowRight")
+    strip.get_by_role("button", name="Rotate").click()
+    assert table(paths)["points"] == [[0.001, 0.05], [-0.029, 0.0], [0.001, -0.05], [0.031, 0.0]]
+    strip.get_by_role("button", name="Mirror x").click()
+    strip.get_by_label("Align").select_option("bottom")
+    assert [y for _, y in table(paths)["points"]] == [-0.05] * 4
+    press_until_disabled(paths, "Control+z", "Undo")
+    shows(paths, RHOMBUS)
+    paths.get_by_role("application").focus()
+    paths.keyboard.press("Control+a")
+    paths.keyboard.press("[")
+    paths.keyboard.press("Delete")
+    assert table(paths)["points"] == [[0.0, -0.03]]

@@ -80,7 +80,7 @@ function bounded(value: number): number {
 /** Returns a coordinate on the grid of `step`, m; 0 leaves it where it is, to a nanometre. */
 export function snap(value: number, step: number): number {
   const grid = step > 0 ? step : 1e-9;
-  return bounded(Math.round(value / grid) * grid);
+  return bounded(Math.round(value / grid) * grid) + 0;
 }
 
 export function moved(path: DrawnPath, index: number, [x, y]: Point): DrawnPath {
@@ -104,10 +104,29 @@ export function inserted(path: DrawnPath, index: number, [x, y]: Point): DrawnPa
 }
 
 export function removed(path: DrawnPath, index: number): DrawnPath {
-  const points = path.points.filter((_, i) => i !== index);
+  return withoutPoints(path, new Set([index]));
+}
+
+export function withoutPoints(path: DrawnPath, chosen: ReadonlySet<number>): DrawnPath {
+  const points = path.points.filter((_, i) => !chosen.has(i));
   const closed = path.closed && points.length >= 3;
   const rest = { ...path, points, closed, laps: closed ? path.laps : 1 };
-  return withCorners(rest, (at) => (at === index ? null : at < index ? at : at - 1));
+  const before = (at: number) => [...chosen].filter((each) => each < at).length;
+  return withCorners(rest, (at) => (chosen.has(at) ? null : at - before(at)));
+}
+
+/** Returns the path with some of its points elsewhere, to a nanometre. */
+export function withPlaces(
+  path: DrawnPath,
+  chosen: ReadonlySet<number>,
+  to: (point: Point) => Point,
+): DrawnPath {
+  const points = path.points.map((point, i): Point => {
+    if (!chosen.has(i)) return point;
+    const [x, y] = to(point);
+    return [snap(x, 0), snap(y, 0)];
+  });
+  return { ...path, points };
 }
 
 /** Returns the path under another geometry; straight edges have no corners of their own to name. */

@@ -21,10 +21,11 @@ import {
 } from './drawn-path';
 import { readChecked, type Checked } from './feasibility';
 import { polygon } from './geometry';
+import { chosenOf } from './selection';
 import { shape, type Shape } from './shapes';
 import { History } from './undo-history';
 
-export type Tool = 'edit' | 'add' | 'move';
+export type Tool = 'edit' | 'select' | 'add' | 'draw' | 'move';
 
 /** Longest motion that is simulated while a hand moves, and longest that is at all, s. */
 const LONGEST = { moving: 10, resting: 120 };
@@ -34,7 +35,8 @@ const POINTS = 400;
 
 export class Editor {
   table = $state.raw<Table>(keptTable(load('path', null)) ?? asTable(shape('rhombus')));
-  selected = $state<number | null>(null);
+  /** Selected points, in the order in which they were chosen. */
+  chosen = $state.raw(chosenOf());
   tool = $state<Tool>('edit');
   /** Grid that points snap to, m. */
   step = $state(load('path-step', 1e-3));
@@ -58,6 +60,16 @@ export class Editor {
   private readonly checks = new LatestWins<Table>((table) => this.check(table));
 
   readonly path = $derived(asPath(this.table));
+
+  /** The point that was chosen last, or null. */
+  get selected(): number | null {
+    return [...this.chosen].at(-1) ?? null;
+  }
+
+  /** Chooses one point and no other. */
+  set selected(index: number | null) {
+    this.chosen = chosenOf(index === null ? [] : [index]);
+  }
 
   /** The table with its saved name, as the Lab takes it. */
   readonly given = $derived.by((): GivenPath => {
@@ -169,7 +181,9 @@ export class Editor {
     this.canUndo = this.history.canUndo;
     this.canRedo = this.history.canRedo;
     const count = this.path?.points.length ?? 0;
-    if (this.selected !== null && this.selected >= count) this.selected = null;
+    if ([...this.chosen].some((index) => index >= count)) {
+      this.chosen = chosenOf([...this.chosen].filter((index) => index < count));
+    }
     // Storage is slow: what a hand moves is kept when it rests.
     if (!this.moving) save('path', table);
   }

@@ -18,7 +18,7 @@ export interface Scene {
   path: DrawnPath | null;
   /** The curve of the path; null while there is none. */
   outline: Outline | null;
-  selected: number | null;
+  chosen: ReadonlySet<number>;
   found: Checked | null;
   /** Whether `found` is of the path as it stands; else it is drawn paler. */
   fresh: boolean;
@@ -26,6 +26,10 @@ export interface Scene {
   stroke: Point;
   /** Whether the curve is drawn without its points. */
   bare?: boolean;
+  /** Two corners of the box in which points are being chosen. */
+  band?: readonly [Point, Point] | null;
+  /** What a hand is drawing. */
+  sketch?: readonly Point[] | null;
 }
 
 export class PathView {
@@ -107,6 +111,7 @@ export class PathView {
       else if (found) this.trail(found, 0, found.time.count);
       if (path && !scene.bare) this.points(path, scene);
       if (found) this.marks(found, scene);
+      this.hand(scene);
     });
   }
 
@@ -166,29 +171,29 @@ export class PathView {
     c.restore();
   }
 
-  private points(path: DrawnPath, { selected, stroke }: Scene): void {
+  private points(path: DrawnPath, { chosen, stroke }: Scene): void {
     const { c, palette: inks } = this.canvas;
     const beyond = new Set(outside(path.points, stroke));
     const side = path.points.length > MANY ? 2.5 : 4;
     const dot = this.dot(side);
     const wide = dot.width / devicePixelRatio;
     path.points.forEach((point, i) => {
-      if (i === 0 || i === selected || beyond.has(i)) return;
+      if (i === 0 || chosen.has(i) || beyond.has(i)) return;
       const [px, py] = this.at(point);
       c.drawImage(dot, px - wide / 2, py - wide / 2, wide, wide);
     });
     path.points.forEach((point, i) => {
-      if (i !== 0 && i !== selected && !beyond.has(i)) return;
+      if (i !== 0 && !chosen.has(i) && !beyond.has(i)) return;
       const [px, py] = this.at(point);
-      const chosen = i === selected;
-      const reach = chosen ? side + 2 : side;
+      const lit = chosen.has(i);
+      const reach = lit ? side + 2 : side;
       c.beginPath();
       if (i === 0) c.rect(px - reach, py - reach, 2 * reach, 2 * reach);
       else c.arc(px, py, reach, 0, 2 * Math.PI);
-      c.fillStyle = beyond.has(i) ? inks.bad : chosen ? inks.focus : inks.panel;
+      c.fillStyle = beyond.has(i) ? inks.bad : lit ? inks.focus : inks.panel;
       c.fill();
       c.lineWidth = 1.75;
-      c.strokeStyle = beyond.has(i) ? inks.bad : chosen ? inks.focus : inks.text;
+      c.strokeStyle = beyond.has(i) ? inks.bad : lit ? inks.focus : inks.text;
       c.stroke();
       if (!beyond.has(i)) return;
       this.canvas.lines([
@@ -196,6 +201,21 @@ export class PathView {
         [px - 9, py + 9, px + 9, py - 9],
       ]);
     });
+  }
+
+  /** What the hand is doing: a box around points, a stroke. */
+  private hand({ band, sketch }: Scene): void {
+    const { c } = this.canvas;
+    if (band) {
+      const [[ax, ay], [bx, by]] = [this.at(band[0]), this.at(band[1])];
+      this.canvas.pen('focus', 1, 'dash');
+      c.strokeRect(ax, ay, bx - ax, by - ay);
+    }
+    if (!sketch) return;
+    this.canvas.pen('focus', 2);
+    c.beginPath();
+    this.canvas.trace(sketch.length, (i) => this.at(sketch[i] as Point));
+    c.stroke();
   }
 
   /** Returns a point that is like others as a picture: to outline hundreds anew takes milliseconds. */

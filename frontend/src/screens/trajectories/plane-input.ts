@@ -1,13 +1,26 @@
 /** From pointer and keys on the plane to changes of the path. */
 
-import { inserted, moved, removed, shifted, snap, type DrawnPath, type Point } from './drawn-path';
+import {
+  inserted,
+  moved,
+  newPath,
+  shifted,
+  snap,
+  withoutPoints,
+  type DrawnPath,
+  type Point,
+} from './drawn-path';
 import type { Editor } from './editor.svelte';
-import { clickable, edgeAt, pointAt } from './geometry';
+import { drawn } from './freehand';
+import { clickable, distance, edgeAt, pointAt } from './geometry';
 import type { PathView } from './path-view';
+import { movedBy, within } from './selection';
 
 /** How near the pointer has to come, CSS pixels. */
 const REACH = { mouse: 9, touch: 22 };
 const EDGE_REACH = 6;
+/** Of a stroke: distance of its places, of those left out from its chords, of its end from its start. */
+const STROKE = { apart: 2, tolerance: 1.5, closing: 14 };
 const ZOOM_STEP = 1.0015;
 const NUDGE = { plain: 1e-3, shift: 1e-4 };
 const ARROWS: Record<string, Point> = {
@@ -20,6 +33,9 @@ const ARROWS: Record<string, Point> = {
 type Grip =
   | { what: 'point'; index: number; offset: Point }
   | { what: 'all'; from: Point; path: DrawnPath }
+  | { what: 'chosen'; from: Point; path: DrawnPath }
+  | { what: 'band'; from: Point; before: ReadonlySet<number> }
+  | { what: 'draw' }
   | { what: 'view'; from: Point };
 
 export class Hand {
@@ -27,6 +43,10 @@ export class Hand {
   last: PathView | null = null;
   /** Whether the view has moved since it was drawn. */
   moved = false;
+  /** Two corners of the box in which points are being chosen. */
+  band: readonly [Point, Point] | null = null;
+  /** What is being drawn. */
+  sketch: Point[] | null = null;
   private grip: Grip | null = null;
   private gestures = 0;
 
@@ -45,20 +65,28 @@ export class Hand {
     editor.rest();
     const at = view.place(pixels(event));
     const { path } = editor;
+    if (editor.tool === 'draw') {
+      [this.grip, this.sketch] = [{ what: 'draw' }, [at]];
+      return;
+    }
     if (!path) {
       this.grip = { what: 'view', from: at };
       return;
     }
-    if (editor.tool === 'move' || event.shiftKey) {
+    if (editor.tool === 'move') {
       this.grip = { what: 'all', from: at, path };
       return;
     }
     const reach = (event.pointerType === 'touch' ? REACH.touch : REACH.mouse) / view.scale;
     const index = pointAt(path.points, at, reach);
     if (index !== null) {
-      const [x, y] = path.points[index] as Point;
-      editor.selected = index;
-      this.grip = { what: 'point', index, offset: [x - at[0], y - at[1]] };
+      this.take(path, index, at, event.shiftKey);
+      return;
+    }
+    if (editor.tool === 'select' || event.shiftKey) {
+      const before = event.shiftKey ? editor.chosen : new Set<number>();
+      editor.chosen = before;
+      this.grip = { what: 'band', from: at, before };
       return;
     }
     const edge = edgeAt(clickable(path, editor.outline), at, EDGE_REACH / view.scale);
@@ -69,6 +97,22 @@ export class Hand {
     } else {
       editor.selected = null;
       this.grip = { what: 'view', from: at };
+    }
+  }
+
+  /** Takes hold of a point, and of the others that are chosen with it. */
+  private take(path: DrawnPath, index: number, at: Point, more: boolean): void {
+    const { editor } = this;
+    const { chosen } = editor;
+    if (more) {
+      const others = [...chosen].filter((each) => each !== index);
+      editor.chosen = new Set(chosen.has(index) ? others : [...others, index]);
+    } else if (chosen.size > 1 && chosen.has(index)) {
+      this.grip = { what: 'chosen', from: at, path };
+    } else {
+      const [x, y] = path.points[index] as Point;
+      editor.selected = index;
+      this.grip = { what: 'point', index, offset: [x - at[0], y - at[1]] };
     }
   }
 
@@ -83,10 +127,24 @@ export class Hand {
         this.moved = true;
         return;
       case 'all': {
-        const way = ([0, 1] as const).map((axis) =>
-          snap(at[axis] - grip.from[axis], editor.step),
-        ) as [number, number];
-        editor.edit(shifted(grip.path, way), this.gesture);
+        editor.edit(shifted(grip.path, this.way(grip.from, at)), this.gesture);
+        return;
+      }
+      case 'chosen':
+        editor.edit(movedBy(grip.path, editor.chosen, this.way(grip.from, at)), this.gesture);
+        return;
+      case 'band': {
+        this.band = [grip.from, at];
+        const found = editor.path ? within(editor.path, grip.from, at) : [];
+        editor.chosen = new Set([...grip.before, ...found]);
+        this.moved = true;
+        return;
+      }
+      case 'draw': {
+        const last = this.sketch?.at(-1);
+        if (!last || distance(last, at) * view.scale < STROKE.apart) return;
+        this.sketch?.push(at);
+        this.moved = true;
         return;
       }
       case 'point': {
@@ -103,14 +161,33 @@ export class Hand {
 
   up(event: PointerEvent): void {
     (event.currentTarget as HTMLElement).releasePointerCapture(event.pointerId);
-    this.grip = null;
+    if (event.type !== 'pointercancel') this.finish();
+    [this.grip, this.band, this.sketch] = [null, null, null];
+    this.moved = true;
     this.editor.rest();
+  }
+
+  /** Makes a path of what was drawn; its timing stays. */
+  private finish(): void {
+    const { editor, sketch } = this;
+    const view = this.view();
+    if (!view || !sketch) return;
+    const { points, closed } = drawn(
+      sketch,
+      STROKE.tolerance / view.scale,
+      STROKE.closing / view.scale,
+    );
+    if (points.length < 2) return;
+    const timed = editor.path ?? newPath([], false);
+    const laps = closed ? timed.laps : 1;
+    editor.edit({ ...timed, points, closed, laps, geometry: 'spline', corners: [] });
+    editor.selected = null;
   }
 
   double(event: MouseEvent): void {
     const { editor } = this;
     const view = this.view();
-    if (!view || !editor.path || editor.tool === 'add') return;
+    if (!view || !editor.path || editor.tool !== 'edit') return;
     const at = view.place([event.offsetX, event.offsetY]);
     if (pointAt(editor.path.points, at, REACH.mouse / view.scale) !== null) return;
     this.append(editor.path, at);
@@ -133,29 +210,47 @@ export class Hand {
 
   key(event: KeyboardEvent): void {
     const { editor } = this;
-    const { path, selected } = editor;
-    if (!path || event.ctrlKey || event.metaKey || event.altKey) return;
+    const { path, selected, chosen } = editor;
+    if (!path || event.altKey) return;
+    if (event.ctrlKey || event.metaKey) {
+      if (event.key.toLowerCase() !== 'a') return;
+      event.preventDefault();
+      editor.chosen = new Set(path.points.keys());
+      return;
+    }
     const way = ARROWS[event.key];
     if (way) {
       event.preventDefault();
       const step = event.shiftKey ? NUDGE.shift : NUDGE.plain;
       const by: Point = [way[0] * step, way[1] * step];
-      const point = selected === null ? undefined : path.points[selected];
-      if (selected === null || !point) editor.edit(shifted(path, by), 'nudge all');
-      else {
-        const to: Point = [point[0] + by[0], point[1] + by[1]];
-        editor.edit(moved(path, selected, to), `nudge ${selected}`);
-      }
+      if (chosen.size === 0) editor.edit(shifted(path, by), 'nudge all');
+      else editor.edit(movedBy(path, chosen, by), `nudge ${[...chosen].join()}`);
+    } else if (event.key === ']' || event.key === '[') {
+      this.more(event, path);
     } else if (event.key === 'Tab') {
       this.tab(event, path, selected);
     } else if ((event.key === 'Delete' || event.key === 'Backspace') && selected !== null) {
       event.preventDefault();
-      editor.edit(removed(path, selected));
-      editor.selected = path.points.length > 1 ? Math.max(0, selected - 1) : null;
+      editor.edit(withoutPoints(path, chosen));
+      const left = path.points.length - chosen.size;
+      const before = Math.max(0, Math.min(left - 1, selected - 1));
+      editor.selected = left > 0 && chosen.size === 1 ? before : null;
     } else if (event.key === 'Insert' && selected !== null) {
       event.preventDefault();
       insertAfter(editor, selected);
     }
+  }
+
+  /** Selects the point after the last one too, or the last one no longer. */
+  private more(event: KeyboardEvent, path: DrawnPath): void {
+    const { editor } = this;
+    event.preventDefault();
+    const all = [...editor.chosen];
+    const count = path.points.length;
+    const next = ((all.at(-1) ?? -1) + 1) % Math.max(1, count);
+    if (event.key === '[') all.pop();
+    else if (count > 0) all.push(next);
+    editor.chosen = new Set(all);
   }
 
   /** Goes from point to point; past the last one the focus leaves the plane. */
@@ -188,6 +283,11 @@ export class Hand {
     editor.edit(inserted(path, index, to), this.gesture);
     editor.selected = index;
     this.grip = { what: 'point', index, offset: [to[0] - at[0], to[1] - at[1]] };
+  }
+
+  /** Returns how far the hand has come, on the grid. */
+  private way(from: Point, to: Point): Point {
+    return [snap(to[0] - from[0], this.editor.step), snap(to[1] - from[1], this.editor.step)];
   }
 
   private snapped([x, y]: Point): Point {

@@ -66,7 +66,7 @@ it('what was read is told with size, place and feed', () => {
   } as unknown as Parameters<typeof factsOf>[0];
   const facts = new Map(factsOf(found, checked).map(({ name, value }) => [name, value]));
   expect(facts.get('timing')).toBe('feed 10.0 mm/s');
-  expect(facts.get('extent')).toBe('25.0 × 20.0 mm');
+  expect(facts.get('extent')).toBe('25.0 by 20.0 mm');
   expect(facts.get('place')).toBe('x −10.0 to 15.0, y −10.0 to 10.0 mm');
   expect(facts.get('distance')).toBe('below 1 nm');
   expect(facts.get('read')).toBe('6 lines of G-code, 5 segments, 1 connecting move');

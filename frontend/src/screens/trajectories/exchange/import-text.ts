@@ -131,7 +131,7 @@ function ends(checked: Checked, axis: 'x' | 'y'): Ends {
 
 function extentText(checked: Checked): string {
   const [x, y] = [ends(checked, 'x'), ends(checked, 'y')].map(([low, high]) => mm(high - low));
-  return `${x} × ${y} mm`;
+  return `${x} by ${y} mm`;
 }
 
 function placeText(checked: Checked): string {
