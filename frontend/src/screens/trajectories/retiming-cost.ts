@@ -1,0 +1,93 @@
+/** What a retiming costs: the motion as it is beside the one that is proposed. */
+
+import type { DrawnPath, Law } from './drawn-path';
+import type { Checked } from './feasibility';
+import { withUnit } from './violation-text';
+
+/** Numbers that time a path and nothing else. */
+export type Timing = Pick<DrawnPath, 'law' | 'v_max' | 'a_max' | 'j_max' | 'lap_time'>;
+
+export function timingOf({ law, v_max, a_max, j_max, lap_time }: DrawnPath): Timing {
+  return { law, v_max, a_max, j_max, lap_time };
+}
+
+export const LAW_NAMES: Readonly<Record<Law, string>> = {
+  minimum_jerk: 'minimum jerk',
+  trapezoid: 'trapezoid',
+  jerk_limited: 'jerk-limited',
+  time_optimal: 'time-optimal',
+  constant_speed: 'constant speed',
+};
+
+export interface Cost {
+  name: string;
+  title: string;
+  now: string;
+  then: string;
+  /** Then over now less 1; null where now is 0 or unknown. */
+  change: number | null;
+}
+
+interface Measure {
+  name: string;
+  title: string;
+  unit: string;
+  of: (found: Checked) => number;
+}
+
+const MEASURES: readonly Measure[] = [
+  { name: 'lap time', title: 'Once along the path', unit: 's', of: (found) => found.examined },
+  { name: 'speed', title: 'Peak along the path', unit: 'm/s', of: (found) => most(found, 'speed') },
+  {
+    name: 'acceleration',
+    title: 'Peak of either axis',
+    unit: 'm/s^2',
+    of: (found) => either(found, 'acceleration'),
+  },
+  {
+    name: 'jerk',
+    title: 'Peak of either axis',
+    unit: 'm/s^3',
+    of: (found) => either(found, 'jerk'),
+  },
+  {
+    name: 'thrust used',
+    title: 'Largest share of what the motor has at that place',
+    unit: '%',
+    of: (found) =>
+      100 *
+      Math.max(
+        ...found.peaks.map(({ quantity, share }) => {
+          return quantity === 'thrust' ? (share ?? 0) : 0;
+        }),
+      ),
+  },
+];
+
+/** Returns lap time and peaks of both motions; dashes for one that is not known. */
+export function costs(now: Checked | null, then: Checked | null): Cost[] {
+  return MEASURES.map(({ name, title, unit, of }) => {
+    const [before, after] = [now && of(now), then && of(then)];
+    const change = before && after !== null && before > 0 ? after / before - 1 : null;
+    return { name, title, now: text(before, unit), then: text(after, unit), change };
+  });
+}
+
+function text(value: number | null, unit: string): string {
+  if (value === null) return '–';
+  if (unit === '%') return `${value.toFixed(value < 10 ? 1 : 0)} %`;
+  return withUnit(value, unit);
+}
+
+function either(found: Checked, quantity: string): number {
+  return Math.max(most(found, `x.${quantity}`), most(found, `y.${quantity}`));
+}
+
+/** Largest magnitude of a profile. */
+function most({ columns }: Checked, name: string): number {
+  const { minimum, maximum } = columns.get(name) ?? { minimum: [], maximum: [] };
+  let largest = 0;
+  for (const value of minimum) largest = Math.max(largest, -value);
+  for (const value of maximum) largest = Math.max(largest, value);
+  return largest;
+}
