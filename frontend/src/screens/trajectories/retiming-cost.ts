@@ -1,8 +1,8 @@
 /** What a retiming costs: the motion as it is beside the one that is proposed. */
 
-import type { DrawnPath, Law } from './drawn-path';
+import type { DrawnPath } from './drawn-path';
 import type { Checked } from './feasibility';
-import { withUnit } from './violation-text';
+import { among, prettyUnit, scaleFor } from '../../ui/units';
 
 /** Numbers that time a path and nothing else. */
 export type Timing = Pick<DrawnPath, 'law' | 'v_max' | 'a_max' | 'j_max' | 'lap_time'>;
@@ -11,17 +11,10 @@ export function timingOf({ law, v_max, a_max, j_max, lap_time }: DrawnPath): Tim
   return { law, v_max, a_max, j_max, lap_time };
 }
 
-export const LAW_NAMES: Readonly<Record<Law, string>> = {
-  minimum_jerk: 'minimum jerk',
-  trapezoid: 'trapezoid',
-  jerk_limited: 'jerk-limited',
-  time_optimal: 'time-optimal',
-  constant_speed: 'constant speed',
-};
-
 export interface Cost {
   name: string;
   title: string;
+  unit: string;
   now: string;
   then: string;
   /** Then over now less 1; null where now is 0 or unknown. */
@@ -39,8 +32,8 @@ const MEASURES: readonly Measure[] = [
   { name: 'lap time', title: 'Once along the path', unit: 's', of: (found) => found.examined },
   { name: 'speed', title: 'Peak along the path', unit: 'm/s', of: (found) => most(found, 'speed') },
   {
-    name: 'acceleration',
-    title: 'Peak of either axis',
+    name: 'accel.',
+    title: 'Peak acceleration of either axis',
     unit: 'm/s^2',
     of: (found) => either(found, 'acceleration'),
   },
@@ -51,7 +44,7 @@ const MEASURES: readonly Measure[] = [
     of: (found) => either(found, 'jerk'),
   },
   {
-    name: 'thrust used',
+    name: 'thrust',
     title: 'Largest share of what the motor has at that place',
     unit: '%',
     of: (found) =>
@@ -69,14 +62,12 @@ export function costs(now: Checked | null, then: Checked | null): Cost[] {
   return MEASURES.map(({ name, title, unit, of }) => {
     const [before, after] = [now && of(now), then && of(then)];
     const change = before && after !== null && before > 0 ? after / before - 1 : null;
-    return { name, title, now: text(before, unit), then: text(after, unit), change };
+    const largest = Math.max(before ?? 0, after ?? 0);
+    // Accelerations in m/s² and their shares as they are, as on the whole screen.
+    const scale = unit === 'm/s' ? scaleFor(largest, unit) : { factor: 1, unit: prettyUnit(unit) };
+    const text = (value: number | null) => (value === null ? '–' : among(value, scale));
+    return { name, title, unit: scale.unit, now: text(before), then: text(after), change };
   });
-}
-
-function text(value: number | null, unit: string): string {
-  if (value === null) return '–';
-  if (unit === '%') return `${value.toFixed(value < 10 ? 1 : 0)} %`;
-  return withUnit(value, unit);
 }
 
 function either(found: Checked, quantity: string): number {
