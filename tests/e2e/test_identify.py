@@ -105,7 +105,7 @@ def test_before_the_first_run_the_screen_says_what_to_do(screen: Page) -> None:
     expect(region(screen, "Experiment")).to_contain_text("64 motions there and back")
     expect(region(screen, "Experiment")).to_contain_text("29 min")
     expect(region(screen, "Measured")).to_contain_text("planned")
-    for name in ("Compare", "Apply"):
+    for name in ("Compare", "Stage"):
         expect(region(screen, name).get_by_role("button")).to_have_count(0)
 
 
@@ -156,20 +156,20 @@ def test_from_a_run_to_the_model_of_the_lab(screen: Page, server: Server) -> Non
     assert cell(screen, "F_c", 0) == believed["y"]
 
     compare = region(screen, "Compare")
-    compare.get_by_role("button", name="Compare A (old) with B (new)").click()
+    compare.get_by_role("button", name="Compare old with new").click()
     row = compare.locator("tr", has_text="max |e").first
     smaller = re.compile(rf"^{MINUS}[1-9]\d\.\d %$")
     expect(row.locator("td").nth(2)).to_have_text(smaller, timeout=LONG)
 
-    apply = region(screen, "Apply")
-    apply.get_by_role("button", name="Apply 12 values").click()
+    apply = region(screen, "Stage")
+    apply.get_by_role("button", name="Stage in Lab").click()
     expect(apply.get_by_role("status")).to_contain_text("model of B is the identified one")
     apply.get_by_role("link", name="Open the Lab").click()
     changes = region(screen, "Changes")
     expect(changes).to_contain_text("B Coulomb F_c".replace("_", ""), timeout=LONG)
     screen.go_back()
-    region(screen, "Apply").get_by_role("button", name="Undo").click()
-    expect(region(screen, "Apply").get_by_role("status")).to_contain_text("stay as they are")
+    region(screen, "Stage").get_by_role("button", name="Undo").click()
+    expect(region(screen, "Stage").get_by_role("status")).to_contain_text("stay as they are")
     screen.go_forward()
     expect(changes).not_to_contain_text("Coulomb", timeout=LONG)
 
@@ -182,12 +182,11 @@ def test_what_is_found_goes_to_a_running_session_and_back(screen: Page, server: 
     before = believed()
     set_short(screen)
     run(screen)
-    apply = region(screen, "Apply")
+    apply = region(screen, "Stage")
     apply.get_by_role("checkbox", name="A").check()
-    apply.get_by_role("radio", name="live").click()
-    apply.get_by_role("button", name="Apply 12 values").click()
+    apply.get_by_role("button", name="Send to motor").click()
     expect(apply.get_by_role("status")).to_contain_text("model of A and B", timeout=LONG)
-    expect(apply.get_by_role("status")).to_contain_text("in the running session")
+    expect(apply.get_by_role("status")).to_contain_text("in the motor")
 
     def smaller() -> bool:
         return all(new < old for new, old in zip(believed(), before, strict=True))
@@ -271,8 +270,8 @@ def test_from_an_imported_measurement_to_the_model(
     found = lines.filter(has_text="N/mm").locator("td").nth(1).inner_text()
     assert abs(float(found) / 1e-3 / FRICTION["sigma_0"] - 1.0) < 0.02
     expect(region(screen, "Residuals")).to_contain_text("95 % band")
-    apply = region(screen, "Apply")
-    apply.get_by_role("button", name="Apply 6 values").click()
+    apply = region(screen, "Stage")
+    apply.get_by_role("button", name="Stage in Lab").click()
     expect(apply.get_by_role("status")).to_contain_text("model of B is the identified one")
     assert serious(screen) == []
     # another column, of another unit's name: refused before anything is read
@@ -339,15 +338,15 @@ def test_everything_by_keyboard_alone(screen: Page) -> None:
     tab_to(screen, "Table of Residuals")
     keyboard.press("Enter")
     expect(region(screen, "Residuals").get_by_role("table")).to_be_visible()
-    tab_to(screen, "Compare A (old) with B (new)")
+    tab_to(screen, "Compare old with new")
     keyboard.press("Enter")
     expect(region(screen, "Compare")).to_contain_text("max |e", timeout=LONG)
-    tab_to(screen, "Apply 12 values")
+    tab_to(screen, "Stage in Lab")
     keyboard.press("Enter")
-    expect(region(screen, "Apply").get_by_role("status")).to_contain_text("model of B")
+    expect(region(screen, "Stage").get_by_role("status")).to_contain_text("model of B")
     keyboard.press("Tab")
     keyboard.press("Enter")
-    expect(region(screen, "Apply").get_by_role("status")).to_contain_text("stay as they are")
+    expect(region(screen, "Stage").get_by_role("status")).to_contain_text("stay as they are")
 
 
 def test_axe_finds_nothing_serious(screen: Page) -> None:

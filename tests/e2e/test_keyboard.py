@@ -78,7 +78,7 @@ def test_what_if_undo_and_apply_by_keyboard_alone(page: Page, server: Server) ->
     keyboard.press("ArrowRight")
     expect(changes).to_contain_text("1.545", timeout=LONG)
     keyboard.press("a")
-    expect(changes.get_by_role("button", name="Apply to session")).to_be_disabled(timeout=LONG)
+    expect(changes.get_by_role("button", name="Send to motor")).to_be_disabled(timeout=LONG)
     keyboard.press("l")
     expect(changes).to_contain_text("1.545")
 

@@ -64,7 +64,7 @@ def test_what_if_answers_before_anything_is_applied(page: Page, server: Server) 
     set_field(page, "B k_p x, N/mm", "400")
     expect(metrics).to_contain_text(after, timeout=LONG)
     expect(metrics).not_to_contain_text(before, timeout=LONG)
-    button(page, "Apply 1 to session")
+    button(page, "Send 1 to motor")
     expect(region(page, "Changes")).to_contain_text("400", timeout=LONG)
 
 
@@ -82,8 +82,8 @@ def test_a_notch_is_added_tuned_applied_and_removed(page: Page, server: Server) 
     set_field(page, "B notch gain x", "0.5")
     expect(metrics).to_contain_text("exact", timeout=LONG)
     expect(metrics).not_to_contain_text(without)
-    button(page, "Apply 3 to session")  # Two gains and a frequency.
-    expect(page.get_by_role("button", name="Apply to session")).to_be_disabled(timeout=LONG)
+    button(page, "Send 3 to motor")  # Two gains and a frequency.
+    expect(page.get_by_role("button", name="Send to motor")).to_be_disabled(timeout=LONG)
     page.keyboard.press("l")
     expect(changes).to_contain_text("150")
     notch.uncheck()

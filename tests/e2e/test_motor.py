@@ -154,7 +154,7 @@ def test_the_field_is_drawn_where_one_looks(motor: Page) -> None:
 def test_a_stored_map_goes_into_the_what_if(motor: Page) -> None:
     tab(motor, "Force maps")
     motor.get_by_role("button", name=re.compile("^new-design")).click()
-    use = motor.get_by_role("group", name="Use in the Lab's what-if")
+    use = motor.get_by_role("group", name="Stage in the Lab")
     use.get_by_role("button", name="plant").click()
     expect(use.get_by_role("button", name="plant ✓")).to_be_disabled()
     use.page.get_by_role("link", name="Lab").last.click()

@@ -82,7 +82,7 @@ def test_a_rhombus_is_drawn_by_hand_and_run(paths: Page) -> None:
     results = region(paths, "Errors of A and B")
     expect(results).to_contain_text("exact", timeout=LONG)
     expect(results.locator("thead")).to_contain_text("µm")
-    results.get_by_role("button", name="Give to session").click()
+    results.get_by_role("button", name="Send to motor").click()
     expect(region(paths, "Trajectory")).to_contain_text("path", timeout=LONG)
     paths.get_by_role("button", name="Play", exact=True).click()
     expect(paths.locator(".bar").get_by_role("status")).to_have_text("playing", timeout=LONG)
@@ -97,11 +97,11 @@ def test_a_point_out_of_the_stroke_is_refused_with_place_and_reason(paths: Page)
     expect(worst).to_contain_text("x 95.00, y 10.00 mm")
     expect(worst).to_contain_text("95.0 mm, allowed ±85.0 mm")
     expect(limits(paths)).to_contain_text("no slower motion profile helps")
-    for name in ("Slow down until feasible", "Use in what-if", "Give to session"):
+    for name in ("Slow down until feasible", "Stage in Lab", "Send to motor"):
         expect(paths.get_by_role("button", name=name)).to_be_disabled()
     paths.get_by_role("button", name="Last feasible").click()
     expect(limits(paths).get_by_role("status")).to_have_text("feasible", timeout=LONG)
-    expect(paths.get_by_role("button", name="Give to session")).to_be_enabled()
+    expect(paths.get_by_role("button", name="Send to motor")).to_be_enabled()
 
 
 def test_too_fast_a_path_is_slowed_down_until_feasible(paths: Page) -> None:
@@ -200,7 +200,7 @@ def test_a_shipped_figure_is_made_editable(paths: Page) -> None:
 
 
 def test_the_path_goes_to_the_lab_as_a_what_if(paths: Page) -> None:
-    paths.get_by_role("button", name="Use in what-if").click()
+    paths.get_by_role("button", name="Stage in Lab").click()
     expect(region(paths, "Changes")).to_contain_text("trajectory", timeout=LONG)
     expect(region(paths, "Trajectory")).to_contain_text("path")
     paths.go_back()

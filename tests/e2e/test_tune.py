@@ -58,12 +58,12 @@ def test_search_reload_compare_apply_and_undo(tune: Page) -> None:
         re.compile(re.escape(chosen.split("\t", maxsplit=1)[0].strip())), timeout=LONG
     )
 
-    apply = region(page, "Compare and apply")
+    apply = region(page, "Compare and stage")
     button(page, "Compare")
     row = apply.locator("tbody tr", has_text="RMS").first
     expect(row.locator("td").last).to_contain_text("\u2212", timeout=LONG)
-    apply.get_by_role("button", name=re.compile(r"^Apply x (\d|paper).* to B$")).click()
-    expect(apply).to_contain_text("has these gains, as a what-if change")
+    apply.get_by_role("button", name="Stage in Lab").click()
+    expect(apply).to_contain_text("has these gains, staged")
     apply.get_by_role("link", name="Open the Lab").click()
     changes = region(page, "Changes")
     expect(changes).to_contain_text(re.compile("B.*x"), timeout=LONG)
@@ -106,7 +106,7 @@ def test_gains_are_picked_off_the_map_and_refused_where_unstable(tune: Page) -> 
     # the middle of the map is stable, its lower right corner far beyond the edge
     page.mouse.click(box["x"] + 0.45 * box["width"], box["y"] + 0.5 * box["height"])
     expect(line(page, "picked")).to_have_class(re.compile("chosen"))
-    warnings = region(page, "Compare and apply").get_by_role("alert")
+    warnings = region(page, "Compare and stage").get_by_role("alert")
     expect(region(page, "Loop figures")).to_contain_text("yes", timeout=LONG)
     expect(warnings).to_have_count(0)
     page.mouse.click(box["x"] + 0.8 * box["width"], box["y"] + 0.8 * box["height"])

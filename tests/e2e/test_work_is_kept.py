@@ -34,17 +34,17 @@ def test_another_scenario_says_what_it_leaves_and_undo_brings_it_back(page: Page
     page.keyboard.press("l")
     set_field(page, "B k_p x, N/mm", "619")
     expect(changes).to_contain_text("619", timeout=LONG)
-    page.get_by_role("radio", name="What-if").click()
+    page.get_by_role("radio", name="Staged").click()
     set_field(page, "B k_d x, N s/mm", "2.9")
     _choose(page, "rhombus")
     expect(_message(page)).to_contain_text(
-        "circle was left with 2 changes, 1 of them what-if: B kp x, B kd x.", timeout=LONG
+        "circle was left with 2 changes, 1 of them staged: B kp x, B kd x.", timeout=LONG
     )
     expect(changes).to_contain_text("None yet")
     changes.get_by_role("button", name="Undo").click()
     expect(changes).to_contain_text("619", timeout=LONG)
     expect(changes).to_contain_text("2.9")
-    expect(changes.get_by_role("button", name="Apply 1 to session")).to_be_enabled()
+    expect(changes.get_by_role("button", name="Send 1 to motor")).to_be_enabled()
     expect(region(page, "Trajectory")).to_contain_text("circle")
 
 
@@ -62,7 +62,7 @@ def test_what_if_changes_stay_with_their_session(page: Page, server: Server) -> 
     first = page.url
     other = page.request.post(f"{server.url}{API}/sessions", data={}).json()["id"]
     page.goto(f"{server.url}/?session={other}")
-    expect(_message(page)).to_contain_text("One what-if change waits", timeout=LONG)
+    expect(_message(page)).to_contain_text("One staged change waits", timeout=LONG)
     expect(region(page, "Changes")).to_contain_text("None yet")
     set_field(page, "A k_p x, N/mm", "250")
     button(page, "Go back")
@@ -92,11 +92,11 @@ def test_a_path_is_given_by_its_name_and_plays_again_when_it_has_finished(page: 
     page.keyboard.press("l")
     set_field(page, "B k_p x, N/mm", "619")
     expect(region(page, "Changes")).to_contain_text("619", timeout=LONG)
-    page.get_by_role("radio", name="What-if").click()
+    page.get_by_role("radio", name="Staged").click()
     set_field(page, "B k_d x, N s/mm", "2.9")
     page.get_by_role("link", name="Trajectories").click()
     page.get_by_label("start from").select_option("line")  # It has an end.
-    give = page.get_by_role("button", name="Give to session")
+    give = page.get_by_role("button", name="Send to motor")
     expect(give).to_be_enabled(timeout=LONG)
     page.get_by_role("textbox", name="Name of the path").fill("my-path")
     button(page, "Save")
@@ -106,7 +106,7 @@ def test_a_path_is_given_by_its_name_and_plays_again_when_it_has_finished(page: 
     scenario, changes = region(page, "Scenario"), region(page, "Changes")
     expect(scenario).to_contain_text("my-path in place of its own path")
     expect(changes).to_contain_text("619")
-    expect(changes.get_by_role("button", name="Apply 1 to session")).to_be_enabled()
+    expect(changes.get_by_role("button", name="Send 1 to motor")).to_be_enabled()
     page.reload()
     expect(scenario).to_contain_text("my-path in place of its own path", timeout=LONG)
     scenario.get_by_role("slider", name="speed").press("End")
@@ -141,7 +141,7 @@ def test_messages_float_and_go_and_errors_stay(
         page.get_by_label("Scenario file").set_input_files(tmp_path / name)
         expect(_message(page)).to_contain_text(name, timeout=LONG)
     set_field(page, "seed", "7")
-    button(page, "Apply 1 to session")
+    button(page, "Send 1 to motor")
     expect(_message(page)).to_contain_text("went back to 0 s", timeout=LONG)
     expect(_message(page)).to_have_count(1)
     assert page.locator("main").bounding_box() == box
@@ -187,7 +187,7 @@ def test_two_scenarios_on_the_notice_still_brings_the_changes_back(page: Page) -
     expect(undo).to_have_attribute("title", "Go back to the session before, circle, at 0 s (u)")
     _message(page).get_by_role("button", name="Undo").click()
     expect(page.get_by_role("textbox", name="B k_p x, N/mm")).to_have_value("619", timeout=LONG)
-    expect(changes.get_by_role("button", name="Apply 1 to session")).to_be_enabled()
+    expect(changes.get_by_role("button", name="Send 1 to motor")).to_be_enabled()
 
 
 def test_undo_of_apply_makes_what_if_changes_of_it_again(page: Page) -> None:
@@ -198,9 +198,11 @@ def test_undo_of_apply_makes_what_if_changes_of_it_again(page: Page) -> None:
     state(page, "playing")
     button(page, "Pause")
     undo = changes.get_by_role("button", name="Undo")
-    expect(undo).to_have_attribute("title", "Take back Apply: B kp x, B kd x (u)", timeout=LONG)
+    expect(undo).to_have_attribute(
+        "title", "Take back what was sent to the motor: B kp x, B kd x (u)", timeout=LONG
+    )
     undo.click()
-    expect(changes.get_by_role("button", name="Apply 2 to session")).to_be_enabled(timeout=LONG)
+    expect(changes.get_by_role("button", name="Send 2 to motor")).to_be_enabled(timeout=LONG)
 
 
 def test_what_the_schedule_switches_is_no_change_of_ones_own(page: Page, server: Server) -> None:
@@ -228,7 +230,7 @@ def test_a_copied_link_opens_the_same_lab_elsewhere(
     """With what the session has, what-if changes, readings and zoom; its session may be gone."""
     page.context.grant_permissions(["clipboard-read", "clipboard-write"])
     set_field(page, "B k_p x, N/mm", "312")
-    button(page, "Apply 1 to session")
+    button(page, "Send 1 to motor")
     expect(region(page, "Changes")).to_contain_text("Undo")
     set_field(page, "A k_p x, N/mm", "250")
     wanted, _ = simulated(page, server)

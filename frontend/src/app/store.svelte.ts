@@ -281,7 +281,7 @@ export class Store {
     const count = Object.keys(waiting?.draft ?? {}).length;
     if (!waiting || last === this.session.id || count === 0) return;
     const back = { name: 'Go back', run: () => location.assign(`?session=${last}`) };
-    const changes = count === 1 ? 'One what-if change waits' : `${count} what-if changes wait`;
+    const changes = count === 1 ? 'One staged change waits' : `${count} staged changes wait`;
     messages.info(`${changes} in the session before, ${waiting.scenario.name}.`, [back]);
   }
 

@@ -50,7 +50,7 @@ export class Undo {
     const { mode, draft, whatIfChanges } = this.store;
     if (this.undoesDraft) {
       const paths = changedPaths(whatIfChanges.history.at(-1) ?? {}, draft);
-      return `Take back the what-if change of ${listed(paths)}`;
+      return `Take back the staged change of ${listed(paths)}`;
     }
     if (this.goesBack) {
       return `Go back to the session before, ${this.replaced.at(-1)?.scenario.name}, at 0 s`;
@@ -58,7 +58,9 @@ export class Undo {
     if (mode === 'whatif' && !this.undoesApply) return '';
     if (!this.lastChange) return '';
     const what = listed(Object.keys(this.lastChange.set));
-    return this.undoesApply ? `Take back Apply: ${what}` : `Take back the change of ${what}`;
+    return this.undoesApply
+      ? `Take back what was sent to the motor: ${what}`
+      : `Take back the change of ${what}`;
   });
 
   readonly possible = $derived(this.text !== '');

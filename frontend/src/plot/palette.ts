@@ -6,6 +6,7 @@ const INKS = [
   'difference',
   'baseline',
   'candidate',
+  'staged',
   'reference',
   'phase-a',
   'phase-b',

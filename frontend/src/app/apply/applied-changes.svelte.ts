@@ -17,9 +17,7 @@ export class AppliedChanges {
   });
 
   /** How they were applied, to go into a sentence. */
-  readonly how = $derived(
-    this.last?.mode === 'live' ? 'in the running session' : 'as a what-if change',
-  );
+  readonly how = $derived(this.last?.mode === 'live' ? 'in the motor' : 'staged');
 
   apply(changes: Changes, mode: Mode): void {
     if (!app.scenario) return;

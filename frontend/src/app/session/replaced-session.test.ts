@@ -24,7 +24,7 @@ it('names what was changed since the scenario was loaded, and what waits in what
   const all = left({ [`${B}.k_d`]: 2900, [`${B}.k_p`]: 700e3 });
   expect(lostPaths(all)).toEqual(['plant.x.mass', `${B}.k_p`, `${B}.k_d`]);
   expect(replacedText(all)).toBe(
-    'circle was left with 3 changes, 2 of them what-if: plant x mass, B kp x, B kd x.',
+    'circle was left with 3 changes, 2 of them staged: plant x mass, B kp x, B kd x.',
   );
   expect(replacedText(left())).toBe('circle was left with 2 changes: plant x mass, B kp x.');
   const untouched = { ...left(), scenario: scenario('circle', {}) };

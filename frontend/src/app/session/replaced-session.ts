@@ -51,6 +51,6 @@ export function replacedText(left: ReplacedSession): string {
   const paths = lostPaths(left);
   const pending = Object.keys(left.draft).length;
   const changes = paths.length === 1 ? 'one change' : `${paths.length} changes`;
-  const waiting = pending > 0 && pending < paths.length ? `, ${pending} of them what-if` : '';
+  const waiting = pending > 0 && pending < paths.length ? `, ${pending} of them staged` : '';
   return `${left.scenario.name} was left with ${changes}${waiting}: ${listed(paths)}.`;
 }

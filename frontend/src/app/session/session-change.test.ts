@@ -133,13 +133,13 @@ it('makes what was applied a what-if change again', async () => {
     changes: [{ tick: 0, set: { [K_P]: 700000 }, previous: { [K_P]: 619000 } }],
   } as unknown as SessionInfo;
   app.setMode('live');
-  expect(app.undo.text).toBe('Take back Apply: B kp x');
+  expect(app.undo.text).toBe('Take back what was sent to the motor: B kp x');
   await app.undo.run();
   expect(commands).toEqual(['undo']);
   expect(app.draft).toEqual({ [K_P]: 700000 });
   app.setMode('whatif');
   session.info = { ...session.info, changes: [] } as unknown as SessionInfo;
-  expect(app.undo.text).toBe('Take back the what-if change of B kp x');
+  expect(app.undo.text).toBe('Take back the staged change of B kp x');
   await app.undo.run();
   expect(app.draft).toEqual({});
 });

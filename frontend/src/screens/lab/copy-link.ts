@@ -22,7 +22,7 @@ export async function copyLink(): Promise<void> {
     const link = await labLink();
     if (link.length > LINK_MAX) {
       messages.error(
-        `The link would have ${link.length} characters; more than ${LINK_MAX} do not arrive everywhere. Keep the what-if and share its run, or download the scenario as TOML.`,
+        `The link would have ${link.length} characters; more than ${LINK_MAX} do not arrive everywhere. Keep what is staged and share its run, or download the scenario as TOML.`,
       );
       return;
     }

@@ -3,7 +3,7 @@
 import type { LoopResponse, LoopSweep } from '../../app/api/types';
 import type { Mark, Series } from '../../plot/types';
 import { digits } from '../../ui/units';
-import { inDecibels, inDegrees } from './candidates';
+import { inDecibels, inDegrees } from '../../app/loop/margins';
 import type { LookedAt } from './loop-store.svelte';
 
 export const VIEWS = [
@@ -37,8 +37,8 @@ function lines(shown: Shown, values: (response: LoopResponse) => readonly number
     return [{ name, x, y, kind: 'line', ...style }];
   };
   return [
-    ...of(shown.present, 'present', { ink: 'a' }),
-    ...of(shown.chosen, 'chosen', { ink: 'b', dash: 'dash' }),
+    ...of(shown.present, 'present', { ink: 'text' }),
+    ...of(shown.chosen, 'chosen', { ink: 'staged', dash: 'dash' }),
   ];
 }
 
@@ -70,7 +70,7 @@ export function sweepSeries(
       y: scaled(swept),
       kind: 'points',
       marker: 'cross',
-      ink: 'text',
+      ink: 'muted',
     },
   ];
 }

@@ -1,6 +1,6 @@
 import { expect, it } from 'vitest';
 import type { Candidate, GainMargins, TuneGroup } from '../../app/api/types';
-import { bestSoFar, choiceText, inDecibels, linesOf, pickedLine, placesOf } from './candidates';
+import { bestSoFar, choiceText, linesOf, pickedLine, placesOf } from './candidates';
 
 const at = (value: number, velocity: number) => ({ value, velocity });
 const MARGINS: Record<string, GainMargins> = {
@@ -78,11 +78,6 @@ it('makes a line of gains that were picked, with what choosing them sets', () =>
 
 it('keeps the best so far, and nothing before a constraint is held', () => {
   expect(bestSoFar([null, 3, 5, null, 2])).toEqual([null, 3, 3, 3, 2]);
-});
-
-it('writes margins in decibels', () => {
-  expect(inDecibels(2)).toBe('6.02');
-  expect(inDecibels(null)).toBe('∞');
 });
 
 it('names the chosen line of each axis', () => {

@@ -144,12 +144,3 @@ export function placesOf({ peak, rms, gainMargin, phaseMargin }: CandidateLine):
   const worst = Object.entries({ peak, rms, GM: gainMargin, PM: phaseMargin });
   return worst.flatMap(([name, found]) => (found ? [`${name} ${placeOf(found)}`] : [])).join(', ');
 }
-
-/** A gain margin in decibels; one that is infinite, because nothing crosses, as such. */
-export function inDecibels(factor: number | null): string {
-  return factor === null ? '∞' : digits(20 * Math.log10(factor));
-}
-
-export function inDegrees(rad: number | null): string {
-  return rad === null ? '–' : digits((rad * 180) / Math.PI);
-}

@@ -30,8 +30,8 @@ export function pathLine(start: TuneHistory | undefined, axis: Axis): MapLine[] 
 }
 
 const MARKERS = {
-  present: { ink: 'a', marker: 'square' },
-  paper: { ink: 'text', marker: 'diamond' },
+  present: { ink: 'text', marker: 'square' },
+  paper: { ink: 'muted', marker: 'diamond' },
   picked: { ink: 'focus', marker: 'cross' },
 } as const;
 
@@ -43,7 +43,7 @@ export function spotsOf(lines: readonly CandidateLine[], chosen: string): Spot[]
       name,
       x: k_p,
       y: k_d,
-      ...(own ?? { ink: 'b', marker: 'circle', family: 'found from each start' }),
+      ...(own ?? { ink: 'staged', marker: 'circle', family: 'found from each start' }),
     };
     return id === chosen ? { ...spot, label: name } : spot;
   });

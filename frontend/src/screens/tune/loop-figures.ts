@@ -3,8 +3,9 @@
 import { at } from '../../app/api/scenario-paths';
 import type { Scenario } from '../../app/api/types';
 import { digits, scaleFor } from '../../ui/units';
-import { inDecibels, inDegrees } from './candidates';
-import type { LookedAt, LoopFigures } from './loop-store.svelte';
+import type { LoopFigures } from '../../app/loop/loops.svelte';
+import { inDecibels, inDegrees } from '../../app/loop/margins';
+import type { LookedAt } from './loop-store.svelte';
 
 export interface FigureRow {
   name: string;

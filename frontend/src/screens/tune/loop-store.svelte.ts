@@ -1,16 +1,10 @@
 /** Loops of the present and the chosen gains, requested when a control comes to rest. */
 
 import type { Api } from '../../app/api/client';
-import type {
-  Axis,
-  Changes,
-  LoopAccuracy,
-  LoopResponse,
-  Loops,
-  Scenario,
-} from '../../app/api/types';
+import type { Axis, Changes, LoopAccuracy, LoopResponse, Scenario } from '../../app/api/types';
 import { errorText } from '../../app/error-text';
 import { LatestWins } from '../../app/latest-wins';
+import type { LoopFigures } from '../../app/loop/loops.svelte';
 
 /** So long after the last change, ms. */
 const REST = 200;
@@ -23,8 +17,6 @@ export interface LoopQuestion {
   /** What the chosen gains change. */
   chosen: Changes;
 }
-
-export type LoopFigures = NonNullable<Loops['variants'][string]['axes'][string]>;
 
 export interface LookedAt {
   response: LoopResponse;

@@ -1,8 +1,8 @@
 /** Warnings of gains that are chosen although their loop is unstable, with the gain that is wrong. */
 
 import type { Axis } from '../../app/api/types';
+import type { LoopFigures } from '../../app/loop/loops.svelte';
 import { digits } from '../../ui/units';
-import type { LoopFigures } from './loop-store.svelte';
 
 /** Returns what is wrong with chosen gains, and at which gain the loop would be stable. */
 export function limitWarnings(figures: LoopFigures | null, axis: Axis): string[] {

@@ -15,6 +15,7 @@ import { Comparison } from '../../app/apply/comparison.svelte';
 import { errorText } from '../../app/error-text';
 import { differing, sourceOf, wholeOf, type ScenarioSource } from '../../app/jobs/job-request';
 import { JobStore } from '../../app/jobs/job-store.svelte';
+import { marginLimits } from '../../app/loop/margin-limits.svelte';
 import { load, save } from '../../app/storage';
 import { app } from '../../app/store.svelte';
 import { linesOf, pickedLine, type CandidateLine, type Picked } from './candidates';
@@ -170,6 +171,7 @@ class Tuner {
   change(changes: Partial<SearchForm>): void {
     this.entered = { ...this.entered, ...changes };
     this.refused = [];
+    if (this.entered.limits) marginLimits.take(this.entered.limits);
     save('tune', this.entered);
   }
 
@@ -222,7 +224,7 @@ class Tuner {
     );
   }
 
-  /** Runs the motion with the present gains (A) and the chosen ones (B). */
+  /** Runs the motion with the present gains and with the chosen ones. */
   compare(): void {
     const { source, variant, chosen } = this;
     if (!source) return;

@@ -1,15 +1,6 @@
 import { expect, it } from 'vitest';
-import type { Loops, Scenario } from '../../../app/api/types';
-import {
-  achieved,
-  gainLimits,
-  savedOn,
-  scaleOf,
-  setName,
-  snapshot,
-  switchNotch,
-  toChange,
-} from './gains';
+import type { Scenario } from '../../../app/api/types';
+import { achieved, savedOn, scaleOf, setName, snapshot, switchNotch, toChange } from './gains';
 
 const controller = {
   x: { k_p: 1, k_d: 2, notch: { frequency: 250, damping: 0.5, gain: 0.2 } },
@@ -57,26 +48,6 @@ it('changes only what differs and is there', () => {
 it('adds a notch where none is and removes those that are', () => {
   expect(switchNotch(scenario, 'A', true)).toEqual({ 'variants.A.controller.y.notch.gain': 0.1 });
   expect(switchNotch(scenario, 'A', false)).toEqual({ 'variants.A.controller.x.notch.gain': 1 });
-});
-
-const loop = {
-  velocity: 0.17,
-  stable: true,
-  k_p_limit: 3.3e6,
-  k_d_limit: null,
-  crossover: 46,
-  phase_margin: 0.97,
-  gain_margin: 10,
-  gain_reduction: null,
-  Ms: 1.2,
-  bandwidth: 73,
-};
-
-it('reads the limits that there are', () => {
-  const answer: Loops = {
-    variants: { A: { axes: { x: loop }, note: null }, B: { axes: {}, note: 'no linearisation' } },
-  };
-  expect(gainLimits(answer)).toEqual({ 'variants.A.controller.x.k_p': 3.3e6 });
 });
 
 it('makes a name that the server takes', () => {

@@ -6,7 +6,6 @@ import {
   type Axis,
   type Changes,
   type GainSet,
-  type Loops,
   type Scenario,
   type Value,
 } from '../../../app/api/types';
@@ -88,19 +87,6 @@ export function toChange(scenario: Scenario, set: Changes): Changes {
     return now !== undefined && !equal(now, value);
   });
   return Object.fromEntries(changes);
-}
-
-/** Returns up to where gains can grow before their loops turn unstable, by path. */
-export function gainLimits({ variants }: Loops): Record<string, number> {
-  const known: Record<string, number> = {};
-  for (const [variant, { axes }] of Object.entries(variants)) {
-    for (const axis of AXES) {
-      const loop = axes[axis];
-      if (loop?.k_p_limit) known[gainPath(variant, axis, 'k_p')] = loop.k_p_limit;
-      if (loop?.k_d_limit) known[gainPath(variant, axis, 'k_d')] = loop.k_d_limit;
-    }
-  }
-  return known;
 }
 
 /** Returns a name that the server takes: what it does not know becomes a hyphen. */

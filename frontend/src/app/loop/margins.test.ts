@@ -1,0 +1,65 @@
+import { describe, expect, it } from 'vitest';
+import type { Loops } from '../api/types';
+import { LoopMargins, type LoopFigures } from './loops.svelte';
+import { inDecibels, leastGainMargin, marginCells } from './margins';
+
+const LOOP: LoopFigures = {
+  velocity: 0.17,
+  stable: true,
+  k_p_limit: 3.3e6,
+  k_d_limit: null,
+  crossover: 46,
+  phase_margin: Math.PI / 6,
+  gain_margin: 10,
+  gain_reduction: null,
+  Ms: 2.2,
+  bandwidth: 73,
+};
+const LIMITS = { gain_margin: 2, phase_margin: Math.PI / 5, Ms: null };
+const cells = (loop: Partial<LoopFigures> = {}) =>
+  marginCells({ ...LOOP, ...loop }, (name) => LIMITS[name]);
+
+it('writes margins in decibels', () => {
+  expect(inDecibels(2)).toBe('6.02');
+  expect(inDecibels(null)).toBe('∞');
+});
+
+describe('margins against their limits', () => {
+  it('marks what is beyond a limit, and nothing without one', () => {
+    expect(cells().map(({ term, text, holds }) => [term, text, holds])).toEqual([
+      ['GM', '20.0', true],
+      ['PM', '30.0', false],
+      ['M_s', '2.20', true],
+    ]);
+    expect(cells()[2]?.limitText).toBe('');
+    expect(cells()[1]?.limitText).toBe('at least 36.0°');
+  });
+
+  it('counts the smaller factor of a gain that may grow or fall', () => {
+    expect(leastGainMargin({ ...LOOP, gain_reduction: 0.5 })).toBe(2);
+    expect(leastGainMargin({ ...LOOP, gain_margin: null })).toBeNull();
+    expect(cells({ gain_reduction: 0.6 })[0]?.holds).toBe(false);
+  });
+});
+
+it('asks one question at a time, and after it the newest', async () => {
+  const asked: unknown[] = [];
+  const answers: ((loops: Loops) => void)[] = [];
+  const margins = new LoopMargins({
+    loop: (body: unknown) => {
+      asked.push(body);
+      return new Promise((resolve) => answers.push(resolve));
+    },
+  } as never);
+  const question = (k_p: number) => ({ scenario: {} as never, set: { k_p } });
+  for (const k_p of [1, 2, 3]) margins.ask(question(k_p));
+  expect(asked).toEqual([question(1)]);
+  answers[0]?.({ variants: {} });
+  await new Promise((resolve) => setTimeout(resolve));
+  expect(asked).toEqual([question(1), question(3)]);
+  expect(margins.asking).toBe(true);
+  answers[1]?.({ variants: { A: { axes: { x: LOOP }, note: null } } });
+  await new Promise((resolve) => setTimeout(resolve));
+  expect(margins.asking).toBe(false);
+  expect(margins.of('A', 'x')?.Ms).toBe(2.2);
+});

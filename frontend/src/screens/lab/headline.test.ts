@@ -1,0 +1,69 @@
+import { describe, expect, it } from 'vitest';
+import type { Metrics, Scenario } from '../../app/api/types';
+import { headline, sentence } from './headline';
+
+const run = (a: number | null, b: number | null, y = 0) =>
+  ({
+    variants: {
+      A: { axes: { x: { max_abs_following_error: a } } },
+      B: { axes: { x: { max_abs_following_error: b }, y: { max_abs_following_error: y } } },
+    },
+  }) as unknown as Metrics;
+const text = (metrics: Metrics | null, diverged = {}) => {
+  const { variant, figure, rest } = headline(metrics, ['A', 'B'], diverged, 'No result yet');
+  return `${variant} ${figure}${rest}`.trim();
+};
+
+describe('the headline', () => {
+  it('says how much less B has than A', () => {
+    expect(text(run(20.5e-6, 0.251e-6))).toBe('B 0.25 µm, 99 % less than A');
+    expect(text(run(20.5e-6, 0.02e-6))).toBe('B 0.020 µm, 99.9 % less than A');
+    expect(text(run(20.5e-6, 2.57e-6))).toBe('B 2.57 µm, 87 % less than A');
+  });
+
+  it('has right words where B is worse, equal or unstable', () => {
+    expect(text(run(20e-6, 30e-6))).toBe('B 30.0 µm, 50 % more than A');
+    expect(text(run(20e-6, 298e-6))).toBe('B 298 µm, 15 times that of A');
+    expect(text(run(20e-6, 20e-6))).toBe('B 20.0 µm, as A has');
+    expect(text(run(20e-6, null), { B: 1.25 })).toBe('B is unstable: its run ended at 1.25 s');
+    expect(text(run(null, 2e-6), { A: 0.3 })).toBe(
+      'B 2.00 µm; A is unstable, its run ended at 0.300 s',
+    );
+    expect(text(null, { A: 0.3, B: 0.4 })).toMatch(/^A and B are unstable/);
+    expect(text(null)).toBe('No result yet');
+  });
+
+  it('is of the axis on which B errs most, and names it', () => {
+    expect(headline(run(2e-6, 1e-6, 3e-6), ['A', 'B'], {}, '').measure).toBe('max |e_y|');
+    expect(headline(run(2e-6, 1e-6), ['A'], {}, '').rest).toBe('');
+  });
+});
+
+describe('what A and B are', () => {
+  const controller = (law: string, k_p = 1, enabled = true) => ({
+    name: law,
+    x: { k_p },
+    compensation: { law, enabled },
+  });
+  const scenario = (a: object, b: object, noise = 0) =>
+    ({
+      load: { noise },
+      variants: { A: { controller: a }, B: { controller: b } },
+    }) as unknown as Scenario;
+  const of = (a: object, b: object, noise = 0) => sentence(scenario(a, b, noise), ['A', 'B']);
+
+  it('names the laws, and noise only where there is some', () => {
+    expect(of(controller('off'), controller('lugre-observer'), 1)).toMatch(
+      /^The same motor and motion twice, with the same noise: A without friction compensation, B with friction compensation \(.+\)\.$/,
+    );
+    expect(of(controller('off'), controller('lugre-observer'))).not.toContain('noise');
+  });
+
+  it('says what else differs, and what does not', () => {
+    expect(of(controller('off'), controller('lugre-observer', 2))).toContain(
+      'they differ in k_p x too',
+    );
+    expect(of(controller('off'), controller('off', 2))).toContain('A and B differ in k_p x.');
+    expect(of(controller('off'), controller('off'))).toContain('have the same controller');
+  });
+});

@@ -1,0 +1,39 @@
+/** The result that the Lab shows, staged or in the motor, for headline and metrics alike. */
+
+import { app } from '../../app/store.svelte';
+import { spanText } from '../../ui/units';
+
+class LabResult {
+  readonly metrics = $derived(
+    app.mode === 'whatif' ? (app.whatif.answer?.result ?? null) : app.metrics.current,
+  );
+
+  readonly shown = $derived(app.variants.slice(0, 2));
+
+  /** When each variant that has diverged did so, s. */
+  readonly diverged = $derived.by((): Readonly<Record<string, number>> => {
+    const all = this.shown.flatMap((name) => {
+      const time =
+        app.mode === 'whatif'
+          ? (this.metrics?.variants[name]?.diverged?.time ?? null)
+          : (app.session.info?.diverged[name] ?? null);
+      return time === null ? [] : [[name, time] as const];
+    });
+    return Object.fromEntries(all);
+  });
+
+  readonly span = $derived(this.metrics ? spanText(this.metrics.window) : '');
+
+  /** What is said while there is no result. */
+  readonly waiting = $derived.by((): string => {
+    if (app.mode === 'whatif') {
+      return app.whatif.standing === 'failed'
+        ? 'Not computed: a change was refused'
+        : 'Simulating…';
+    }
+    const { state } = app.session.info ?? {};
+    return state === 'playing' ? 'No result yet: it has just begun' : 'No result yet: press Play';
+  });
+}
+
+export const labResult = new LabResult();

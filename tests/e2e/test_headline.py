@@ -1,0 +1,77 @@
+"""The Lab says its result in one line; margins beside gains; what Play runs; what terms mean."""
+
+from __future__ import annotations
+
+import re
+
+import httpx
+from playwright.sync_api import Page, expect
+
+from tests.e2e.actions import LONG, region, set_field
+from tests.e2e.conftest import Server
+
+
+def _settled(page: Page) -> None:
+    expect(region(page, "Metrics")).to_contain_text("exact", timeout=LONG)
+
+
+def test_the_headline_is_the_metric_that_it_names(page: Page) -> None:
+    _settled(page)
+    result = region(page, "Result")
+    text = result.get_by_test_id("headline").inner_text()
+    found = re.fullmatch(r"B ([\d.]+) µm, (\d+) % less than A", text)
+    assert found, text
+    axis = re.search(r"max \|e(.)\|", result.inner_text().replace("\n", ""))
+    assert axis
+    row = region(page, "Metrics").locator("tr", has_text=f"max |e{axis[1]}|")
+    cells = row.locator("td").all_inner_texts()
+    assert cells[1] == found[1]
+    assert round(100 * (1 - float(cells[1]) / float(cells[0]))) == int(found[2])
+    expect(result).to_contain_text(
+        "A without friction compensation, B with friction compensation (LuGre observer, K = 0)"
+    )
+
+
+def test_margins_beside_gains_are_those_of_the_loop(page: Page, server: Server) -> None:
+    _settled(page)
+    set_field(page, "B k_p x, N/mm", "300")
+    asked = {"scenario": "circle", "set": {"variants.B.controller.x.k_p": 3e5}}
+    loops = httpx.post(f"{server.url}/api/v1/loop", json=asked, timeout=60.0).json()["variants"]
+    for variant, axis in (("A", "y"), ("B", "x")):
+        loop = loops[variant]["axes"][axis]
+        line = page.get_by_role("group", name=f"{variant} {axis} margins")
+        expect(line).to_contain_text(f"{float(loop['Ms']):.2f}", timeout=LONG)
+        expect(line).to_contain_text(f"{57.29577951308232 * loop['phase_margin']:.1f}°")
+    # 27.2 degrees, where Tune wants 30.
+    below = page.get_by_role("group", name="A y margins")
+    expect(below).to_contain_text("beyond its limit, at least 30.0°")
+    expect(page.get_by_role("group", name="A x margins")).not_to_contain_text("beyond")
+
+
+def test_play_says_what_it_runs_and_the_headline_what_it_shows(page: Page) -> None:
+    _settled(page)
+    expect(region(page, "Result")).not_to_contain_text("preview")
+    set_field(page, "B k_p x, N/mm", "619.5")
+    set_field(page, "B k_p y, N/mm", "1500")
+    expect(region(page, "Result")).to_contain_text("preview of 2 staged changes")
+    expect(region(page, "Changes")).to_contain_text("Staged")
+    scenario = region(page, "Scenario")
+    expect(scenario.get_by_role("button", name="Play as it was")).to_be_visible()
+    scenario.get_by_role("button", name="Play with 2 changes").click()
+    expect(region(page, "Changes")).to_contain_text("In the motor", timeout=LONG)
+    expect(region(page, "Result")).to_contain_text("in the motor")
+
+
+def test_a_term_explains_itself_on_focus_and_on_hover(page: Page) -> None:
+    _settled(page)
+    line = page.get_by_role("group", name="A x margins")
+    term = line.get_by_text("PM", exact=True)
+    tip = page.get_by_role("tooltip").filter(has_text="Phase margin")
+    term.focus()
+    expect(tip).to_be_visible()
+    expect(tip).to_contain_text("lag")
+    assert term.get_attribute("aria-describedby") == tip.get_attribute("id")
+    region(page, "Changes").get_by_role("button", name="Undo").focus()
+    expect(tip).to_have_count(0)
+    page.get_by_role("group", name="B y margins").get_by_text("GM", exact=True).hover()
+    expect(page.get_by_role("tooltip").filter(has_text="Gain margin")).to_be_visible()
