@@ -13,6 +13,7 @@ from motionlab.studies.sizing.study import SizingStudy
 from motionlab.studies.study import Study
 from motionlab.studies.sweep.study import SweepStudy
 from motionlab.studies.tune.study import LandscapeStudy, TuneStudy
+from motionlab.studies.why.study import WhyStudy
 
 STUDIES: tuple[Study, ...] = (
     SizingStudy(),
@@ -21,6 +22,7 @@ STUDIES: tuple[Study, ...] = (
     LandscapeStudy(),
     MonteCarloStudy(),
     SweepStudy(),
+    WhyStudy(),
     FrequencySweepStudy(),
     MapStudy(),
     SharingStudy(),

@@ -884,6 +884,29 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/why": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Explain a peak of the following error
+         * @description Explain a peak of the following error.
+         *
+         *     The run is simulated again with each cause taken away, and with changes of the controller: the
+         *     smallest one that reaches the goal within the margins is named.
+         */
+        post: operations["explainPeak"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/loop/sweep": {
         parameters: {
             query?: never;
@@ -1865,6 +1888,16 @@ export type webhooks = Record<string, never>;
 export interface components {
     schemas: {
         /**
+         * Absent
+         * @description A cause that this scenario does not have.
+         */
+        Absent: {
+            /** Id */
+            id: string;
+            /** Label */
+            label: string;
+        };
+        /**
          * AccuracyDocument
          * @description Eqs (39) to (42) for one axis, PD control of a mass without friction, and the simulation.
          */
@@ -2622,6 +2655,44 @@ export interface components {
              */
             set: {
                 [key: string]: number;
+            };
+        };
+        /**
+         * Cause
+         * @description A cause, and what the peak is without it.
+         */
+        Cause: {
+            /**
+             * Id
+             * @description Which cause; docs/why.md
+             */
+            id: string;
+            /**
+             * Label
+             * @description Its name for people
+             */
+            label: string;
+            /**
+             * Meaning
+             * @description What was taken away, and how
+             */
+            meaning: string;
+            /**
+             * Error
+             * @description Largest error about the peak without it, m; null where the run diverged
+             */
+            error: number | null;
+            /**
+             * Share
+             * @description 1 - error/peak: share of the peak that goes with it; below 0 it helps
+             */
+            share: number | null;
+            /**
+             * Set
+             * @description Dotted path to value: how it was taken away
+             */
+            set: {
+                [key: string]: unknown;
             };
         };
         /**
@@ -6889,6 +6960,77 @@ export interface components {
              * @description Attraction of mover and stator, N
              */
             normal_force: number[][];
+        };
+        /**
+         * MarginLimits
+         * @description Limits that a mended loop holds; null disables one. The defaults are those of a search.
+         */
+        MarginLimits: {
+            /**
+             * Gain Margin
+             * @description Least factor by which the loop's gain may grow, or fall, to the stability boundary
+             * @default 2
+             */
+            gain_margin: number | null;
+            /**
+             * Phase Margin
+             * @description Least phase margin, from 0.5 to 4 Stribeck velocities
+             * @default 0.5236
+             */
+            phase_margin: number | null;
+            /**
+             * M_s
+             * @description Largest peak of the sensitivity 1/(1 + L)
+             */
+            Ms?: number | null;
+        };
+        /**
+         * Mend
+         * @description The smallest change found that reaches the goal within the margins.
+         */
+        Mend: {
+            /**
+             * Label
+             * @description What is changed, for people
+             */
+            label: string;
+            /**
+             * Set
+             * @description Dotted path to value
+             */
+            set: {
+                [key: string]: unknown;
+            };
+            /**
+             * Factor
+             * @description By which a number of the controller is multiplied; null for a switch
+             */
+            factor: number | null;
+            /**
+             * Error
+             * @description Largest error about the peak with it, m
+             */
+            error: number;
+            /**
+             * Window Error
+             * @description Largest error over the metrics window with it, m
+             */
+            window_error: number;
+            /**
+             * Gain Margin
+             * @description Worst gain margin with it, as a factor
+             */
+            gain_margin: number | null;
+            /**
+             * Phase Margin
+             * @description Worst phase margin with it, rad
+             */
+            phase_margin: number | null;
+            /**
+             * Ms
+             * @description Worst peak of the sensitivity with it
+             */
+            Ms: number | null;
         };
         /**
          * MetricEntry
@@ -12059,6 +12201,75 @@ export interface components {
             exact: boolean;
         };
         /**
+         * WhyDocument
+         * @description Why a following error peaks, and what would mend it.
+         */
+        WhyDocument: {
+            /** Scenario */
+            scenario: string;
+            /** Variant */
+            variant: string;
+            /** Axis */
+            axis: string;
+            /**
+             * Time
+             * @description Of the peak, s
+             */
+            time: number;
+            /**
+             * Window
+             * @description Errors about the peak are taken here, s
+             */
+            window: [
+                number,
+                number
+            ];
+            /**
+             * Peak
+             * @description Largest error there now, m
+             */
+            peak: number;
+            /**
+             * Window Peak
+             * @description Largest error over the metrics window now, m
+             */
+            window_peak: number;
+            /**
+             * Goal
+             * @description Error that counts as mended, m
+             */
+            goal: number;
+            /**
+             * Causes
+             * @description Largest share first
+             */
+            causes: components["schemas"]["Cause"][];
+            /**
+             * Absent
+             * @description Causes that are not there
+             */
+            absent: components["schemas"]["Absent"][];
+            /** @description null where no change that was tried mends it */
+            mend: components["schemas"]["Mend"] | null;
+            /**
+             * Why Not
+             * @description Why there is none; empty where there is one
+             */
+            why_not: string;
+            /**
+             * Tried
+             * @description Changes that were simulated
+             */
+            tried: number;
+            /**
+             * Reached
+             * @description Changes that reach the goal, whatever their margins
+             */
+            reached: number;
+            /** Notes */
+            notes: string[];
+        };
+        /**
          * Window
          * @description The part of the run that metrics are taken over.
          */
@@ -17040,6 +17251,190 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["SweepJob"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    explainPeak: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": {
+                    /**
+                     * Scenario
+                     * @default circle
+                     */
+                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                        /** @enum {string} */
+                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                        /**
+                         * Name
+                         * @description Short name
+                         * @default custom
+                         */
+                        name?: string;
+                        /**
+                         * Title
+                         * @description One line for people
+                         * @default
+                         */
+                        title?: string;
+                        /**
+                         * Description
+                         * @description What it shows and whose choice its numbers are
+                         * @default
+                         */
+                        description?: string;
+                        /**
+                         * Seed
+                         * @description Seed of every noise source
+                         * @default 2019
+                         */
+                        seed?: number;
+                        /**
+                         * Settling Band
+                         * @description Following error below which a move counts as settled
+                         * @default 0.000002
+                         */
+                        settling_band?: number;
+                        /**
+                         * Divergence Error
+                         * @description Following error beyond which a variant has diverged
+                         * @default 0.02
+                         */
+                        divergence_error?: number;
+                        plant?: string | Record<string, never>;
+                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        variants?: {
+                            [key: string]: Record<string, never>;
+                        };
+                        load?: Record<string, never>;
+                        schedule?: Record<string, never>[];
+                        window?: Record<string, never> | null;
+                    } | unknown | unknown);
+                    /**
+                     * Set
+                     * @description Dotted path to value, SI
+                     */
+                    set?: {
+                        [key: string]: unknown;
+                    };
+                    /**
+                     * controller
+                     * @description Whose error; left out: the second variant, or the only one
+                     */
+                    variant?: string | null;
+                    /**
+                     * Axis
+                     * @description Axis; left out: the one on which the error is largest
+                     */
+                    axis?: ("x" | "y") | null;
+                    /**
+                     * Time
+                     * @description A moment near the peak; left out: that of the largest error in the metrics window
+                     */
+                    time?: number | null;
+                    /**
+                     * Goal
+                     * @description Error that is to be reached, here and over the metrics window; left out: half the peak
+                     */
+                    goal?: number | null;
+                    /**
+                     * @description Margins that a change keeps
+                     * @default {
+                     *       "gain_margin": 2,
+                     *       "phase_margin": 0.5236
+                     *     }
+                     */
+                    limits?: components["schemas"]["MarginLimits"];
+                };
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["WhyDocument"];
                 };
             };
             /** @description Bad Request */

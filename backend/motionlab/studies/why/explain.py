@@ -1,0 +1,373 @@
+"""Why a following error peaks: the run again without each cause, and with each possible change."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.config.changes import apply_changes
+from motionlab.config.load import load_scenario, validate
+from motionlab.config.planar import AXES
+from motionlab.config.scenario import Scenario
+from motionlab.config.timing import CONTROL_PERIOD, to_ticks
+from motionlab.errors import ConfigError, FieldError
+from motionlab.loop.family import Figures, LoopFamily
+from motionlab.loop.linearise import NoLinearisation
+from motionlab.simulation.batch import check_length, run_prepared
+from motionlab.simulation.inputs import load_force
+from motionlab.simulation.prepare import Prepared, prepare
+from motionlab.studies.why.causes import CAUSES
+from motionlab.studies.why.document import Absent, Cause, Mend, WhyDocument
+from motionlab.studies.why.mends import Trial, knobs, trial, trials
+from motionlab.studies.why.request import WhyRequest
+
+Source = str | Path | Mapping[str, Any]
+
+REACH = 0.1
+"""Errors about a peak are taken so far before and after it, s."""
+GOAL = 0.5
+"""Goal as a share of the peak, where none is stated."""
+DURATION_MAX = 300.0
+"""Longest run that is explained, s."""
+_WORK = 2000.0
+"""Simulated time of the changes tried, s: about two seconds of two cores."""
+_STEPS_LEAST, _STEPS_MOST = 3, 14
+_REFINED = 8
+
+
+@dataclass(frozen=True)
+class WhyPlan:
+    """A peak to explain, checked.
+
+    Attributes
+    ----------
+    request : WhyRequest
+        As validated.
+    base : Prepared
+        The scenario with the one variant.
+    variant : str
+        Whose error.
+    axes : tuple of str
+        Axes on which the peak may be.
+    """
+
+    request: WhyRequest
+    base: Prepared
+    variant: str
+    axes: tuple[str, ...]
+
+
+def plan(request: WhyRequest, source: Source | None = None) -> WhyPlan:
+    """Return the checked plan of a request.
+
+    Raises
+    ------
+    ConfigError
+        Naming every field that is wrong; if the axis does not move, the time is outside of the run,
+        or the run is too long.
+    Infeasible
+        If the motor cannot follow the motion.
+    """
+    whole = prepare(load_scenario(request.scenario if source is None else source, request.set))
+    letters = list(whole.scenario.variants)
+    variant = request.variant or letters[min(1, len(letters) - 1)]
+    if variant not in letters:
+        allowed = "one of " + ", ".join(letters)
+        raise ConfigError(
+            FieldError("variant", "is no variant of the scenario", variant, range=allowed)
+        )
+    moving = whole.reference.moving
+    if not moving or (request.axis is not None and request.axis not in moving):
+        allowed = "one of " + ", ".join(moving) if moving else "none moves"
+        message = "does not move in this scenario"
+        raise ConfigError(FieldError("axis", message, request.axis, range=allowed))
+    check_length(whole.reference.ticks)
+    if whole.duration > DURATION_MAX:
+        bounds = {"maximum": DURATION_MAX}
+        message = "simulated time is too large for an explanation"
+        raise ConfigError(
+            FieldError("trajectory", message, whole.duration, unit="s", bounds=bounds)
+        )
+    if request.time is not None and request.time >= whole.duration:
+        message, bounds = "lies after the end of the run", {"maximum": whole.duration}
+        raise ConfigError(FieldError("time", message, request.time, unit="s", bounds=bounds))
+    axes = tuple(moving) if request.axis is None else (request.axis,)
+    return WhyPlan(request, _alone(whole, variant), variant, axes)
+
+
+def explain(planned: WhyPlan) -> WhyDocument:
+    """Return what each cause contributes to a peak, and the smallest change that mends it.
+
+    With ``E = max abs(e)`` within `REACH` of the peak, the share of a cause is ``1 - E_without/E``.
+    Causes act on one another: shares need not add up to one. A change mends the peak if both E and
+    the largest error over the metrics window reach the goal, and the worst margins from 0.5 to 4
+    Stribeck velocities hold the limits. Of those the smallest is taken, by ``abs(log(factor))``; a
+    switch counts as a doubled number.
+
+    Raises
+    ------
+    ConfigError
+        If the run itself diverges, so that there is no peak.
+    """
+    base, variant = planned.base, planned.variant
+    errors = _errors(base)
+    axis, tick = _peak(planned, errors)
+    look = _Look(AXES.index(axis), _about(tick, base), slice(*base.window))
+    here, whole = look.at(errors)
+    now = [scenario for first, scenario in base.epochs if first <= tick][-1]
+    if not math.isfinite(whole):
+        whole = here
+    goal = planned.request.goal or GOAL * here
+    removals = {kind.id: _effective(now, kind.changes(now, variant, axis)) for kind in CAUSES}
+    there = [kind for kind in CAUSES if removals[kind.id]]
+    found = _peaks(base, [removals[kind.id] for kind in there], look)
+    causes = [
+        Cause(
+            id=kind.id,
+            label=kind.label,
+            meaning=kind.meaning,
+            error=without if math.isfinite(without) else None,
+            share=1.0 - without / here if math.isfinite(without) and here > 0.0 else None,
+            set=removals[kind.id],
+        )
+        for kind, (without, _) in zip(there, found, strict=True)
+    ]
+    causes.sort(key=lambda cause: -math.inf if cause.share is None else cause.share, reverse=True)
+    search = _Search(planned, now, axis, look, goal)
+    mend = search.smallest()
+    return WhyDocument(
+        scenario=base.scenario.name,
+        variant=variant,
+        axis=axis,
+        time=round(tick * CONTROL_PERIOD, 7),
+        window=(look.near.start * CONTROL_PERIOD, look.near.stop * CONTROL_PERIOD),
+        peak=here,
+        window_peak=whole,
+        goal=goal,
+        causes=causes,
+        absent=[Absent(id=kind.id, label=kind.label) for kind in CAUSES if kind not in there],
+        mend=mend,
+        why_not="" if mend else search.why_not(here),
+        tried=search.tried,
+        reached=search.reached,
+        notes=search.notes,
+    )
+
+
+@dataclass(frozen=True)
+class _Look:
+    """Where an error is looked at: axis, ticks about the peak, ticks of the metrics window."""
+
+    axis: int
+    near: slice
+    window: slice
+
+    def at(self, errors: NDArray[np.float32]) -> tuple[float, float]:
+        """Return the largest error about the peak and in the window, m; NaN where it diverged."""
+        own = np.abs(errors[self.axis])
+        return float(own[self.near].max()), float(own[self.window].max())
+
+
+class _Search:
+    """The search for the smallest change that mends a peak."""
+
+    def __init__(
+        self, planned: WhyPlan, now: Scenario, axis: str, look: _Look, goal: float
+    ) -> None:
+        self._base, self._now, self._look, self._goal = planned.base, now, look, goal
+        self._variant, self._axis, self._limits = planned.variant, axis, planned.request.limits
+        self._loops: dict[str, LoopFamily] = {}
+        self.tried = self.reached = 0
+        self.notes: list[str] = []
+        self._linear = True
+
+    def smallest(self) -> Mend | None:
+        """Return the smallest change that reaches the goal within the margins, if any was found."""
+        every = knobs(self._now, self._variant, self._axis)
+        values = {path: float(_look_up(self._now, path)) for knob in every for path in knob.paths}
+        runs = self._base.duration * 2.0 * len(every)
+        steps = min(_STEPS_MOST, max(_STEPS_LEAST, int(_WORK / runs)))
+        found = self._passing([each for knob in every for each in trials(knob, values, steps)])
+        if found is None:
+            return None
+        best, _, _ = found
+        if best.factor is not None:
+            # Between it and the step before, which does not mend it.
+            step = best.knob.most ** (math.copysign(1.0, math.log(best.factor)) / steps)
+            finer = [
+                trial(best.knob, values, best.factor / step ** (k / _REFINED))
+                for k in range(1, _REFINED)
+            ]
+            found = self._passing(finer) or found
+        return self._document(*found)
+
+    def why_not(self, peak: float) -> str:
+        """Say why nothing mends the peak."""
+        if peak <= self._goal:
+            return "The peak is within the goal as it is."
+        if self.reached == 0:
+            return f"None of the {self.tried} changes tried reaches the goal."
+        return (
+            f"{self.reached} of the {self.tried} changes tried reach the goal, but none of them "
+            "keeps the margins."
+        )
+
+    def _passing(
+        self, some: list[Trial]
+    ) -> tuple[Trial, tuple[float, float], Figures | None] | None:
+        some = [each for each in some if self._possible(each)]
+        peaks = _peaks(self._base, [each.set for each in some], self._look)
+        self.tried += len(some)
+        good = [
+            (each, peak) for each, peak in zip(some, peaks, strict=True) if max(peak) <= self._goal
+        ]
+        self.reached += len(good)
+        for each, peak in sorted(good, key=lambda item: (item[0].size, item[1])):
+            holds, figures = self._holds(each)
+            if holds:
+                return each, peak, figures
+        return None
+
+    def _possible(self, each: Trial) -> bool:
+        """Return whether a change changes something, and to what a controller may be."""
+        if not _effective(self._now, each.set):
+            return False
+        try:
+            _changed(self._now, each.set)
+        except ConfigError:
+            return False  # such as stiction below Coulomb friction
+        return True
+
+    def _holds(self, each: Trial) -> tuple[bool, Figures | None]:
+        """Return whether the loop with a change keeps every limit, and its worst margins."""
+        scenario = _changed(self._now, each.set)
+        gains = getattr(scenario.variants[self._variant].controller, self._axis)
+        other = {path: x for path, x in each.set.items() if not path.endswith((".k_p", ".k_d"))}
+        try:
+            if str(other) not in self._loops:
+                self._loops[str(other)] = LoopFamily.of(scenario, self._variant, self._axis)
+        except NoLinearisation:
+            if self._linear:
+                self.notes.append("The law has no linearisation: margins were not looked at.")
+            self._linear = False
+            return True, None
+        family = self._loops[str(other)]
+        if family.radius(np.array(gains.k_p), np.array(gains.k_d)) >= 1.0:
+            return False, None
+        figures = family.figures(gains.k_p, gains.k_d)
+        limits = self._limits
+        holds = (
+            figures.gain_margin.value >= (limits.gain_margin or 0.0)
+            and figures.phase_margin.value >= (limits.phase_margin or 0.0)
+            and figures.Ms.value <= (limits.Ms or math.inf)
+        )
+        return holds, figures
+
+    def _document(self, each: Trial, peak: tuple[float, float], figures: Figures | None) -> Mend:
+        margins = {} if figures is None else figures._asdict()
+        values = {name: found.value for name, found in margins.items()}
+        return Mend(
+            label=each.knob.label,
+            set=each.set,
+            factor=each.factor,
+            error=peak[0],
+            window_error=peak[1],
+            **{
+                name: values[name] if math.isfinite(values.get(name, math.inf)) else None
+                for name in ("gain_margin", "phase_margin", "Ms")
+            },
+        )
+
+
+def _alone(whole: Prepared, variant: str) -> Prepared:
+    """Return a scenario with one of its variants."""
+
+    def only(scenario: Scenario) -> Scenario:
+        variants = {variant: scenario.variants[variant]}
+        return scenario.model_copy(update={"variants": variants, "schedule": ()})
+
+    epochs = tuple((tick, only(scenario)) for tick, scenario in whole.epochs)
+    return dataclasses.replace(whole, scenario=only(whole.scenario), epochs=epochs)
+
+
+def _changed(scenario: Scenario, changes: Mapping[str, Any]) -> Scenario:
+    return validate(apply_changes(scenario.model_dump(mode="json"), dict(changes)))
+
+
+def _case(base: Prepared, changes: Mapping[str, Any]) -> Prepared:
+    """Return a prepared scenario with changes that hold throughout, whatever is scheduled."""
+    if not changes:
+        return base
+    epochs = tuple((tick, _changed(scenario, changes)) for tick, scenario in base.epochs)
+    case = dataclasses.replace(base, scenario=epochs[0][1], epochs=epochs)
+    if not any(path.startswith("load.") for path in changes):
+        return case
+    load = base.load.copy()
+    for tick, scenario in epochs:
+        load[tick:] = load_force(scenario.load, len(load))[tick:]
+    return dataclasses.replace(case, load=load)
+
+
+def _effective(scenario: Scenario, changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the changes that change something."""
+    tables = scenario.model_dump(mode="json")
+    return {path: value for path, value in changes.items() if _at(tables, path) != value}
+
+
+def _look_up(scenario: Scenario, path: str) -> Any:
+    return _at(scenario.model_dump(mode="json"), path)
+
+
+def _at(tables: Any, path: str) -> Any:
+    for key in path.split("."):
+        tables = tables[key]
+    return tables
+
+
+def _errors(base: Prepared) -> NDArray[np.float32]:
+    """Return the following errors of a run, m, (axes, ticks)."""
+    kept: list[NDArray[np.float32]] = []
+    run_prepared([base], watch=lambda _, errors: kept.append(errors[0].copy()))
+    return kept[0]
+
+
+def _peaks(
+    base: Prepared, cases: Sequence[Mapping[str, Any]], look: _Look
+) -> list[tuple[float, float]]:
+    """Return the largest errors of a run with each of some changes, as `_Look.at` does."""
+    found = [(math.nan, math.nan)] * len(cases)
+
+    def watch(movers: NDArray[np.int64], errors: NDArray[np.float32]) -> None:
+        for mover, own in zip(movers.tolist(), errors, strict=True):
+            found[mover] = look.at(own)
+
+    if cases:
+        run_prepared([_case(base, changes) for changes in cases], watch=watch)
+    return found
+
+
+def _peak(planned: WhyPlan, errors: NDArray[np.float32]) -> tuple[str, int]:
+    """Return the axis and the tick of the peak to explain."""
+    time = planned.request.time
+    part = slice(*planned.base.window) if time is None else _about(to_ticks(time), planned.base)
+    places = []
+    for axis in planned.axes:
+        own = np.abs(errors[AXES.index(axis), part])
+        if np.isnan(own).any():
+            message = "diverges before that: there is no peak to explain"
+            raise ConfigError(FieldError(f"variants.{planned.variant}", message))
+        places.append((float(own.max()), axis, part.start + int(own.argmax())))
+    _, axis, tick = max(places)
+    return axis, tick
+
+
+def _about(tick: int, base: Prepared) -> slice:
+    reach = to_ticks(REACH)
+    return slice(max(0, tick - reach), min(base.reference.ticks, tick + reach + 1))
