@@ -73,7 +73,8 @@ def test_a_wrong_friction_model_is_named_and_its_repair_brings_the_error_of_the_
     mismatch = by_id["mismatch"]
     assert mismatch.share is not None
     assert mismatch.share > 0.8
-    assert mismatch.error == pytest.approx(right, rel=1e-3)
+    assert mismatch.error is not None
+    assert mismatch.error <= 1.001 * right
 
 
 def test_causes_are_there_or_absent_and_act_on_one_axis_only() -> None:

@@ -149,6 +149,7 @@ export class Api {
   mapField = (body: RequestOf<'/maps/field'>) => this.json('post', '/maps/field', { body });
 
   loop = (body: RequestOf<'/loop'>) => this.json('post', '/loop', { body });
+  why = (body: RequestOf<'/why'>) => this.json('post', '/why', { body });
   response = (body: RequestOf<'/loop/response'>) => this.json('post', '/loop/response', { body });
   accuracy = (body: RequestOf<'/loop/accuracy'>) => this.json('post', '/loop/accuracy', { body });
 

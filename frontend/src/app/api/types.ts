@@ -55,10 +55,13 @@ export type SessionInfo = Schemas['SessionInfo'];
 /** Margins of the loops. */
 export type Loops = Schemas['LoopDocument'];
 
+/** Causes of an error peak, and what mends it. */
+export type Why = Schemas['WhyDocument'];
+
 export type JobSummary = Schemas['JobSummary'];
 export type JobKind = JobSummary['kind'];
 /** Kinds of studies whose requests have fields; some are answered at once. */
-export type StudyKind = JobKind | 'design' | 'platform' | 'sharing';
+export type StudyKind = JobKind | 'design' | 'platform' | 'sharing' | 'why';
 export type JobReport =
   paths['/api/v1/jobs/{job_id}']['get']['responses']['200']['content']['application/json'];
 /** Report of a job of one kind. */

@@ -2,6 +2,7 @@
 
 import type * as drive from './drive/part';
 import type * as study from './montecarlo/part';
+import type * as why from './why/part';
 import type * as overlay from './overlay/part';
 import { app } from '../../app/store.svelte';
 import { fromAddress, load } from '../../app/storage';
@@ -10,6 +11,7 @@ class Parts {
   study = $state.raw<typeof study | null>(null);
   overlay = $state.raw<typeof overlay | null>(null);
   drive = $state.raw<typeof drive | null>(null);
+  why = $state.raw<typeof why | null>(null);
 
   /** Loads what the address or this browser has used before. */
   start(): void {
@@ -31,6 +33,13 @@ class Parts {
   loadDrive = () =>
     app.try(async () => {
       this.drive ??= await import('./drive/part');
+    });
+
+  /** Asks why the error peaks, and opens the sheet that says so. */
+  askWhy = () =>
+    app.try(async () => {
+      this.why ??= await import('./why/part');
+      this.why.why.open = true;
     });
 
   /** Opens the sheet with runs to draw behind the curves. */

@@ -1,0 +1,61 @@
+/** An explained peak as text and bars. */
+
+import type { Why } from '../../../app/api/types';
+import { inDecibels, inDegrees } from '../../../app/loop/margins';
+import { among, digits, percent, scaleFor, type Scale } from '../../../ui/units';
+
+export interface WhyRow {
+  id: string;
+  label: string;
+  meaning: string;
+  /** Error without the cause, in the unit of the peak. */
+  error: string;
+  /** Of the longest bar, 0 to 1. */
+  length: number;
+  /** `70.1 %`; where it helps, how much larger the error would be. */
+  share: string;
+  helps: boolean;
+}
+
+/** A bar is at most so many peaks long. */
+const LONGEST = 1.5;
+
+export function unitOf({ peak }: Why): Scale {
+  return scaleFor(peak, 'm');
+}
+
+/** Where on the bars' track the peak as it is lies. */
+export const NOW = 1 / LONGEST;
+
+export function whyRows(why: Why): WhyRow[] {
+  const unit = unitOf(why);
+  return why.causes.map(({ id, label, meaning, error, share }) => ({
+    id,
+    label,
+    meaning,
+    error: error === null ? 'diverges' : among(error, unit),
+    length: error === null ? 1 : Math.min(1, error / why.peak / LONGEST),
+    share: share === null ? '–' : percent(share).replace(/^\+/, ''),
+    helps: share !== null && share < 0,
+  }));
+}
+
+/** What is asked: `Why does B err by 11.6 µm on y at 10.3 s?` */
+export function questionText(why: Why): string {
+  const unit = unitOf(why);
+  return `Why does ${why.variant} err by ${among(why.peak, unit)} ${unit.unit} on ${why.axis} at ${digits(why.time, 4)} s?`;
+}
+
+/** The smallest change that mends it, with what it reaches; why there is none. */
+export function mendText({ mend, goal, why_not }: Why): { head: string; rest: string } {
+  const scale = scaleFor(goal, 'm');
+  const wanted = `${among(goal, scale)} ${scale.unit}`;
+  if (!mend) return { head: `Nothing found that reaches ${wanted}.`, rest: why_not };
+  const times = mend.factor === null ? '' : ` × ${digits(mend.factor, 3)}`;
+  const margins = [
+    mend.gain_margin === null ? '' : `GM ${inDecibels(mend.gain_margin)} dB`,
+    mend.phase_margin === null ? '' : `PM ${inDegrees(mend.phase_margin)}°`,
+  ].filter((text) => text !== '');
+  const reached = `${among(mend.window_error, scale)} ${scale.unit} over the window`;
+  return { head: `${mend.label}${times}`, rest: [reached, ...margins].join(', ') };
+}
