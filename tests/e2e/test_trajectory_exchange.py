@@ -209,7 +209,7 @@ def test_a_square_with_arcs_from_g_code_runs_under_a_and_b(paths: Page, server: 
     take(paths)
     expect(region(paths, "Limits").get_by_role("status")).to_have_text("feasible", timeout=LONG)
     results = region(paths, "Errors of A and B")
-    results.get_by_role("button", name="Give to session").click()
+    results.get_by_role("button", name="Send to motor").click()
     expect(region(paths, "Trajectory")).to_contain_text("drawn path", timeout=LONG)
     name = paths.evaluate("new URL(location.href).searchParams.get('session')")
     api = f"{server.url}{API}/sessions/{name}"
