@@ -89,6 +89,27 @@ def test_a_smooth_straight_line_is_within_three_percent_of_its_closed_form() -> 
     assert best <= reference.ticks * CONTROL_PERIOD < 1.03 * best
 
 
+def test_a_circle_within_limits_of_acceleration_has_its_closed_form() -> None:
+    # With x = v^2 and |acceleration| <= A of both axes, d(x sin^2 t)/dt <= 2 A R sin t from the
+    # axis at t = 0 on, so x = A R / cos^2(t/2) up to 45 degrees, then the same backwards.
+    radius, most = 0.03, 0.3
+    angle = np.arange(48) * (2 * math.pi / 48)
+    points = (radius * np.column_stack((np.cos(angle), np.sin(angle)))).tolist()
+    changes = {f"plant.{axis}.acceleration_max": most for axis in ("x", "y")}
+    fast = {"v_max": 1.0, "a_max": 10.0, "j_max": 50.0}
+    path = planned(points, changes, closed=True, geometry="spline", **fast)
+    reference = sample(path)
+    turned = np.unwrap(np.arctan2(reference.position[:, 1], reference.position[:, 0]))
+    inner = (turned > math.pi / 2) & (turned < 3 * math.pi / 2)
+    folded = (turned[inner] + math.pi / 4) % (math.pi / 2) - math.pi / 4
+    expected = math.sqrt(most * radius) / np.cos(folded / 2)
+    found = speed_along(reference)[inner]
+    assert found == pytest.approx(expected, rel=0.005)
+    assert (found <= expected).all()
+    time = 8 * math.sqrt(radius / most) * math.sin(math.pi / 8)
+    assert inner.sum() * CONTROL_PERIOD == pytest.approx(time, rel=0.003)
+
+
 def test_it_is_faster_than_the_other_profiles_slowed_until_feasible() -> None:
     points = flower(24)
     fast = sample(planned(points, closed=True, geometry="spline", **HARD)).ticks

@@ -1,7 +1,7 @@
 """Compile the kernels that a first simulation does not need, for later processes to find.
 
 ``python -m motionlab.simulation.precompile``: those of batches, then those with tables, then those
-of linearised loops.
+of time-optimal profiles and of linearised loops.
 """
 
 from __future__ import annotations
@@ -25,6 +25,15 @@ from motionlab.simulation.batch import run_prepared
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run
 
+_TIME_OPTIMAL = {
+    "kind": "path",
+    "points": [[0.0, 0.0], [0.01, 0.0], [0.01, 0.01]],
+    "law": "time_optimal",
+    "v_max": 0.1,
+    "a_max": 1.0,
+    "j_max": 20.0,
+}
+
 
 def mark() -> Path:
     """Return the file that is there once the kernels of batches have been compiled."""
@@ -46,6 +55,8 @@ def main() -> int:
             mark().touch()
         variant = next(iter(prepared.scenario.variants.values()))
         force_gain(lane(prepared.scenario, variant.controller, AXES[0]), 1.0)
+    for geometry in ("polyline", "spline"):
+        prepare(load_scenario("circle", {"trajectory": _TIME_OPTIMAL | {"geometry": geometry}}))
     table = float64[:, ::1]
     control_once.compile((table, table, float64[:, :, ::1], table))
     return 0
