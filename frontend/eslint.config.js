@@ -33,6 +33,7 @@ const layers = [
     '^(\\.\\./)+(screens/|App\\.svelte)',
     'app/spectrum imports app, plot and ui',
   ),
+  layer('app/views', '^(\\.\\./)+(screens/|App\\.svelte)', 'app/views imports app, plot and ui'),
   ...SCREENS.map((screen) => {
     const others = SCREENS.filter((other) => other !== screen).join('|');
     const regex = `^(\\.\\./)+((screens/)?(${others})/|App\\.svelte)`;

@@ -264,3 +264,31 @@ def test_what_uploads_hold_is_given_back(server: Server, client: httpx.Client) -
     before = memory._taken
     upload(client, CSV, preview=True)
     assert memory._taken == before
+
+
+def test_its_circle_is_as_round_as_its_recording(client: httpx.Client, run: RunDetail) -> None:
+    found = client.post(f"{API}/views/ballbar", json={"run": run.id}).raise_for_status().json()
+    with library().files.open(run.id) as file:
+        names = [f"{axis}.position_reference" for axis in "xy"]
+        names += [f"A.{axis}.following_error" for axis in "xy"]
+        x, y, e_x, e_y = (file.read([name])[name].to_numpy()[-6000:] for name in names)
+    F = np.hypot(x.astype(float) - e_x, y.astype(float) - e_y) - 0.015
+    way = found["variants"]["A"]["directions"]["ccw"]
+    assert way["simulated"] is False
+    assert way["F_max"] == pytest.approx(F.max(), abs=5e-9)
+    assert way["F_min"] == pytest.approx(F.min(), abs=5e-9)
+    assert found["variants"]["A"]["directions"]["cw"]["simulated"] is True
+    body = {"scenario": "circle", "set": SHORT}
+    other = client.post(f"{API}/views/ballbar", json=body).raise_for_status().json()
+    again = other["variants"]["A"]["directions"]["ccw"]["F_max"]
+    assert again == pytest.approx(way["F_max"], abs=2e-9)
+
+
+def test_a_view_that_cannot_be_is_refused_by_name(client: httpx.Client) -> None:
+    square = client.post(f"{API}/views/ballbar", json={"scenario": "rhombus"})
+    assert square.status_code == 422
+    assert "is no circle" in square.json()["detail"]
+    late = {"scenario": "circle", "end": 100.0}
+    assert client.post(f"{API}/views/ballbar", json=late).status_code == 422
+    missing = {"run": "r-aaaaaaaaaaaa"}
+    assert client.post(f"{API}/views/ballbar", json=missing).status_code == 404

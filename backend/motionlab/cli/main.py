@@ -24,6 +24,7 @@ from motionlab.cli import (
     study,
     trajectory,
     vdrive,
+    view,
 )
 from motionlab.cli.exit_codes import BAD_INPUT, DONE, FAILED
 from motionlab.cli.messages import discard, unbreakable_stderr
@@ -36,6 +37,7 @@ _COMMANDS = (
     replay,
     glitches,
     spectrum,
+    view,
     report,
     exchange,
     trajectory,

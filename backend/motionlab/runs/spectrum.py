@@ -6,8 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from motionlab.config.changes import apply_changes
-from motionlab.config.load import validate
 from motionlab.errors import ConfigError, FieldError
 from motionlab.loop.spectrum import (
     COLUMNS_MAX,
@@ -21,6 +19,7 @@ from motionlab.loop.spectrum import (
     take,
 )
 from motionlab.runs.files import read_ticks
+from motionlab.runs.in_effect import scenario_of
 from motionlab.runs.library import library
 from motionlab.runs.run import RunDetail
 from motionlab.runs.telemetry import check_columns
@@ -85,18 +84,8 @@ def _loop(run: RunDetail, column: str, speed: float | None, start: int, stop: in
     if run.scenario_document is None or speed is None or not np.isfinite(speed):
         return "the run has no scenario, and so no loop that is known"
     variant, axis = error
-    document = dict(run.scenario_document)
-    changes = [(round(one["time"] / run.period), one["set"]) for one in document["schedule"]]
-    changes += [(event.tick, event.set) for event in run.events if event.kind == "change"]
     about = f"variants.{variant}", "plant"
-    for tick, paths in sorted(changes, key=lambda change: change[0]):
-        if tick <= start:
-            document = apply_changes(document, paths)
-        elif tick < stop and any(path.startswith(about) for path in paths):
-            return f"motor or controller change at {tick * run.period:g} s, within the stretch"
-    document["schedule"] = []
-    try:
-        scenario = validate(document)
-    except ConfigError as problem:  # a motor or a map of one's own that is gone
-        return str(problem)
+    scenario = scenario_of(run, start, stop, lambda path: path.startswith(about))
+    if isinstance(scenario, str):
+        return scenario
     return OwnLoop(scenario, variant, axis, speed)

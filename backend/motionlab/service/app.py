@@ -57,6 +57,7 @@ from motionlab.service.routes import (
     spectrum,
     studies,
     trajectories,
+    views,
     whatif,
 )
 from motionlab.service.settings import Settings
@@ -88,6 +89,7 @@ _MODULES = (
     run_files,
     run_reports,
     spectrum,
+    views,
     runs,
     gain_sets,
     layouts,

@@ -1345,6 +1345,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/views/ballbar": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * View Ballbar
+         * @description Return the circular test of a run or a scenario, all of it by default; docs/views.md.
+         */
+        post: operations["viewBallbar"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/runs": {
         parameters: {
             query?: never;
@@ -2512,6 +2532,139 @@ export interface components {
              * @default 0.29
              */
             stroke: number;
+        };
+        /**
+         * Ballbar
+         * @description Circular test, ISO 230-4 style, on the encoders.
+         */
+        Ballbar: {
+            /**
+             * Radius
+             * @description Of the reference, m
+             */
+            radius: number;
+            /**
+             * Center
+             * @description Of the reference, x and y, m
+             */
+            center: number[];
+            /**
+             * Feed
+             * @description Speed along the circle, m/s
+             */
+            feed: number;
+            /**
+             * Step
+             * @description Between the points of a lap, rad; the first is at half of it
+             */
+            step: number;
+            /** Variants */
+            variants: {
+                [key: string]: components["schemas"]["BallbarVariant"];
+            };
+            /**
+             * Note
+             * @description Why a direction is missing; empty where none is
+             */
+            note: string;
+        };
+        /**
+         * BallbarBoth
+         * @description Both directions together.
+         */
+        BallbarBoth: {
+            /**
+             * G
+             * @description Bi-directional circular deviation G(b), m
+             */
+            G: number;
+            /**
+             * H
+             * @description Circular hysteresis, m
+             */
+            H: number;
+            /**
+             * Radius Error
+             * @description Mean radius less that of the reference, m
+             */
+            radius_error: number;
+            /**
+             * Offset X
+             * @description m
+             */
+            offset_x: number;
+            /**
+             * Offset Y
+             * @description m
+             */
+            offset_y: number;
+            /**
+             * Squareness
+             * @description A right angle less that between the axes, rad
+             */
+            squareness: number;
+            /**
+             * Scale Mismatch
+             * @description Scale of x less that of y
+             */
+            scale_mismatch: number;
+            /**
+             * Servo Mismatch
+             * @description By how much x lags more than y, s
+             */
+            servo_mismatch: number;
+        };
+        /**
+         * BallbarDirection
+         * @description One lap in one direction.
+         */
+        BallbarDirection: {
+            /**
+             * Simulated
+             * @description Not in the recording, so simulated for this answer
+             */
+            simulated: boolean;
+            /**
+             * F Max
+             * @description Largest radial deviation about the reference's centre, m
+             */
+            F_max: number;
+            /**
+             * F Min
+             * @description Least radial deviation, m
+             */
+            F_min: number;
+            /**
+             * G
+             * @description Circular deviation about the least-squares centre, m
+             */
+            G: number;
+            /**
+             * Quadrants
+             * @description Change of F where an axis reverses, at 0, 90, 180 and 270 degrees, outwards positive, m
+             */
+            quadrants: (number | null)[];
+            harmonics: components["schemas"]["Harmonics"];
+            /**
+             * Deviation
+             * @description F, mean of each half degree from 0, m
+             */
+            deviation: number[];
+        };
+        /**
+         * BallbarVariant
+         * @description One variant; empty where it diverged or was not measured over a lap.
+         */
+        BallbarVariant: {
+            /**
+             * Directions
+             * @description ccw and cw
+             */
+            directions: {
+                [key: string]: components["schemas"]["BallbarDirection"];
+            };
+            /** @description null where a direction is missing */
+            both: components["schemas"]["BallbarBoth"] | null;
         };
         /**
          * Band
@@ -5613,6 +5766,22 @@ export interface components {
              * @description First move that was far enough, m
              */
             travel: (number | null)[];
+        };
+        /**
+         * Harmonics
+         * @description F = mean + offset_x cos + offset_y sin + cos_2 cos 2 theta + sin_2 sin 2 theta, m.
+         */
+        Harmonics: {
+            /** Mean */
+            mean: number;
+            /** Offset X */
+            offset_x: number;
+            /** Offset Y */
+            offset_y: number;
+            /** Cos 2 */
+            cos_2: number;
+            /** Sin 2 */
+            sin_2: number;
         };
         /**
          * Health
@@ -12053,6 +12222,93 @@ export interface components {
              * @description What it is in every case
              */
             value?: number | null;
+        };
+        /**
+         * ViewRequest
+         * @description A kept run, or a scenario that is simulated, and which stretch of it.
+         * @example {
+         *       "scenario": "circle",
+         *       "set": {
+         *         "variants.B.controller.x.k_p": 312000
+         *       }
+         *     }
+         */
+        ViewRequest: {
+            /**
+             * Scenario
+             * @description Name of a shipped scenario, or its tables as in a TOML file; see /schema
+             * @default circle
+             */
+            scenario: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                /** @enum {string} */
+                base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                /**
+                 * Name
+                 * @description Short name
+                 * @default custom
+                 */
+                name: string;
+                /**
+                 * Title
+                 * @description One line for people
+                 * @default
+                 */
+                title: string;
+                /**
+                 * Description
+                 * @description What it shows and whose choice its numbers are
+                 * @default
+                 */
+                description: string;
+                /**
+                 * Seed
+                 * @description Seed of every noise source
+                 * @default 2019
+                 */
+                seed: number;
+                /**
+                 * Settling Band
+                 * @description Following error below which a move counts as settled
+                 * @default 0.000002
+                 */
+                settling_band: number;
+                /**
+                 * Divergence Error
+                 * @description Following error beyond which a variant has diverged
+                 * @default 0.02
+                 */
+                divergence_error: number;
+                plant?: string | Record<string, never>;
+                trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                variants?: {
+                    [key: string]: Record<string, never>;
+                };
+                load?: Record<string, never>;
+                schedule?: Record<string, never>[];
+                window?: Record<string, never> | null;
+            } | unknown | unknown);
+            /**
+             * Set
+             * @description Dotted path to value, SI; all applied together before validation
+             */
+            set?: {
+                [key: string]: unknown;
+            };
+            /**
+             * Run
+             * @description A kept run, in place of scenario and set
+             */
+            run?: string | null;
+            /**
+             * Start
+             * @description Begin of the stretch, s; without both ends, the window of the metrics
+             */
+            start?: number | null;
+            /**
+             * End
+             * @description Its end, s
+             */
+            end?: number | null;
         };
         /**
          * Waypoints
@@ -20124,6 +20380,120 @@ export interface operations {
             };
             /** @description Forbidden */
             403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    viewBallbar: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ViewRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Ballbar"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
                 headers: {
                     [name: string]: unknown;
                 };

@@ -1,0 +1,1 @@
+"""Views of a recording: circular test, errors along the path, friction, cost, positioning."""

@@ -1,0 +1,192 @@
+"""What views are computed from: a stretch of a kept run, or a scenario simulated for them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.config.planar import AXES
+from motionlab.config.scenario import Scenario
+from motionlab.config.timing import CONTROL_PERIOD, to_ticks
+from motionlab.errors import ConfigError, FieldError
+from motionlab.runs.files import read_ticks
+from motionlab.runs.in_effect import scenario_of
+from motionlab.runs.library import library
+from motionlab.simulation.prepare import Prepared
+from motionlab.simulation.run import run as simulated
+from motionlab.telemetry.channels import REFERENCES
+from motionlab.telemetry.recording import Recording
+
+Array = NDArray[np.float64]
+
+SAMPLES_MAX = 1_000_000
+"""Most samples that a view is of: 500 s."""
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A stretch of a recording.
+
+    Attributes
+    ----------
+    variants : tuple of str
+        Its variants.
+    period : float
+        Time between samples, s.
+    first, stop : int
+        Samples [first, stop) of the recording.
+    column : callable
+        Returns a column over the stretch in double precision, or None where there is none.
+    scenario : Scenario or str
+        As it was over the stretch, without schedule, or why it is not known.
+    repeatable : bool
+        Whether it was simulated, so that what it lacks can be, too.
+    """
+
+    variants: tuple[str, ...]
+    period: float
+    first: int
+    stop: int
+    column: Callable[[str], Array | None]
+    scenario: Scenario | str
+    repeatable: bool = True
+
+    @property
+    def start(self) -> float:
+        """Time of the first sample, s."""
+        return self.first * self.period
+
+    @property
+    def end(self) -> float:
+        """Time after the last sample, s."""
+        return self.stop * self.period
+
+    def needed(self, name: str) -> Array:
+        """Return a column.
+
+        Raises
+        ------
+        ConfigError
+            If there is none of that name.
+        """
+        found = self.column(name)
+        if found is None:
+            raise ConfigError(FieldError("run", f"has no channel {name}", "absent"))
+        return found
+
+    def reference(self) -> tuple[Array, Array]:
+        """Return the reference position of both axes, m."""
+        x, y = (self.needed(f"{axis}.position_reference") for axis in AXES)
+        return x, y
+
+    def whole(self, names: list[str]) -> list[Array] | None:
+        """Return some columns, or None where one is not there or has a missing sample."""
+        found = [self.column(name) for name in names]
+        known = [values for values in found if values is not None and np.isfinite(values).all()]
+        return known if len(known) == len(names) else None
+
+    def count(self, axis: str) -> float:
+        """Return the resolution of an encoder, m, or 0 where it is not known."""
+        if isinstance(self.scenario, str):
+            return 0.0
+        return getattr(self.scenario.plant, axis).encoder.resolution
+
+
+def of_run(run_id: str, start: float | None, end: float | None, *, window: bool = True) -> Recorded:
+    """Return a stretch of a kept run.
+
+    Parameters
+    ----------
+    run_id : str
+        The run.
+    start, end : float or None
+        Of the stretch, s; where neither is given it is the window of the run's metrics, or the
+        latest `SAMPLES_MAX` samples if there is none or `window` is not wanted.
+    window : bool
+        Whether the window of the metrics is what is wanted.
+
+    Raises
+    ------
+    Unknown
+        If there is no such run.
+    Busy
+        If it is being recorded.
+    ConfigError
+        If the stretch is not in the run, or too long.
+    """
+    run = library().complete(run_id)
+    metrics = run.result.get("window") if window and start is None and end is None else None
+    if metrics:
+        start, end = metrics["start"], metrics["end"]
+    first, stop = _stretch(start, end, run.ticks, run.period)
+    with library().files.open(run_id) as file:
+        known = set(file.schema_arrow.names)
+
+    def column(name: str) -> Array | None:
+        if name not in known:
+            return None
+        with library().files.open(run_id) as file:
+            return read_ticks(file, [name], first, stop)[0].astype(np.float64)
+
+    scenario = scenario_of(
+        run, first, stop, lambda path: path.startswith(("variants.", "plant", "trajectory"))
+    )
+    repeatable = run.kind in {"simulation", "live"}
+    variants = tuple(run.variants)
+    return Recorded(variants, run.period, first, stop, column, scenario, repeatable)
+
+
+def of_scenario(
+    prepared: Prepared, start: float | None, end: float | None, *, window: bool = True
+) -> Recorded:
+    """Return a stretch of a scenario, which is simulated; parameters as `of_run`."""
+    if window and start is None and end is None:
+        first, stop = prepared.window
+    else:
+        first, stop = _stretch(start, end, prepared.reference.ticks, CONTROL_PERIOD)
+    return of_recording(simulated(prepared, stop=stop), prepared, first, stop)
+
+
+def of_recording(recording: Recording, prepared: Prepared, first: int, stop: int) -> Recorded:
+    """Return samples [first, stop) of a recording that begins at tick 0."""
+    rows = {channel.name: row for row, channel in enumerate(REFERENCES)}
+    part = slice(first, stop)
+
+    def column(name: str) -> Array | None:
+        *variant, axis, channel = name.split(".")
+        if not variant:
+            return recording.references[rows[channel], AXES.index(axis), part]
+        record = recording.variants.get(variant[0])
+        return None if record is None else record.channel(channel, axis)[part].astype(np.float64)
+
+    inside = [changed for tick, changed in prepared.epochs if first < tick < stop]
+    scenario: Scenario | str = "the schedule changes it within the stretch"
+    if not inside:
+        now = [changed for tick, changed in prepared.epochs if tick <= first][-1]
+        scenario = now.model_copy(update={"schedule": (), "window": None})
+    return Recorded(
+        tuple(recording.variants), CONTROL_PERIOD, first, stop, column, scenario, repeatable=True
+    )
+
+
+def _stretch(start: float | None, end: float | None, ticks: int, period: float) -> tuple[int, int]:
+    """Return samples [first, stop) of times; all, or the latest, where none is given."""
+    last = ticks * period
+    bounds: dict[str, float] = {"minimum": 0.0, "maximum": last}
+    for name, time in (("start", start), ("end", end)):
+        if time is not None and not 0.0 <= time <= last * (1 + 1e-9):
+            raise ConfigError(FieldError(name, "is not in the recording", time, "", "s", bounds))
+    stop = ticks if end is None else min(ticks, round(end / period))
+    first = max(0, stop - SAMPLES_MAX) if start is None else round(start / period)
+    if not 0 < stop - first <= SAMPLES_MAX:
+        ends = {"exclusive_minimum": first * period, "maximum": (first + SAMPLES_MAX) * period}
+        raise ConfigError(FieldError("end", "too few or too many samples", end, "", "s", ends))
+    return first, stop
+
+
+def ticks_needed(prepared: Prepared, end: float | None) -> int:
+    """Return how many ticks of a scenario a view up to a time takes."""
+    return prepared.reference.ticks if end is None else to_ticks(end)

@@ -1,0 +1,113 @@
+/** The circular test as curves and tables. */
+
+import type { PolarCurve } from '../../plot/polar';
+import { looksOf } from '../../plot/variant-looks';
+import { digits, scaleFor } from '../../ui/units';
+import type { Ballbar } from './views-api';
+
+export type Shown = 'both' | 'ccw' | 'cw';
+
+type Direction = Ballbar['variants'][string]['directions'][string];
+type Both = NonNullable<Ballbar['variants'][string]['both']>;
+
+/** A row of figures; a dash where there is none. */
+export interface Row {
+  name: string;
+  title: string;
+  unit: string;
+  cells: string[];
+}
+
+export interface Head {
+  variant: string;
+  way: string;
+  simulated: boolean;
+}
+
+/** Curves of the directions that are shown: solid counter-clockwise, dashed clockwise. */
+export function polarCurves(found: Ballbar, names: readonly string[], shown: Shown): PolarCurve[] {
+  return names.flatMap((name) =>
+    Object.entries(found.variants[name]?.directions ?? {})
+      .filter(([way]) => shown === 'both' || shown === way)
+      .map(([way, { deviation }]) => ({
+        ...looksOf(name),
+        name: `${name} ${way}`,
+        values: deviation,
+        dash: way === 'cw' ? ('dash' as const) : ('solid' as const),
+      })),
+  );
+}
+
+export function heads(found: Ballbar, names: readonly string[]): Head[] {
+  return names.flatMap((variant) =>
+    Object.entries(found.variants[variant]?.directions ?? {}).map(([way, { simulated }]) => ({
+      variant,
+      way,
+      simulated,
+    })),
+  );
+}
+
+const AT = ['0°', '90°', '180°', '270°'];
+
+const ONE: readonly [string, string, (one: Direction) => number | null][] = [
+  [
+    'G',
+    'Circular deviation: largest less least distance from the least-squares centre',
+    (o) => o.G,
+  ],
+  ['F max', 'Largest radial deviation about the programmed centre', (o) => o.F_max],
+  ['F min', 'Least radial deviation about the programmed centre', (o) => o.F_min],
+  ...AT.map((at, k): [string, string, (one: Direction) => number | null] => [
+    `quadrant ${at}`,
+    'Change of the radial deviation where an axis reverses, outwards positive',
+    (o) => o.quadrants[k] ?? null,
+  ]),
+];
+
+const BOTH: readonly [string, string, string, (both: Both) => number][] = [
+  ['G(b)', 'Circular deviation of both directions about one centre', 'm', (b) => b.G],
+  ['H', 'Largest difference between both directions', 'm', (b) => b.H],
+  ['mean radius', 'Mean radius less that of the reference', 'm', (b) => b.radius_error],
+  ['centre x', 'Centre less that of the reference', 'm', (b) => b.offset_x],
+  ['centre y', 'Centre less that of the reference', 'm', (b) => b.offset_y],
+  ['squareness', 'A right angle less that between the axes', 'rad', (b) => b.squareness],
+  ['scale x − y', 'Scale of x less that of y', '1', (b) => b.scale_mismatch],
+  ['x lags y by', 'From what differs between both directions', 's', (b) => b.servo_mismatch],
+];
+
+export function directionRows(found: Ballbar, names: readonly string[]): Row[] {
+  const ones = names.flatMap((name) => Object.values(found.variants[name]?.directions ?? {}));
+  return ONE.map(([name, title, of]) => row(name, title, 'm', ones.map(of)));
+}
+
+export function bothRows(found: Ballbar, names: readonly string[]): Row[] {
+  const boths = names.map((name) => found.variants[name]?.both ?? null);
+  if (boths.every((both) => both === null)) return [];
+  return BOTH.map(([name, title, unit, of]) =>
+    row(
+      name,
+      title,
+      unit,
+      boths.map((both) => both && of(both)),
+    ),
+  );
+}
+
+/** Below these a figure is nothing: a picometre, and what the others are to a 15 mm circle. */
+const LEAST: Readonly<Record<string, number>> = { m: 1e-9, rad: 1e-8, '1': 1e-8, s: 1e-9 };
+const SCALES: Readonly<Record<string, { factor: number; unit: string }>> = {
+  rad: { factor: 1e6, unit: 'µrad' },
+  '1': { factor: 1e6, unit: 'ppm' },
+  s: { factor: 1e6, unit: 'µs' },
+};
+
+function row(name: string, title: string, unit: string, values: (number | null)[]): Row {
+  const known = values.filter((value) => value !== null).map(Math.abs);
+  const scale = SCALES[unit] ?? scaleFor(Math.max(1e-9, ...known), unit);
+  const text = (value: number | null) => {
+    if (value === null) return '–';
+    return Math.abs(value) < (LEAST[unit] ?? 0) ? '0' : digits(value * scale.factor);
+  };
+  return { name, title, unit: scale.unit, cells: values.map(text) };
+}

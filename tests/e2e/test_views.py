@@ -1,0 +1,102 @@
+"""Views: what the page shows of a recording equals what its downloaded samples give."""
+
+from __future__ import annotations
+
+import io
+import json
+import urllib.parse
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from numpy.typing import NDArray
+from playwright.sync_api import Locator, Page, expect
+
+from tests.e2e.actions import API, LONG, region, serious
+from tests.e2e.conftest import Server
+
+Array = NDArray[np.float64]
+
+R = 0.015  # m, of the circle
+LAP = 6000  # ticks
+SHORT = {"trajectory.laps": 2, "trajectory.lead_in": 0.5}
+
+
+def keep(page: Page, server: Server) -> str:
+    body = {"scenario": "circle", "set": SHORT, "keep": True}
+    return page.request.post(f"{server.url}{API}/simulate", data=body, timeout=LONG).json()["run"]
+
+
+def samples(page: Page, server: Server, run: str) -> dict[str, Array]:
+    """Download a run and return its columns."""
+    path = f"{server.url}{API}/runs/{run}/telemetry?format=parquet"
+    table = pq.read_table(io.BytesIO(page.request.get(path).body()))
+    return {name: table[name].to_numpy().astype(float) for name in table.column_names}
+
+
+def cells(table: Locator, row: str) -> list[str]:
+    found = table.get_by_role("row").filter(
+        has=table.page.get_by_role("rowheader", name=row, exact=True)
+    )
+    return [
+        text.replace("\N{MINUS SIGN}", "-") for text in found.get_by_role("cell").all_inner_texts()
+    ]
+
+
+def lap(of: dict[str, Array], variant: str) -> tuple[Array, Array]:
+    """Return angle and radial deviation of the last lap."""
+    x, y = (
+        of[f"{axis}.position_reference"][-LAP:] - of[f"{variant}.{axis}.following_error"][-LAP:]
+        for axis in "xy"
+    )
+    return np.arctan2(y, x), np.hypot(x, y) - R
+
+
+def test_the_figures_of_a_ballbar_are_those_of_the_downloaded_recording(
+    page: Page, server: Server, refusals: list[str]
+) -> None:
+    refusals.append("404")
+    run = keep(page, server)
+    page.goto(f"{server.url}/?screen=runs&run={run}")
+    views = region(page, "Views")
+    views.get_by_role("button", name="Views").click()
+    each = views.get_by_role("table", name="Each direction")
+    each.wait_for()
+    recorded = samples(page, server, run)
+    heads = each.get_by_role("columnheader").all_inner_texts()
+    assert heads == ["A ccw", "A cw*", "B ccw", "B cw*"]
+    for place, variant in ((0, "A"), (2, "B")):
+        theta, F = lap(recorded, variant)
+        matrix = np.stack([np.ones(LAP), np.cos(theta), np.sin(theta)], axis=1)
+        left = F - matrix @ np.linalg.lstsq(matrix, F, rcond=None)[0]
+        offline = {"F max": F.max(), "F min": F.min(), "G": np.ptp(left)}
+        for name, value in offline.items():
+            shown = cells(each, name)
+            assert shown[-1] == "µm"
+            # The downloaded reference is rounded by a nanometre, and figures to three digits.
+            assert float(shown[place]) == pytest.approx(1e6 * value, rel=6e-3, abs=4e-3), name
+    both = views.get_by_role("table", name="Both directions")
+    assert float(cells(both, "G(b)")[1]) < 0.1 * float(cells(both, "G(b)")[0])
+    assert serious(page, within='[aria-label="Views"]') == []
+    page.request.delete(f"{server.url}{API}/runs/{run}")
+
+
+def test_the_lab_has_the_ballbar_and_the_spectrum_of_what_it_shows(
+    page: Page, server: Server, refusals: list[str]
+) -> None:
+    refusals.append("422")  # a sine is no circle
+    frequency = 40.0
+    sine = {"kind": "sine", "amplitude": {"x": 1e-5}, "frequency": frequency, "cycles": 80}
+    settings = urllib.parse.quote(json.dumps({"trajectory": sine}))
+    page.goto(f"{server.url}/?scenario=circle&set={settings}")
+    page.get_by_text("connected", exact=True).wait_for()
+    page.keyboard.press("w")
+    region(page, "Plane").get_by_role("radio", name="Views").click()
+    views = region(page, "Views")
+    expect(views.get_by_role("alert")).to_contain_text("s no circle")
+    views.get_by_role("radio", name="Spectrum").click()
+    peaks = views.get_by_role("region", name="Peaks")
+    line = peaks.get_by_role("row").filter(has_text="line").first
+    line.wait_for()
+    shown = float(line.get_by_role("rowheader").inner_text())
+    assert shown == pytest.approx(frequency, abs=2.0)
