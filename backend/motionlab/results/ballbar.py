@@ -286,7 +286,8 @@ def _least_squares(theta: Array, F: Array, terms: int) -> tuple[Array, Array]:
     shapes += [np.cos(2 * theta), np.sin(2 * theta)]
     matrix = np.stack(shapes[:terms], axis=1)
     values: Array = np.linalg.lstsq(matrix, F, rcond=None)[0].astype(np.float64)
-    return values, F - matrix @ values
+    left: Array = (F - matrix @ values).astype(np.float64)
+    return values, left
 
 
 def _out_of_round(theta: Array, F: Array) -> float:
