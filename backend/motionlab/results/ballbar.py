@@ -297,7 +297,7 @@ def _out_of_round(theta: Array, F: Array) -> float:
 
 def grid() -> Array:
     """Return the angles of a drawn lap, rad."""
-    return (np.arange(GRID) + 0.5) * (2 * math.pi / GRID)
+    return ((np.arange(GRID) + 0.5) * (2 * math.pi / GRID)).astype(np.float64)
 
 
 def on_grid(theta: Array, F: Array) -> Array:
