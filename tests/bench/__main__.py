@@ -20,6 +20,7 @@ from tests.bench.coverage import coverage
 from tests.bench.drive import drive
 from tests.bench.hold import hold
 from tests.bench.identify import identify
+from tests.bench.instrument import instrument
 from tests.bench.machine import AVX2_ENVIRONMENT, description, load
 from tests.bench.maps import maps
 from tests.bench.measured import measured
@@ -47,6 +48,7 @@ _KERNEL: dict[str, Callable[[str], Iterator[Row]]] = {
     "controllers": lambda _: controllers(),
     "maps": lambda _: maps(),
     "plates": lambda _: plates(),
+    "instrument": lambda _: instrument(),
     "cluster": lambda _: on_cluster(),
 }
 _LAB: dict[str, Callable[[], Iterator[Row]]] = {

@@ -43,7 +43,9 @@ _ROUNDS, _WINDOWS = 3, 3  # of recorded and unrecorded in turns; of 4 s each
 _MORE = 0.01  # of a core
 _FASTER = 50.0  # than real time
 _SIZE = 15.0  # MB
-_CURVE, _COMPARE, _OPEN = 0.02, 1.0, 0.3  # s
+_CURVE, _COMPARE, _OPEN, _LOOK = 0.02, 1.0, 0.3, 0.05  # s
+_KEYS = ("+" * 7 + ",,..--+,,,+..-" + "-" * 6) * 4
+"""From 240 s to 2 s and back, with moves on the way."""
 _KILLS, _LOST = 50, 1.0  # s
 _CHANNELS = 24
 _HOWS: dict[str, Comparing] = {
@@ -236,6 +238,8 @@ def _opened(data: Path) -> Iterator[Row]:
         taken = []
         for i in range(2 * _REPETITIONS + 2):
             taken.append(page.evaluate("name => bench.open(name)", f"run {i % 2}") / 1e3)
+        page.wait_for_timeout(500)
+        looks = [page.evaluate("key => bench.press(key)", key) / 1e3 for key in _KEYS]
         browser.close()
         listed = server.client.get(f"{API}/runs").json()["runs"]
         answers = []
@@ -252,6 +256,16 @@ def _opened(data: Path) -> Iterator[Row]:
         f"one answer: {answer * 1e3:.0f} ms",
         f"{median / answer:.1f}",
         median < _OPEN,
+    )
+    drawn = [look for look in looks if look > 0.0]
+    p95 = float(np.percentile(drawn, 95.0))
+    yield Row(
+        f"  {len(drawn)} zooms and moves: key to all plots redrawn",
+        f"p95 < {_LOOK * 1e3:g} ms",
+        f"p95 {p95 * 1e3:.0f} ms",
+        f"p50 {statistics.median(drawn) * 1e3:.0f}, one answer: {answer * 1e3:.0f} ms",
+        f"{p95 / answer:.1f}",
+        p95 < _LOOK,
     )
 
 

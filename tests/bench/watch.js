@@ -1,6 +1,6 @@
 // Put before the page's own scripts: notes answers of what-ifs, and which canvases are drawn after.
 (() => {
-  const bench = { answers: 0, drawn: new Set(), frames: 0, curves: 0, asked: 0 };
+  const bench = { answers: 0, drawn: new Set(), last: 0, frames: 0, curves: 0, asked: 0 };
   window.bench = bench;
 
   const fetched = window.fetch;
@@ -33,6 +33,7 @@
   const { clearRect } = CanvasRenderingContext2D.prototype;
   CanvasRenderingContext2D.prototype.clearRect = function (...given) {
     bench.drawn.add(this.canvas);
+    bench.last = performance.now();
     return clearRect.apply(this, given);
   };
 
@@ -76,6 +77,21 @@
     }
     slider.dispatchEvent(new Event('change', { bubbles: true }));
     return { taken, plots: canvases.length };
+  };
+
+  /** Presses a key that zooms or moves; resolves to ms until all that it asks for has been drawn. */
+  bench.press = async (key) => {
+    const quiet = 60; // nothing is drawn any more
+    await frame();
+    Object.assign(bench, { asked: 0, curves: 0 });
+    const begin = performance.now();
+    bench.last = begin;
+    document.body.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }));
+    do {
+      await painted();
+      if (performance.now() - begin > 10_000) throw new Error(`${key} was not drawn`);
+    } while (bench.asked !== bench.curves || performance.now() - bench.last < quiet);
+    return bench.last - begin;
   };
 
   /** Clicks on a run of the list; resolves to ms until its curves have come and all are drawn. */

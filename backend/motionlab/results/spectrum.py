@@ -154,7 +154,9 @@ def spectrum(samples: Array, *, period: float, window: Window, averages: int) ->
     window : str
         Window function, periodic.
     averages : int
-        Segments, of which each shares half with the next; 1 is the whole stretch.
+        Segments, of which each shares half with the next; 1 is the whole stretch. Several are as
+        long as they can be without a prime factor above 5, with which a transform takes four times
+        as long: up to some per cent of the samples at the end are left out.
 
     Raises
     ------
@@ -169,7 +171,7 @@ def spectrum(samples: Array, *, period: float, window: Window, averages: int) ->
                 "samples", "too few without a missing one for a spectrum", count, bounds=least
             )
         )
-    segment = count if averages == 1 else 2 * (count // (averages + 1))
+    segment = count if averages == 1 else _smooth(2 * (count // (averages + 1)))
     if segment < SEGMENT_LEAST:
         most: dict[str, float] = {"maximum": 2 * count // SEGMENT_LEAST - 1}
         told = f"leaves segments of fewer than {SEGMENT_LEAST} samples"
@@ -199,6 +201,18 @@ def spectrum(samples: Array, *, period: float, window: Window, averages: int) ->
         resolution=resolution,
         noise_bandwidth=energy / (period * area**2),
     )
+
+
+def _smooth(count: int) -> int:
+    """Return the largest even number up to a count whose prime factors are 2, 3 and 5."""
+    for even in range(count - count % 2, SEGMENT_LEAST, -2):
+        rest = even
+        for factor in (2, 3, 5):
+            while rest % factor == 0:
+                rest //= factor
+        if rest == 1:
+            return even
+    return count
 
 
 def _weights(window: Window, count: int) -> Array:
