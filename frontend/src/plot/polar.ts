@@ -12,8 +12,10 @@ export interface PolarCurve extends Look {
 }
 
 /** Of the shorter half of the canvas: the ring of the least deviation, and that of the largest. */
-const INNER = 0.34;
-const OUTER = 0.88;
+const INNER = 0.38;
+/** Room for the angles around it, and between the numbers of two rings, CSS pixels. */
+const LETTERS = 18;
+const LINE = 12;
 const RINGS = 4;
 const MARKER_EVERY = 30; // degrees
 
@@ -26,9 +28,9 @@ export function drawPolar(canvas: Canvas, curves: readonly PolarCurve[], radius:
   const step = niceStep((Math.max(0, ...all) - Math.min(0, ...all)) / RINGS);
   const low = Math.floor(Math.min(0, ...all) / step) * step;
   const high = Math.max(step, Math.ceil(Math.max(0, ...all) / step) * step);
-  const half = Math.min(width, height) / 2;
+  const half = Math.max(1, Math.min(width, height) / 2 - LETTERS);
   const [x0, y0] = [width / 2, height / 2];
-  const perMetre = ((OUTER - INNER) * half) / (high - low);
+  const perMetre = ((1 - INNER) * half) / (high - low);
   const ring = (value: number) => INNER * half + (value - low) * perMetre;
   const { factor, unit } = scaleFor(step, 'm');
 
@@ -63,12 +65,14 @@ export function drawPolar(canvas: Canvas, curves: readonly PolarCurve[], radius:
     }
   }
   const rim = canvas.palette.panel;
-  for (let k = Math.round(low / step); k <= Math.round(high / step); k++) {
+  const last = Math.round(high / step);
+  const every = Math.max(1, Math.ceil(LINE / (step * perMetre * Math.SQRT1_2)));
+  for (let k = last; k >= Math.round(low / step); k -= every) {
     const shown = Number((k * step * factor).toPrecision(3))
       .toString()
       .replace('-', '−');
     const text = k > 0 ? `+${shown}` : shown;
-    const label = k === Math.round(high / step) ? `${text} ${unit}` : text;
+    const label = k === last ? `${text} ${unit}` : text;
     const away = ring(k * step) * Math.SQRT1_2;
     canvas.write(label, x0 + away, y0 - away, { ink: 'muted', rim, align: 'center' });
   }
