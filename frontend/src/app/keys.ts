@@ -14,6 +14,7 @@ export const COMMON: KeyTable = {
       keys: 'Esc',
       does: 'STOP: ramp to rest, then currents to zero; an open sheet or menu closes first',
     },
+    { keys: 'Ctrl+K', does: 'Find a screen, a control, a channel by typing' },
     { keys: 't', does: 'Light or dark' },
     { keys: '?', does: 'This sheet' },
   ],

@@ -1,0 +1,40 @@
+"""The command palette: screens, controls and channels are found by typing."""
+
+from __future__ import annotations
+
+import re
+
+from playwright.sync_api import Page, expect
+
+from tests.e2e.actions import LONG, region, serious
+
+
+def find(page: Page, words: str) -> None:
+    page.keyboard.press("Control+k")
+    search = page.get_by_role("combobox", name="Find a screen, control or channel")
+    expect(search).to_be_focused()
+    search.fill(words)
+
+
+def test_screens_fields_buttons_keys_and_channels_by_typing(page: Page) -> None:
+    expect(region(page, "Metrics")).to_contain_text("exact", timeout=LONG)
+    find(page, "b.y.thrust")
+    page.keyboard.press("Enter")
+    expect(page.get_by_role("region", name="Thrust y, what-if")).to_be_visible()
+    find(page, "radius")
+    page.keyboard.press("Enter")
+    expect(page.get_by_role("textbox", name=re.compile("radius", re.IGNORECASE))).to_be_focused()
+    # From a field, too; what is typed there stays.
+    find(page, "all readings as a table")
+    page.keyboard.press("Enter")
+    expect(region(page, "Measurements as numbers")).to_be_visible()
+    find(page, "tune screen")
+    page.keyboard.press("Enter")
+    expect(page).to_have_url(re.compile("screen=tune"))
+    find(page, "no such thing")
+    expect(page.get_by_role("listbox", name="Commands found")).to_contain_text("Nothing")
+    page.keyboard.press("Escape")
+    expect(page.get_by_role("dialog", name="Commands")).to_be_hidden()
+    expect(page.get_by_text("STOPPED")).to_have_count(0)
+    find(page, "")
+    assert serious(page, within=".palette") == []
