@@ -305,7 +305,7 @@ def test_a_whole_number_may_have_a_point(session: Live, value: str) -> None:
     assert session.tick == before + 5
 
 
-@pytest.mark.parametrize("points", ['"100"', "true", "100.5", "9", "20001", "1e300"])
+@pytest.mark.parametrize("points", ['"100"', "true", "100.5", "9", "500001", "1e300"])
 def test_points_that_are_none(shared: Live, points: str) -> None:
     response = ask(shared, "whatIf", content=f'{{"points": {points}}}', headers=JSON)
     assert response.status_code == 422
