@@ -344,7 +344,7 @@ def test_everything_by_keyboard_alone(screen: Page) -> None:
     tab_to(screen, "Stage in Lab")
     keyboard.press("Enter")
     expect(region(screen, "Stage").get_by_role("status")).to_contain_text("model of B")
-    keyboard.press("Tab")
+    tab_to(screen, "Undo")
     keyboard.press("Enter")
     expect(region(screen, "Stage").get_by_role("status")).to_contain_text("stay as they are")
 

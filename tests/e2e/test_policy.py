@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
+from tests.e2e.actions import LONG, region
 from tests.e2e.conftest import Server
 
 TOKEN = "a-token-of-some-length"
@@ -56,6 +57,9 @@ def test_the_documentation_keeps_to_its_policy(page: Page, server: Server) -> No
 
 def test_the_theme_is_set_before_the_page_loads(page: Page, refusals: list[str]) -> None:
     refusals.append("ERR_FAILED")
+    # Parts that come later have come.
+    expect(region(page, "Metrics")).to_contain_text("exact", timeout=LONG)
+    page.wait_for_load_state("networkidle")
     page.route("**/assets/*.js", lambda route: route.abort())
     page.evaluate("localStorage.setItem('motionlab.theme', 'light')")
     page.goto(page.url)

@@ -276,7 +276,7 @@ def test_a_line_and_a_resonance_of_a_measurement_are_read_off(page: Page, server
     line, broad = (float(text) for text in found)
     assert abs(line - 47.3) < 0.25  # resolution of eight averages of 20 s
     assert abs(broad - 180.0) < 5.0
-    expect(panel).to_contain_text("resolution 0.225 Hz, noise bandwidth 0.338 Hz")
+    expect(panel).to_contain_text("resolution 0.229 Hz, noise bandwidth 0.343 Hz")
     expect(panel).to_contain_text("no scenario")
     panel.get_by_label("Averages").select_option("no average")
     expect(panel).to_contain_text("resolution 0.0500 Hz")

@@ -121,6 +121,7 @@ def test_a_path_is_given_by_its_name_and_plays_again_when_it_has_finished(page: 
 
 
 def test_a_new_session_runs_at_real_time(page: Page) -> None:
+    expect(region(page, "Metrics")).to_contain_text("exact", timeout=LONG)
     page.get_by_role("slider", name="speed").press("End")
     expect(page.locator(".bar")).to_contain_text("10×")  # noqa: RUF001
     page.reload()
