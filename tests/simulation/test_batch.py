@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from motionlab.config.load import load_scenario
 from motionlab.config.planar import AXES
 from motionlab.errors import ConfigError
+from motionlab.kernel import score
 from motionlab.kernel.build import lane_parameters
 from motionlab.kernel.layout import parameter_row
 from motionlab.results.metrics import DEFINITIONS
@@ -141,6 +143,17 @@ def test_gains_side_by_side_equal_runs_with_these_gains() -> None:
     for i, k_p in enumerate(gains):
         axes = alone("circle", SHORT | {"variants.A.controller.x.k_p": float(k_p)})["A"]["axes"]
         assert scores.metrics["itae"][i].tolist() == [axes["x"]["itae"], axes["y"]["itae"]]
+
+
+def test_another_process_runs_the_code_that_is_compiled() -> None:
+    """Arrays that come out of a pickle can be written to, for which numba compiles anew."""
+    prepared = prepare(load_scenario("circle", SHORT))
+    lanes = lanes_of(prepared)[:, :1]
+    expected = BatchRunner(prepared).score(lanes, threads=1).metrics["itae"]
+    compiled = list(score._score_narrow.signatures)
+    sent = pickle.loads(pickle.dumps(prepared))
+    assert np.array_equal(BatchRunner(sent).score(lanes, threads=1).metrics["itae"], expected)
+    assert score._score_narrow.signatures == compiled
 
 
 def test_lanes_of_a_scenario_are_those_of_its_runs() -> None:

@@ -137,12 +137,15 @@ class BatchRunner:
         tally = new_tally(width)
         errors = np.empty((ticks if keep_errors else 0, width), dtype=np.float32)
         ends = (*self.starts[1:], ticks)
+        # Compiled code differs for arrays that can be written to, as every unpickled one can.
+        target = self._target.view()
+        target.flags.writeable = False
         for phase, (start, end) in enumerate(zip(self.starts, ends, strict=True)):
             rows = lanes[phase, seats].transpose(1, 0, 2).reshape(-1, width)
             score_ticks(
                 Block(np.ascontiguousarray(rows), state),
                 self._inputs[start:end],
-                ScoreWindow(self._target, self.window[0] - start, tally, errors[start:end]),
+                ScoreWindow(target, self.window[0] - start, tally, errors[start:end]),
             )
         used = count * LANES_PER_VARIANT
         failed = state[_FAILED, :used].astype(np.int64)
