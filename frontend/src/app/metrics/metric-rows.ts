@@ -43,8 +43,6 @@ export interface MetricRow {
   numbers: readonly number[];
   /** Second variant against the first, a share; null where there is no such figure. */
   change: number | null;
-  /** Whether the change is for the better; null without judgement. */
-  better: boolean | null;
 }
 
 interface Line {
@@ -113,7 +111,6 @@ function scaleOf({ shown, definition }: Line, lines: readonly Line[]): Scale {
 function row({ shown, definition, axis, numbers }: Line, scale: Scale): MetricRow {
   const [a = Number.NaN, b = Number.NaN] = numbers;
   const change = a !== 0 && Number.isFinite(b / a) ? b / a - 1 : null;
-  const judged = definition.lower_is_better && change !== null && Math.abs(change) >= 0.0005;
   return {
     name: definition.label.replace('$', axis),
     unit: scale.unit,
@@ -122,7 +119,6 @@ function row({ shown, definition, axis, numbers }: Line, scale: Scale): MetricRo
     values: numbers.map((value) => among(value, scale)),
     numbers,
     change,
-    better: judged ? change < 0 : null,
   };
 }
 
