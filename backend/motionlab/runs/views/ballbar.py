@@ -213,3 +213,31 @@ def _variant(
         },
         both=both,
     )
+
+
+def report(found: Ballbar) -> list[str]:
+    """Return the figures as lines of text."""
+    lines = [
+        f"circle of {1e3 * found.radius:.4g} mm at {1e3 * found.feed:.4g} mm/s; deviations in um",
+        "                 G    F max    F min    0 deg   90 deg  180 deg  270 deg",
+    ]
+    for name, variant in found.variants.items():
+        for way, one in variant.directions.items():
+            values = [one.G, one.F_max, one.F_min, *one.quadrants]
+            cells = "".join(f"{_um(value):>9}" for value in values)
+            lines.append(f"  {name} {way:4}{cells}{'  simulated' if one.simulated else ''}")
+        both = variant.both
+        if both is not None:
+            lines += [
+                f"  {name} both{_um(both.G):>9}  G(b); H {_um(both.H)}, mean radius "
+                f"{_um(both.radius_error)}, centre {_um(both.offset_x)}, {_um(both.offset_y)}",
+                f"         squareness {1e6 * both.squareness:.3f} urad "
+                f"({math.degrees(both.squareness) * 3600:.3f} arcsec), scale x - y "
+                f"{1e6 * both.scale_mismatch:.2f} ppm, x lags y by "
+                f"{1e6 * both.servo_mismatch:.3f} us",
+            ]
+    return [*lines, *([found.note] if found.note else [])]
+
+
+def _um(value: float | None) -> str:
+    return "-" if value is None else f"{1e6 * value:.3f}"

@@ -64,6 +64,11 @@ class Recorded:
         """Time after the last sample, s."""
         return self.stop * self.period
 
+    @property
+    def column_size(self) -> int:
+        """Size of one column over the stretch, bytes."""
+        return (self.stop - self.first) * np.float64().itemsize
+
     def needed(self, name: str) -> Array:
         """Return a column.
 

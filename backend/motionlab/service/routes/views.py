@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Body, Request, Response
@@ -11,8 +11,8 @@ from pydantic import BaseModel, Field
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, FieldError
 from motionlab.runs.run import ID
-from motionlab.runs.views.ballbar import Ballbar, ballbar
-from motionlab.runs.views.recorded import Recorded, of_run, of_scenario, ticks_needed
+from motionlab.runs.views.recorded import of_run, of_scenario, ticks_needed
+from motionlab.runs.views.table import BY_NAME, VIEWS, View
 from motionlab.service.http.openapi_input import examples
 from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute
@@ -49,43 +49,49 @@ class ViewRequest(ChangedScenario):
     )
 
 
-@router.post("/ballbar", operation_id="viewBallbar", response_model=Ballbar, responses=_REFUSED)
-async def view_ballbar(request: Request, body: Annotated[ViewRequest, Body()]) -> Response:
-    """Return the circular test of a run or a scenario, all of it by default; docs/views.md."""
-    return await _answer(request, body, ballbar, window=False)
+def _endpoint(view: View) -> Callable[..., Coroutine[Any, Any, Response]]:
+    """Return the function that answers requests of a view."""
+
+    async def endpoint(request: Request, body: Annotated[ViewRequest, Body()]) -> Response:
+        bounds: Settings = request.app.state.settings.bounds
+        return ComputedResponse(await called(request, _viewed, view.name, body, bounds))
+
+    # The annotations are text, and refer to names that only this module has.
+    endpoint.__annotations__ = {"request": Request, "body": Annotated[ViewRequest, Body()]}
+    return endpoint
 
 
-async def _answer(
-    request: Request, body: ViewRequest, view: Callable[[Recorded], BaseModel], **options: Any
-) -> Response:
-    bounds: Settings = request.app.state.settings.bounds
-    return ComputedResponse(await called(request, _viewed, body, bounds, view, options))
+def _viewed(call: Call, name: str, body: ViewRequest, bounds: Settings) -> bytes:
+    return json_of(call, _view, (call, BY_NAME[name], body, bounds))
 
 
-def _viewed(
-    call: Call,
-    body: ViewRequest,
-    bounds: Settings,
-    view: Callable[[Recorded], BaseModel],
-    options: dict[str, Any],
-) -> bytes:
-    return json_of(call, _view, (call, body, bounds, view, options))
-
-
-def _view(
-    call: Call,
-    body: ViewRequest,
-    bounds: Settings,
-    view: Callable[[Recorded], BaseModel],
-    options: dict[str, Any],
-) -> BaseModel:
+def _view(call: Call, view: View, body: ViewRequest, bounds: Settings) -> BaseModel:
+    stretch = (body.start, body.end)
     if body.run is not None:
-        return view(of_run(body.run, body.start, body.end, **options))
-    prepared = prepare_request(body, bounds)
-    ticks = ticks_needed(prepared, body.end)
-    if ticks * CONTROL_PERIOD > bounds.direct_max:
-        most = {"maximum": bounds.direct_max}
-        told = "too long to be simulated for a view; simulate it with keep, and name the run"
-        raise ConfigError(FieldError("end", told, ticks * CONTROL_PERIOD, "", "s", most))
-    call.hold(prepared.recording_size())
-    return view(of_scenario(prepared, body.start, body.end, **options))
+        recorded = of_run(body.run, *stretch, window=view.window)
+    else:
+        prepared = prepare_request(body, bounds)
+        ticks = ticks_needed(prepared, body.end)
+        if ticks * CONTROL_PERIOD > bounds.direct_max:
+            most = {"maximum": bounds.direct_max}
+            told = "too long to be simulated for a view; simulate it with keep, and name the run"
+            raise ConfigError(FieldError("end", told, ticks * CONTROL_PERIOD, "", "s", most))
+        call.hold(prepared.recording_size())
+        recorded = of_scenario(prepared, *stretch, window=view.window)
+    call.hold(view.columns * recorded.column_size)
+    return view.compute(recorded)
+
+
+for _each in VIEWS:
+    router.add_api_route(
+        f"/{_each.name}",
+        _endpoint(_each),
+        methods=["POST"],
+        operation_id=f"view{_each.name.title()}",
+        summary=_each.summary,
+        description=f"{_each.summary}, of "
+        + ("the window of the metrics" if _each.window else "all of a run or a scenario")
+        + " by default; docs/views.md.",
+        response_model=_each.document,
+        responses=_REFUSED,
+    )

@@ -1355,8 +1355,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * View Ballbar
-         * @description Return the circular test of a run or a scenario, all of it by default; docs/views.md.
+         * Circular test, radial deviation in both directions
+         * @description Circular test, radial deviation in both directions, of all of a run or a scenario by default; docs/views.md.
          */
         post: operations["viewBallbar"];
         delete?: never;

@@ -1,10 +1,20 @@
 /** Calls of the views, and what they are of. */
 
-import type { components } from '../api/schema';
+import type { paths } from '../api/schema';
 import type { Changes, Scenario } from '../api/types';
 import { app } from '../store.svelte';
 
-export type Ballbar = components['schemas']['Ballbar'];
+/** Every view of the server. */
+export type ViewName = keyof paths extends infer Path
+  ? Path extends `/api/v1/views/${infer Name}`
+    ? Name
+    : never
+  : never;
+
+type DocumentOf<Name extends ViewName> =
+  paths[`/api/v1/views/${Name}`]['post']['responses'][200]['content']['application/json'];
+
+export type Ballbar = DocumentOf<'ballbar'>;
 
 /** A kept run or a scenario, and which stretch of it, s. */
 export interface Subject {
@@ -15,5 +25,8 @@ export interface Subject {
   end?: number;
 }
 
-export const viewBallbar = (body: Subject): Promise<Ballbar> =>
-  app.api.json('post', '/views/ballbar', { body });
+/** Returns the question of a view, for any subject. */
+export const asks =
+  <Name extends ViewName>(name: Name) =>
+  (body: Subject) =>
+    app.api.json('post', `/views/${name as ViewName}`, { body }) as Promise<DocumentOf<Name>>;

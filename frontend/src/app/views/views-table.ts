@@ -1,0 +1,18 @@
+/** The views of the page: one for each of the server, loaded when it is shown. */
+
+import type { Component } from 'svelte';
+import type { Subject, ViewName } from './views-api';
+
+export interface View {
+  name: string;
+  title: string;
+  load: () => Promise<{ default: Component<{ subject: Subject; names: readonly string[] }> }>;
+}
+
+export const VIEWS: Readonly<Record<ViewName, View>> = {
+  ballbar: {
+    name: 'Ballbar',
+    title: 'Radial deviation on a circle, both directions',
+    load: () => import('./BallbarView.svelte'),
+  },
+};
