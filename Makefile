@@ -47,8 +47,8 @@ test: $(SETUP_STAMP) $(PAGE) ## Run the tests (PYTEST_ARGS="-k circle" for some 
 		$(PY) -m pytest "$$@" $(PYTEST_ARGS); code=$$?; \
 		[ $$code = 5 ] || result=$$code; [ $$code = 5 ] || [ $$code = 0 ]; \
 	}; \
-	run -m "not browser and not realtime" -n $(WORKERS) --dist loadfile && \
-	run -m "browser and not realtime" -n $(CORES) --dist loadfile $(if $(PYTEST_ARGS),,tests/e2e) && \
+	run -m "not browser and not realtime" -n $(WORKERS) --dist loadfile --no-loadscope-reorder && \
+	run -m "browser and not realtime" -n $(CORES) --dist loadfile --no-loadscope-reorder $(if $(PYTEST_ARGS),,tests/e2e) && \
 	run -m realtime $(if $(PYTEST_ARGS),,tests/drive tests/e2e); \
 	exit $$result
 

@@ -78,8 +78,36 @@ MAY_TAKE_TWO = {
 """Files of tests that may pass at the second try, and why; any other one counts as failed."""
 
 
+LONGEST = (
+    "project/test_documented_commands.py",
+    "service/test_drive_motion.py",
+    "executors/test_executors.py",
+    "service/test_fuzz.py",
+    "kernel/test_plain_python.py",
+    "project/test_wheel.py",
+    "runs/test_recording.py",
+    "service/test_generated_clients.py",
+    "studies/paper/test_reproduce.py",
+    "drive/test_against_simulation.py",
+    "service/test_slow_clients.py",
+    "service/test_memory_budget.py",
+    "service/test_job_processes.py",
+    "service/test_drive_history.py",
+    "e2e/test_lab.py",
+    "e2e/test_runs.py",
+    "e2e/test_trajectories.py",
+    "e2e/test_scene.py",
+)
+"""Files that take longest: they begin first, so that no core waits for one of them."""
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Try a failed test again where CI has other work, to tell what fails from what races."""
+    """Begin with the longest files; try a failed test again where CI has other work.
+
+    The second try tells what fails from what races.
+    """
+    order = {name: place for place, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: order.get(item.path.relative_to(TESTS).as_posix(), len(order)))
     if os.environ.get("CI") != "true":
         return
     for item in items:
