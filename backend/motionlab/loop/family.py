@@ -184,7 +184,7 @@ class LoopFamily:
         """Return value and velocity of each of the `Figures` for n pairs of gains, (n,) each."""
         free, p, d = self.response
         L = free + k_p[:, None, None] * p + k_d[:, None, None] * d
-        loops, L = L.shape[:2], L.reshape(-1, L.shape[-1])
+        L = L.reshape(-1, L.shape[-1])
         size = L.real**2 + L.imag**2
         phase = np.full(len(L), math.inf)
         row, at_unity = _between(L, size > 1.0, lambda ends: np.log(np.abs(ends)))
@@ -193,12 +193,10 @@ class LoopFamily:
         row, turns = _between(L, L.imag > 0.0, lambda ends: np.angle(-ends))
         np.minimum.at(gain, row, np.abs(np.log(np.abs(turns))))
         nearest = np.sqrt((1.0 + 2.0 * L.real + size).min(axis=-1))
-        factor, least = self._least(gain.reshape(loops)), self._least(nearest.reshape(loops))
-        return [
-            (np.exp(factor[0]), factor[1]),
-            self._least(phase.reshape(loops)),
-            (1.0 / np.maximum(least[0], _TINY), least[1]),
-        ]
+        every = np.concatenate([gain, phase, nearest]).reshape(-1, len(self.velocity))
+        value, velocity = (found.reshape(3, -1) for found in self._least(every))
+        worst = np.exp(value[0]), value[1], 1.0 / np.maximum(value[2], _TINY)
+        return list(zip(worst, velocity, strict=True))
 
     def _least(self, values: Array) -> tuple[Array, Array]:
         """Return the least of (n, v) values over the velocities, on the parabola through it."""

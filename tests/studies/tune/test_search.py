@@ -390,7 +390,8 @@ LIMITS: dict[str, Any] = {
 
 
 def test_a_motor_that_cannot_follow_is_named() -> None:
-    light = {"base": "nominal", "x": {"mass": 0.5}, "y": {"mass": 0.5}}
-    quick = {"plant": light, "trajectory.frequency": 8.0, "trajectory.radius": 0.01}
+    slick = {"friction": {"F_s": 0.01, "F_c": 0.01}}
+    easy = {"plant": {"base": "nominal", "x": slick, "y": slick}}
+    weak = {"variants.B.controller.force_limit": 4.5}
     with pytest.raises(ConfigError, match=r"plants: .*cannot follow the motion.*matched"):
-        mapped(set=quick, plants=["matched"])
+        mapped(set=SHORT | easy | weak, plants=["matched"])

@@ -158,8 +158,8 @@ class AxisLandscape(_Document):
         "without linearisation; saturated and force, null where it diverged",
     )
     edge: list[list[tuple[float, float]]] = Field(
-        description="Lines of (k_p, k_d) on which the linearised loop of the scenario's motor is at "
-        "the stability boundary"
+        description="Lines of (k_p, k_d) on which the linearised loop is at the stability "
+        "boundary, on the scenario's own motor"
     )
     present: tuple[float, float] = Field(description="k_p and k_d of the scenario")
     paper: tuple[float, float] = Field(description="k_p and k_d of the paper for this motion")
