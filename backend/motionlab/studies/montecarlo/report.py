@@ -76,7 +76,10 @@ def report(found: MonteCarloDocument) -> str:
 
 
 def _what_decides(found: MonteCarloDocument) -> list[str]:
-    """Return the parameters that correlate most with the largest following error, by axis."""
+    """Return the parameters that correlate most with the largest following error.
+
+    Of value and deviation of a parameter only the one that correlates more.
+    """
     lines = [
         "rank correlation of max |e| with what was drawn, over the drawn range; chance exceeds "
         f"{found.significant:.2f} for any of them once in twenty studies:"
@@ -84,17 +87,15 @@ def _what_decides(found: MonteCarloDocument) -> list[str]:
     for name, variant in found.variants.items():
         for axis, part in variant.axes.items():
             rhos = part.correlations["max_abs_following_error"]
-            beyond = sorted(
-                (
-                    (rho, parameter)
-                    for parameter, rho in zip(found.parameters[axis], rhos, strict=True)
-                    if rho is not None and abs(rho) > found.significant
-                ),
-                key=lambda one: -abs(one[0]),
-            )
+            strongest: dict[str, tuple[float, str]] = {}
+            for parameter, rho in zip(found.parameters[axis], rhos, strict=True):
+                known = abs(strongest.get(parameter.path, (found.significant, ""))[0])
+                if rho is not None and abs(rho) > known:
+                    strongest[parameter.path] = rho, parameter.of
+            most = sorted(strongest.items(), key=lambda one: -abs(one[1][0]))
             told = ", ".join(
-                f"{'deviation of ' * (parameter.of == 'deviation')}{parameter.path} {rho:+.2f}"
-                for rho, parameter in beyond[:_DECIDING]
+                f"{'deviation of ' * (of == 'deviation')}{path} {rho:+.2f}"
+                for path, (rho, of) in most[:_DECIDING]
             )
             lines.append(f"  {name} {axis}  {told or 'none beyond chance'}")
     return lines
