@@ -19,11 +19,12 @@ export interface Cells {
   rows: Rows;
   colour: AxisScale;
   map: ColourMap;
+  region?: readonly (readonly boolean[])[] | undefined;
 }
 
 /** Cells by pixel, so that a logarithmic axis has no seams; kept, as the cursor only lies over it. */
 export function heatPicture({ palette }: Canvas, box: Box, cells: Cells): HTMLCanvasElement {
-  const { x, y, between, rows, colour, map } = cells;
+  const { x, y, between, rows, colour, map, region } = cells;
   const picture = document.createElement('canvas');
   const width = (picture.width = Math.max(
     1,
@@ -44,6 +45,7 @@ export function heatPicture({ palette }: Canvas, box: Box, cells: Cells): HTMLCa
     lines: cellsOf(y, between.y, box.top, height, devicePixelRatio),
     rows,
     colours: lookup(map),
+    region,
     share: (value) => 1 - colour.px(value) / foot,
     ground: pixelOf(palette.panel),
     hatch: pixelOf(palette.border),
@@ -70,6 +72,7 @@ export function drawOverlay(
     c.stroke();
   }
   c.setLineDash([]);
+  lines.forEach((line, i) => writeOn(canvas, line, x, y, i));
   for (const { x: atX, y: atY, label, ink, marker } of points) {
     const [px, py] = [x.px(atX), y.px(atY)];
     if (!Number.isFinite(px + py)) continue;
@@ -95,6 +98,26 @@ export function drawOverlay(
       rim: DARK,
     });
   }
+}
+
+/** Shares of a line at which labels stand, in turn, so that neighbours keep apart. */
+const PLACES = [0.5, 0.35, 0.65, 0.25, 0.75];
+
+/** The label of a line, on its longest piece. */
+function writeOn(canvas: Canvas, line: Line, x: AxisScale, y: AxisScale, turn: number): void {
+  const { label, x: xs, y: ys } = line;
+  if (label === undefined) return;
+  let [begin, length] = [0, 0];
+  for (let i = 0, from = 0; i <= xs.length; i++) {
+    if (i < xs.length && xs[i] !== null && x.holds(xs[i] ?? 0) && y.holds(ys[i] ?? 0)) continue;
+    if (i - from > length) [begin, length] = [from, i - from];
+    from = i + 1;
+  }
+  if (length < 4) return;
+  const at = begin + Math.floor(length * (PLACES[turn % PLACES.length] ?? 0.5));
+  canvas.font(10, 600);
+  canvas.c.fillStyle = DARK;
+  canvas.write(label, x.px(xs[at]), y.px(ys[at]), { align: 'center', rim: LIGHT });
 }
 
 /** The frame of the cell that is read. */
