@@ -6,7 +6,7 @@ import { crisp, markerAt, type Box, type Canvas } from './canvas';
 import { lookup, pixelOf, steps, type ColourMap } from './colour-maps';
 import { cellsOf, paint, type Rows } from './heat-grid';
 import { tracePath } from './series-drawing';
-import type { Line, Spot } from './types';
+import type { Line, Numbers, Spot } from './types';
 
 /** Dark with a light rim, so that lines and points show on every colour. */
 const [DARK, LIGHT] = ['#000000', '#ffffff'];
@@ -65,14 +65,15 @@ export function drawOverlay(
     const { ink, width = 1.6, dash } = line;
     tracePath(canvas, line, x, y);
     canvas.pen('text', 1.9 * width);
-    c.strokeStyle = 'rgb(255 255 255 / 75%)';
+    c.strokeStyle = palette.panel;
+    c.globalAlpha = 0.75;
     c.stroke();
+    c.globalAlpha = 1;
     canvas.pen(ink ?? 'text', width, dash);
-    if (!ink) c.strokeStyle = DARK;
     c.stroke();
   }
   c.setLineDash([]);
-  lines.forEach((line, i) => writeOn(canvas, line, x, y, i));
+  writeOnLines(canvas, lines, points, x, y);
   for (const { x: atX, y: atY, label, ink, marker } of points) {
     const [px, py] = [x.px(atX), y.px(atY)];
     if (!Number.isFinite(px + py)) continue;
@@ -100,24 +101,52 @@ export function drawOverlay(
   }
 }
 
-/** Shares of a line at which labels stand, in turn, so that neighbours keep apart. */
-const PLACES = [0.5, 0.35, 0.65, 0.25, 0.75];
+/** Shares of a line at which its label may stand, and half of a label's height. */
+const PLACES = [0.5, 0.35, 0.65, 0.2, 0.8];
+const HALF = 7;
 
-/** The label of a line, on its longest piece. */
-function writeOn(canvas: Canvas, line: Line, x: AxisScale, y: AxisScale, turn: number): void {
-  const { label, x: xs, y: ys } = line;
-  if (label === undefined) return;
+/** Labels of lines, each on the longest piece of its own, where none stands that was written before. */
+function writeOnLines(
+  canvas: Canvas,
+  lines: readonly Line[],
+  points: readonly Spot[],
+  x: AxisScale,
+  y: AxisScale,
+): void {
+  canvas.font(10, 600);
+  canvas.c.fillStyle = DARK;
+  const taken = points.map((spot) => ({ px: x.px(spot.x), py: y.px(spot.y), half: 10 }));
+  // Bold lines first: where there is room for few labels, it is theirs.
+  const wide = [...lines].sort((one, other) => (other.width ?? 1.6) - (one.width ?? 1.6));
+  for (const { label, x: xs, y: ys } of wide) {
+    if (label === undefined) continue;
+    const half = canvas.c.measureText(label).width / 2 + 4;
+    const [begin, length] = longest(xs, ys, x, y);
+    const place = PLACES.map((share) => begin + Math.floor(length * share))
+      .map((at) => ({ px: x.px(xs[at]), py: y.px(ys[at]), half }))
+      .find(({ px, py }) => {
+        const inside = px - half > x.pixels[0] && px + half < x.pixels[1];
+        const free = taken.every(
+          (one) => Math.abs(one.py - py) > 2 * HALF || Math.abs(one.px - px) > one.half + half,
+        );
+        return inside && free;
+      });
+    if (!place) continue;
+    taken.push(place);
+    canvas.write(label, place.px, place.py, { align: 'center', rim: LIGHT });
+  }
+}
+
+/** Begin and length of the longest piece of a line within the plot. */
+function longest(xs: Numbers, ys: Numbers, x: AxisScale, y: AxisScale): [number, number] {
   let [begin, length] = [0, 0];
   for (let i = 0, from = 0; i <= xs.length; i++) {
-    if (i < xs.length && xs[i] !== null && x.holds(xs[i] ?? 0) && y.holds(ys[i] ?? 0)) continue;
+    const [px, py] = [xs[i] ?? null, ys[i] ?? null];
+    if (px !== null && py !== null && x.holds(px) && y.holds(py)) continue;
     if (i - from > length) [begin, length] = [from, i - from];
     from = i + 1;
   }
-  if (length < 4) return;
-  const at = begin + Math.floor(length * (PLACES[turn % PLACES.length] ?? 0.5));
-  canvas.font(10, 600);
-  canvas.c.fillStyle = DARK;
-  canvas.write(label, x.px(xs[at]), y.px(ys[at]), { align: 'center', rim: LIGHT });
+  return [begin, length];
 }
 
 /** The frame of the cell that is read. */

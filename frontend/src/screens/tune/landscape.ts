@@ -34,9 +34,9 @@ const LIMITED = [
 
 /** Of each margin: levels that are drawn beside its limit, how it looks, and what instability is. */
 const CONTOURS = {
-  gain_margin: { levels: [3, 6, 12], ink: 'phase-b', dash: 'dash', unstable: 0 },
-  phase_margin: { levels: [15, 30, 45], ink: 'phase-c', dash: 'solid', unstable: 0 },
-  Ms: { levels: [1.5, 2, 3], ink: 'difference', dash: 'dot', unstable: Infinity },
+  gain_margin: { levels: [3, 12], ink: 'phase-b', dash: 'dash', unstable: 0 },
+  phase_margin: { levels: [15, 45], ink: 'phase-c', dash: 'solid', unstable: 0 },
+  Ms: { levels: [1.5, 2.5], ink: 'difference', dash: 'dot', unstable: Infinity },
 } as const;
 
 type Limits = Readonly<Record<string, number | null>>;
@@ -120,7 +120,7 @@ export function spotsOf(lines: readonly CandidateLine[], chosen: string): Spot[]
       name,
       x: k_p,
       y: k_d,
-      ...(own ?? { ink: 'staged', marker: 'circle', family: 'found from each start' }),
+      ...(own ?? { ink: 'staged', marker: 'circle', family: 'found' }),
     };
     return id === chosen ? { ...spot, label: name } : spot;
   });
