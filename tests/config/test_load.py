@@ -78,6 +78,13 @@ def test_a_value_is_shown_as_json_and_a_switch_is_named() -> None:
     )
 
 
+def test_a_table_that_is_given_stays_as_it_was() -> None:
+    circle = {"kind": "circle", "radius": 0.01, "frequency": 1.0}
+    given = {"trajectory": circle, "trajectory.radius": 0.02}
+    assert getattr(load_scenario("circle", given).trajectory, "radius") == 0.02  # noqa: B009
+    assert circle["radius"] == 0.01
+
+
 def test_one_field_under_two_names_is_refused() -> None:
     (found,) = refused({"plant": "matched", "plant.base": "nominal"})
     assert (found.loc, found.message) == ("plant.base", "is set twice, also as plant")

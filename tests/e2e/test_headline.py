@@ -67,6 +67,7 @@ def test_a_term_explains_itself_on_focus_and_on_hover(page: Page) -> None:
     line = page.get_by_role("group", name="A x margins")
     term = line.get_by_text("PM", exact=True)
     tip = page.get_by_role("tooltip").filter(has_text="Phase margin")
+    page.keyboard.press("Tab")  # the focus is one of the keyboard
     term.focus()
     expect(tip).to_be_visible()
     expect(tip).to_contain_text("lag")
@@ -74,4 +75,18 @@ def test_a_term_explains_itself_on_focus_and_on_hover(page: Page) -> None:
     region(page, "Changes").get_by_role("button", name="Undo").focus()
     expect(tip).to_have_count(0)
     page.get_by_role("group", name="B y margins").get_by_text("GM", exact=True).hover()
-    expect(page.get_by_role("tooltip").filter(has_text="Gain margin")).to_be_visible()
+    other = page.get_by_role("tooltip").filter(has_text="Gain margin")
+    expect(other).to_be_visible()
+    # A control explains itself too; Escape closes it, and at the edge it stays in the window.
+    page.get_by_role("checkbox", name="B DOB").focus()
+    observer = page.get_by_role("tooltip").filter(has_text="Disturbance observer")
+    expect(observer).to_be_visible()
+    box, size = observer.bounding_box(), page.viewport_size
+    assert box is not None and size is not None
+    assert box["x"] >= 0 and box["x"] + box["width"] <= size["width"]
+    assert box["y"] >= 0 and box["y"] + box["height"] <= size["height"]
+    page.keyboard.press("Escape")
+    expect(page.get_by_role("tooltip")).to_have_count(0)
+    # Each term is reached by Tab once, and a sentence sets its symbols as the gains do.
+    assert page.locator(".term[data-term=k_p][tabindex='0']").count() == 1
+    expect(region(page, "Result")).not_to_contain_text("_")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+import pytest
 from playwright.sync_api import Page, expect
 
 from tests.e2e.actions import API, LONG, button, region, serious, set_field, until
@@ -12,7 +13,7 @@ from tests.e2e.conftest import Server
 PATIENT = 120_000  # ms; the first study of a new model compiles its kernel
 
 
-def test_bands_spec_and_stale_draft_survive_a_reload(page: Page) -> None:
+def test_bands_spec_and_stale_draft_survive_a_reload(page: Page, server: Server) -> None:
     page.keyboard.press("w")
     panel = region(page, "Monte Carlo")
     panel.locator("summary").first.click()
@@ -29,6 +30,28 @@ def test_bands_spec_and_stale_draft_survive_a_reload(page: Page) -> None:
         for name in "AB"
     ]
     assert medians[0] > 1.5 * medians[1]
+
+    # What decides is told as the server computed it; the worst motor shows its row in the Lab.
+    jobs = page.request.get(f"{server.url}{API}/jobs").json()
+    job = next(each["id"] for each in jobs if each["kind"] == "monte-carlo")
+    study = page.request.get(f"{server.url}{API}/jobs/{job}").json()["result"]
+    names = [(each["path"], each["of"]) for each in study["parameters"]["x"]]
+    rho = study["variants"]["A"]["axes"]["x"]["correlations"]["max_abs_following_error"]
+    decides = panel.get_by_role("table", name="Rank correlations").locator("tbody tr")
+    stiction = decides.filter(has_text="stiction Fs").filter(has_not_text="deviation")
+    told = stiction.locator("td").first.inner_text().replace("\u2212", "-")
+    assert float(told) == pytest.approx(rho[names.index(("friction.F_s", "value"))], abs=6e-3)
+    worst = panel.get_by_role("table", name="Worst plants").locator("tr", has_text="B x")
+    largest = worst.locator("td").first.inner_text()
+    row = next(one for one in study["worst"] if (one["variant"], one["axis"]) == ("B", "x"))
+    assert float(largest) == pytest.approx(1e6 * row["value"], rel=6e-3)
+    worst.get_by_role("button").click()
+    expect(panel).to_contain_text(f"plant {row['case']} of this study, staged")
+    shown = region(page, "Metrics").locator("tr", has_text="max |ex|").locator("td").nth(1)
+    expect(shown).to_have_text(largest, timeout=LONG)
+    expect(scope).to_contain_text("of 100 plants")
+    button(page, "Back to its own motor")
+    expect(panel).not_to_contain_text("of this study, staged")
 
     field = "Largest following error allowed on x, µm"
     set_field(page, field, "12")

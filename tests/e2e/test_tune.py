@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator
 
@@ -93,13 +94,31 @@ def test_progress_is_shown_and_a_search_is_cancelled(tune: Page) -> None:
     expect(page.get_by_role("button", name="Search gains")).to_be_enabled()
 
 
-def test_gains_are_picked_off_the_map_and_refused_where_unstable(tune: Page) -> None:
+def test_gains_are_picked_off_the_map_and_refused_where_unstable(
+    tune: Page, server: Server
+) -> None:
     page = tune
     page.get_by_role("radio", name="x", exact=True).first.click()
     button(page, "Map the cost")
     landscape = region(page, "Landscape")
     expect(landscape).to_contain_text("stability boundary", timeout=SLOW)
     expect(region(page, "Search").get_by_role("progressbar")).to_have_count(0, timeout=SLOW)
+    # both motors count, and the map's margins are those of the server
+    expect(landscape).to_contain_text("worst of nominal, matched")
+    jobs = page.request.get(f"{server.url}{API}/jobs").json()
+    job = next(each["id"] for each in jobs if each["kind"] == "landscape")
+    grid = page.request.get(f"{server.url}{API}/jobs/{job}").json()["result"]["axes"]["x"]
+    landscape.get_by_role("button", name="Table of Axis x").click()
+    row = landscape.locator("tbody tr", has_text="PM").nth(20)
+    phase = grid["limits"]["phase_margin"][20][0]
+    assert phase is not None
+    shown = float(row.locator("td").nth(1).inner_text())
+    assert shown == pytest.approx(math.degrees(phase), rel=6e-3)
+    landscape.get_by_role("button", name="Table of Axis x").click()
+    margin = landscape.get_by_role("button", name="PM", exact=True)
+    expect(margin).to_have_attribute("aria-pressed", "true")
+    margin.click()
+    expect(margin).to_have_attribute("aria-pressed", "false")
     picture = landscape.get_by_role("slider")
     box = picture.bounding_box()
     assert box is not None

@@ -90,7 +90,8 @@ def apply_changes(document: dict[str, Any], changes: Mapping[str, Any]) -> dict[
         for path, value in group:
             if path == "base":
                 raise ConfigError(FieldError("base", "is not a field: name the scenario"))
-            set_path(tables, _field(path), value)
+            # A deeper path may change a table of this value, which is the caller's.
+            set_path(tables, _field(path), copied(value))
             # It may name a part, or hold one with a base.
             names_parts |= isinstance(value, str | dict) and dots < _PART_PARTS
         if names_parts:

@@ -6,7 +6,7 @@ import { crisp, markerAt, type Box, type Canvas } from './canvas';
 import { lookup, pixelOf, steps, type ColourMap } from './colour-maps';
 import { cellsOf, paint, type Rows } from './heat-grid';
 import { tracePath } from './series-drawing';
-import type { Line, Spot } from './types';
+import type { Line, Numbers, Spot } from './types';
 
 /** Dark with a light rim, so that lines and points show on every colour. */
 const [DARK, LIGHT] = ['#000000', '#ffffff'];
@@ -19,11 +19,12 @@ export interface Cells {
   rows: Rows;
   colour: AxisScale;
   map: ColourMap;
+  region?: readonly (readonly boolean[])[] | undefined;
 }
 
 /** Cells by pixel, so that a logarithmic axis has no seams; kept, as the cursor only lies over it. */
 export function heatPicture({ palette }: Canvas, box: Box, cells: Cells): HTMLCanvasElement {
-  const { x, y, between, rows, colour, map } = cells;
+  const { x, y, between, rows, colour, map, region } = cells;
   const picture = document.createElement('canvas');
   const width = (picture.width = Math.max(
     1,
@@ -44,6 +45,7 @@ export function heatPicture({ palette }: Canvas, box: Box, cells: Cells): HTMLCa
     lines: cellsOf(y, between.y, box.top, height, devicePixelRatio),
     rows,
     colours: lookup(map),
+    region,
     share: (value) => 1 - colour.px(value) / foot,
     ground: pixelOf(palette.panel),
     hatch: pixelOf(palette.border),
@@ -63,13 +65,15 @@ export function drawOverlay(
     const { ink, width = 1.6, dash } = line;
     tracePath(canvas, line, x, y);
     canvas.pen('text', 1.9 * width);
-    c.strokeStyle = 'rgb(255 255 255 / 75%)';
+    c.strokeStyle = palette.panel;
+    c.globalAlpha = 0.75;
     c.stroke();
+    c.globalAlpha = 1;
     canvas.pen(ink ?? 'text', width, dash);
-    if (!ink) c.strokeStyle = DARK;
     c.stroke();
   }
   c.setLineDash([]);
+  writeOnLines(canvas, lines, points, x, y);
   for (const { x: atX, y: atY, label, ink, marker } of points) {
     const [px, py] = [x.px(atX), y.px(atY)];
     if (!Number.isFinite(px + py)) continue;
@@ -95,6 +99,54 @@ export function drawOverlay(
       rim: DARK,
     });
   }
+}
+
+/** Shares of a line at which its label may stand, and half of a label's height. */
+const PLACES = [0.5, 0.35, 0.65, 0.2, 0.8];
+const HALF = 7;
+
+/** Labels of lines, each on the longest piece of its own, where none stands that was written before. */
+function writeOnLines(
+  canvas: Canvas,
+  lines: readonly Line[],
+  points: readonly Spot[],
+  x: AxisScale,
+  y: AxisScale,
+): void {
+  canvas.font(10, 600);
+  canvas.c.fillStyle = DARK;
+  const taken = points.map((spot) => ({ px: x.px(spot.x), py: y.px(spot.y), half: 10 }));
+  // Bold lines first: where there is room for few labels, it is theirs.
+  const wide = [...lines].sort((one, other) => (other.width ?? 1.6) - (one.width ?? 1.6));
+  for (const { label, x: xs, y: ys } of wide) {
+    if (label === undefined) continue;
+    const half = canvas.c.measureText(label).width / 2 + 4;
+    const [begin, length] = longest(xs, ys, x, y);
+    const place = PLACES.map((share) => begin + Math.floor(length * share))
+      .map((at) => ({ px: x.px(xs[at]), py: y.px(ys[at]), half }))
+      .find(({ px, py }) => {
+        const inside = px - half > x.pixels[0] && px + half < x.pixels[1];
+        const free = taken.every(
+          (one) => Math.abs(one.py - py) > 2 * HALF || Math.abs(one.px - px) > one.half + half,
+        );
+        return inside && free;
+      });
+    if (!place) continue;
+    taken.push(place);
+    canvas.write(label, place.px, place.py, { align: 'center', rim: LIGHT });
+  }
+}
+
+/** Begin and length of the longest piece of a line within the plot. */
+function longest(xs: Numbers, ys: Numbers, x: AxisScale, y: AxisScale): [number, number] {
+  let [begin, length] = [0, 0];
+  for (let i = 0, from = 0; i <= xs.length; i++) {
+    const [px, py] = [xs[i] ?? null, ys[i] ?? null];
+    if (px !== null && py !== null && x.holds(px) && y.holds(py)) continue;
+    if (i - from > length) [begin, length] = [from, i - from];
+    from = i + 1;
+  }
+  return [begin, length];
 }
 
 /** The frame of the cell that is read. */

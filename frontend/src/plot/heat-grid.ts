@@ -1,7 +1,7 @@
 /** What HeatMap draws of its grid: which cell a pixel belongs to, and the picture of all cells. */
 
 import { AxisScale, extent, type Extent } from './axis-scale';
-import type { PlotAxis, Series, Spot } from './types';
+import type { Line, PlotAxis, Series, Spot } from './types';
 
 /** Values of a grid, row by row along y: null and NaN are cells without a value. */
 export type Rows = readonly ArrayLike<number | null>[];
@@ -111,6 +111,8 @@ export interface Painting {
   colours: Uint32Array;
   /** Share 0 to 1 along the colour axis; NaN where there is no value. */
   share: (value: number | null | undefined) => number;
+  /** Cells that are drawn faint and hatched. */
+  region?: readonly (readonly boolean[])[] | undefined;
   /** Pixels of cells without a value: ground and hatching. */
   ground: number;
   hatch: number;
@@ -129,9 +131,23 @@ export function cellsOf(
   );
 }
 
+/** Share of the ground in cells that are drawn faint. */
+const FAINT = 0.62;
+
+/** A pixel between two, `share` of the second. */
+function mixed(one: number, other: number, share: number): number {
+  let pixel = 0;
+  for (let shift = 24; shift >= 0; shift -= 8) {
+    const [a, b] = [(one >>> shift) & 255, (other >>> shift) & 255];
+    pixel = pixel * 256 + Math.round(a + (b - a) * share);
+  }
+  return pixel;
+}
+
 /** Fills an image, 32-bit pixels row by row from the top. */
 export function paint(image: Uint32Array, painting: Painting): void {
-  const { width, height, columns, lines, rows, colours, share, ground, hatch } = painting;
+  const { width, height, columns, lines, rows, colours, share, region, ground, hatch } = painting;
+  const faint = region ? colours.map((colour) => mixed(colour, ground, FAINT)) : colours;
   const top = colours.length - 1;
   const across = Math.max(0, ...rows.map((row) => row.length));
   // A cell is looked up once, not for each of its pixels.
@@ -143,13 +159,28 @@ export function paint(image: Uint32Array, painting: Painting): void {
   );
   for (let j = 0; j < height; j++) {
     const row = shades[lines[j] as number];
+    const outside = region?.[lines[j] as number];
     for (let i = 0; i < width; i++) {
       const cell = columns[i] as number;
       const shade = row && cell >= 0 ? (row[cell] ?? -1) : -2;
+      if (shade >= 0 && outside?.[cell]) {
+        image[j * width + i] = (i - j + height) % 10 < 2 ? hatch : (faint[shade] as number);
+        continue;
+      }
       image[j * width + i] =
         shade >= 0 ? (colours[shade] as number) : shade === -1 && (i + j) % 8 < 2 ? hatch : ground;
     }
   }
+}
+
+/** Entries of the legend for lines: one for each, or one for a family. */
+export function lineKeys(lines: readonly Line[]): Series[] {
+  const found = new Map<string, Series>();
+  for (const line of lines) {
+    const name = line.family ?? line.name;
+    if (!found.has(name)) found.set(name, { ...line, name, kind: 'line' });
+  }
+  return [...found.values()];
 }
 
 /** Entries of the legend for points: one for each, or one for a family. */

@@ -5,7 +5,7 @@ import type { Canvas } from './canvas';
 import type { Rows } from './heat-grid';
 import type { Range } from './range';
 import type { SampleSource } from './source';
-import type { Band, Series } from './types';
+import type { Band, Layer, Series } from './types';
 
 /** Curves of a source over time. */
 export interface SourceData {
@@ -28,6 +28,8 @@ export interface GridData {
   x: AxisScale;
   y: AxisScale;
   z: AxisScale;
+  /** Further quantities, in the unit that they are shown in. */
+  layers?: readonly Layer[];
 }
 
 /** The numbers that a plot shows. */

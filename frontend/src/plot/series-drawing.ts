@@ -58,6 +58,7 @@ export function drawSeries(canvas: Canvas, series: Series, x: AxisScale, y: Axis
   const { kind, ink = 'text', marker, width = 1.6, dash } = series;
   if (kind === 'bars') drawBars(canvas, series, x, y);
   else if (kind !== 'points') {
+    if (series.area) drawArea(canvas, series, x, y);
     canvas.pen(ink, width, dash);
     c.lineJoin = 'round';
     tracePath(canvas, series, x, y);
@@ -71,6 +72,30 @@ export function drawSeries(canvas: Canvas, series: Series, x: AxisScale, y: Axis
   const markers = canvas.shape(markersPath(series, x, y));
   c.fill(markers);
   c.stroke(markers);
+}
+
+/** The area between steps and zero. */
+function drawArea(
+  canvas: Canvas,
+  { x: xs, y: ys, ink = 'text', area }: Series,
+  x: AxisScale,
+  y: AxisScale,
+) {
+  const { c, palette } = canvas;
+  const foot = y.log ? y.pixels[0] : y.px(Math.min(Math.max(0, y.from), y.to));
+  c.beginPath();
+  for (let i = 1; i < xs.length; i++) {
+    const [from, to, top] = [x.px(xs[i - 1]), x.px(xs[i]), near(y.px(ys[i - 1]))];
+    if (Number.isFinite(from + to + top)) c.rect(from, top, to - from, foot - top);
+  }
+  const alpha = c.globalAlpha;
+  c.globalAlpha = 0.25 * alpha;
+  c.fillStyle = palette[ink];
+  c.fill();
+  c.globalAlpha = alpha;
+  if (area !== 'hatched') return;
+  c.fillStyle = canvas.hatch(ink, 0.9);
+  c.fill();
 }
 
 /** Bars from zero (of a logarithmic axis, from its foot) to each value. */

@@ -95,12 +95,18 @@ function ofCurves({ series, bands, x, y }: CurveData): Table {
   ];
 }
 
-function ofGrid({ xs, ys, rows, x, y, z }: GridData): Table {
-  const head = [[x, x.axis.unit] as const, [y, y.axis.unit] as const, [z, z.axis.unit] as const];
+function ofGrid({ xs, ys, rows, x, y, z, layers = [] }: GridData): Table {
   return [
-    head.map(([axis, unit]) => named(axis.label, unit)),
+    [
+      ...[x, y, z].map(({ label, axis }) => named(label, axis.unit)),
+      ...layers.map(({ label, unit }) => named(label, unit)),
+    ],
     ...Array.from(ys, (down, j) =>
-      Array.from(xs, (across, i) => [across, down, rows[j]?.[i] ?? null]),
+      Array.from(xs, (across, i) => [
+        across,
+        down,
+        ...[rows, ...layers.map((layer) => layer.rows)].map((of) => of[j]?.[i] ?? null),
+      ]),
     ).flat(),
   ];
 }

@@ -26,6 +26,8 @@ export interface Look {
   width?: number;
   /** `line` joins the points, `step` holds each value until the next, `bars` stand on zero. */
   kind?: 'line' | 'points' | 'step' | 'bars';
+  /** What lies between steps and zero: tinted, or hatched besides, to tell two apart. */
+  area?: 'tinted' | 'hatched';
 }
 
 export interface PlotAxis {
@@ -90,4 +92,29 @@ export interface Spot {
   family?: string;
 }
 
-export type Line = Pick<Series, 'name' | 'x' | 'y' | 'ink' | 'dash' | 'width'>;
+export interface Line extends Pick<Series, 'name' | 'x' | 'y' | 'ink' | 'dash' | 'width'> {
+  /** Written on the line. */
+  label?: string;
+  /** One entry of the legend for all lines of a family. */
+  family?: string;
+}
+
+/** A further quantity of a grid, in the unit that it is shown in. */
+export interface Layer {
+  label: string;
+  unit: string;
+  rows: readonly Numbers[];
+}
+
+/** Cells that are drawn faint and hatched. */
+export interface Region {
+  name: string;
+  rows: readonly (readonly boolean[])[];
+}
+
+/** Entries of a legend that switch what they stand for. */
+export interface Switches {
+  /** By name, whether it is drawn; others are no switches. */
+  on: Readonly<Record<string, boolean>>;
+  toggle: (name: string) => void;
+}

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import math
+from pathlib import Path
 from typing import Any
 
 import httpx
@@ -17,6 +19,8 @@ from motionlab.simulation.result import document
 from motionlab.simulation.run import run
 from motionlab.studies.montecarlo.cases import plan, run_cases
 from motionlab.studies.montecarlo.document import MonteCarloDocument
+from motionlab.studies.montecarlo.draw import own_value
+from motionlab.studies.montecarlo.report import report
 from motionlab.studies.montecarlo.request import read_request
 from tests.service.live import API, until
 
@@ -64,6 +68,41 @@ def test_a_case_is_printed_as_options_of_run(capsys: pytest.CaptureFixture[str])
     assert ran["max_abs_following_error"] == peaks[3]
 
 
+def corner(a_max: float) -> dict[str, Any]:
+    points = [[0.0, 0.0], [0.004, 0.0], [0.004, 0.004]]
+    limits = {"v_max": 0.1, "a_max": a_max, "j_max": 1000.0}
+    return {"kind": "path", "law": "time_optimal", "points": points} | limits
+
+
+def test_a_case_of_a_time_optimal_path_keeps_the_motion_of_the_study() -> None:
+    """A path that names no motor would be planned anew for the case's own, here a lighter one."""
+    vary = [{"path": "mass", "kind": "uniform", "low": 5.0, "high": 5.4}]
+    changes = {"trajectory": corner(20.0)}
+    study = run_cases(plan(read_request({"cases": 2, "set": changes, "vary": vary})))
+    worst = study.worst[0]
+    prepared = prepare(load_scenario("circle", changes | worst.set))
+    again = document(prepared, run(prepared))["variants"][worst.variant]["axes"][worst.axis]
+    assert again["max_abs_following_error"] == worst.value
+    alone = {key: value for key, value in worst.set.items() if key.startswith("plant.")}
+    anew = prepare(load_scenario("circle", changes | alone))
+    assert anew.reference.ticks < prepared.reference.ticks
+
+
+def test_the_options_of_a_case_keep_the_motion_too(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scenario = tmp_path / "corner.toml"
+    keys = (f"{key} = {json.dumps(value)}\n" for key, value in corner(0.5).items())
+    scenario.write_text('base = "circle"\n[trajectory]\n' + "".join(keys))
+    assert main(["montecarlo", str(scenario), "--case", "1"]) == 0
+    options = capsys.readouterr().out.split()
+    assert sum(option.startswith("trajectory.planned_for=") for option in options) == 1
+    assert main(["run", str(scenario), *options, "--json"]) == 0
+    ran = json.loads(capsys.readouterr().out)["variants"]["B"]["axes"]["x"]
+    found = run_cases(plan(read_request({"cases": 2}), scenario))
+    assert ran["max_abs_following_error"] == found.variants["B"].axes["x"].peaks[1]
+
+
 def test_quantiles_are_those_of_the_cases(found: MonteCarloDocument) -> None:
     for variant in found.variants.values():
         for axis in variant.axes.values():
@@ -100,6 +139,54 @@ def test_improvement_is_of_each_case(found: MonteCarloDocument) -> None:
     improvement = found.improvement["x"]["max_abs_following_error"]
     assert improvement is not None
     assert improvement.q50 == pytest.approx(np.median(1.0 - b / a))
+
+
+def test_histograms_count_every_case_in_common_bins(found: MonteCarloDocument) -> None:
+    counts = found.histograms["y"]["max_abs_following_error"]
+    assert counts is not None
+    for name, variant in found.variants.items():
+        peaks = np.array(variant.axes["y"].peaks, dtype=float)
+        assert counts.counts[name] == np.histogram(peaks, counts.edges)[0].tolist()
+        assert sum(counts.counts[name]) == found.cases
+    assert found.histograms["y"]["overshoot"] is None  # the circle has no hold
+
+
+def test_correlations_are_of_ranks_over_the_cases(found: MonteCarloDocument) -> None:
+    from scipy.stats import spearmanr
+
+    draws = plan(read_request(BODY)).draws
+    told = found.variants["B"].axes["x"].correlations["max_abs_following_error"]
+    peaks = np.array(found.variants["B"].axes["x"].peaks, dtype=float)
+    names = [(parameter.path, parameter.of) for parameter in found.parameters["x"]]
+    own = load_scenario("circle").plant.x.model_dump(mode="json")
+    assert len(names) == 2 * 15  # nine numbers, and two of each of three phases
+    assert "force_map.F_pk" not in dict(names), "it is the same in every case"
+    for (path, of), rho in zip(names, told, strict=True):
+        *whole, last = path.split(".")
+        item = int(last) if last.isdigit() else None
+        key = ".".join(("plant.x", *whole, *([last] if item is None else [])))
+        values = np.array([case[key] if item is None else case[key][item] for case in draws])
+        if of == "deviation":
+            base = own_value(own, ".".join(key.split(".")[2:])).ravel()[item or 0]
+            logarithmic = path.startswith("friction") or path == "amplifiers.bandwidth"
+            values = np.abs(np.log(values / base) if logarithmic else values - base)
+        assert rho == pytest.approx(spearmanr(values, peaks)[0], abs=1e-4)
+
+
+def test_what_decides_is_found_and_told() -> None:
+    """The error of PD alone is the friction that it has to overcome."""
+    vary = [
+        {"path": "friction.F_c", "kind": "uniform", "low": 1.0, "high": 3.0},
+        {"path": "amplifiers.bandwidth", "kind": "uniform", "low": 1000.0, "high": 1100.0},
+    ]
+    some = run_cases(plan(read_request(BODY | {"vary": vary, "cases": 40})))
+    rhos = some.variants["A"].axes["x"].correlations["rms_following_error"]
+    friction, _, bandwidth, _ = rhos
+    assert friction is not None and bandwidth is not None
+    assert friction > 0.9 > some.significant > abs(bandwidth)
+    # Student's t of 38 degrees of freedom at 1 - 0.05/8 is 2.629
+    assert some.significant == pytest.approx(2.629 / math.sqrt(38 + 2.629**2), abs=1e-3)
+    assert "  A x  friction.F_c +1.00\n" in report(some)
 
 
 def test_progress_ends_a_study() -> None:

@@ -356,3 +356,42 @@ def test_a_request_that_cannot_be_carried_out_is_refused(
     with pytest.raises(ConfigError) as refused:
         plan(read_request(TuneRequest, {"scenario": "circle", **request_}))
     assert any(error.loc.startswith(loc) for error in refused.value.errors), refused.value
+
+
+def test_a_map_on_two_motors_has_the_worst_of_both_and_the_margins_of_a_search() -> None:
+    request = {"axis": "x", "bounds": {"k_p": [2e5, 2e7], "k_d": [1e3, 6e3]}}
+    alone = [mapped(set=SHORT | {"plant": name}, **request) for name in ("nominal", "matched")]
+    both = mapped(set=SHORT, plants=["matched"], **request)
+    assert (alone[0].plants, both.plants) == (["nominal"], ["nominal", "matched"])
+    grids = [found.axes["x"] for found in (*alone, both)]
+    cost = np.array([grid.cost for grid in grids], dtype=float)
+    np.testing.assert_array_equal(cost[2], np.fmax(cost[0], cost[1]))
+    told = {name: np.array([grid.limits[name] for grid in grids], dtype=float) for name in LIMITS}
+    for name, worst in LIMITS.items():
+        np.testing.assert_array_equal(told[name][2], worst(told[name][:2], axis=0))
+    scenario = load_scenario("circle", SHORT | {"plant": "matched"})
+    family, stable = LoopFamily.of(scenario, "B", "x"), ~np.isnan(told["Ms"][1])
+    assert 0 < stable.sum() < stable.size
+    for row, column in np.argwhere(stable)[::7]:
+        figures = family.figures(grids[1].k_p[column], grids[1].k_d[row])
+        for name in ("gain_margin", "phase_margin", "Ms"):
+            value = min(getattr(figures, name).value, 1000.0)
+            assert told[name][1, row, column] == pytest.approx(value, rel=2e-4)
+
+
+LIMITS: dict[str, Any] = {
+    "gain_margin": np.min,
+    "phase_margin": np.min,
+    "Ms": np.max,
+    "saturated": np.max,
+    "force": np.max,
+}
+"""What a map tells beside the cost, and how the worst of it is found: NaN is worse than any."""
+
+
+def test_a_motor_that_cannot_follow_is_named() -> None:
+    slick = {"friction": {"F_s": 0.01, "F_c": 0.01}}
+    easy = {"plant": {"base": "nominal", "x": slick, "y": slick}}
+    weak = {"variants.B.controller.force_limit": 4.5}
+    with pytest.raises(ConfigError, match=r"plants: .*cannot follow the motion.*matched"):
+        mapped(set=SHORT | easy | weak, plants=["matched"])

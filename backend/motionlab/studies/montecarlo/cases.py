@@ -21,11 +21,18 @@ from motionlab.lanes import model_hash
 from motionlab.results.comparison import RATIOS
 from motionlab.results.metrics import DEFINITIONS
 from motionlab.simulation.batch import Batch, CaseTask, check_length, run_batch, tasks
-from motionlab.simulation.prepare import Prepared, prepare
+from motionlab.simulation.prepare import Prepared, needs_plan, prepare
 from motionlab.simulation.result import plant_name
 from motionlab.studies.montecarlo.bands import Bands
+from motionlab.studies.montecarlo.correlation import (
+    drawn_parameters,
+    rank_correlations,
+    threshold,
+)
 from motionlab.studies.montecarlo.document import (
     Band,
+    DrawnParameter,
+    Histogram,
     MonteCarloAxis,
     MonteCarloDocument,
     MonteCarloVariant,
@@ -34,10 +41,14 @@ from motionlab.studies.montecarlo.document import (
     WorstCase,
 )
 from motionlab.studies.montecarlo.draw import draw, missing
+from motionlab.studies.montecarlo.histogram import histogram
 from motionlab.studies.montecarlo.request import DEFAULT, MonteCarloRequest
 
 Array = NDArray[np.float64]
 Source = str | Path | dict[str, Any]
+
+Correlations = dict[str, list[dict[str, list[float | None]]]]
+"""By axis, variant and metric: rho with each drawn parameter of the axis."""
 
 PEAK = "max_abs_following_error"
 _WORST = 3
@@ -61,6 +72,9 @@ class MonteCarloPlan:
         Default variations left out, and why.
     seed : int
         Of the draws.
+    motion : dict
+        What a time-optimal path is planned for, where the scenario leaves that out, as a change:
+        else a case run alone would plan it for its own plant.
     """
 
     request: MonteCarloRequest
@@ -68,6 +82,11 @@ class MonteCarloPlan:
     draws: list[dict[str, Any]]
     notes: list[str]
     seed: int
+    motion: dict[str, Any]
+
+    def changes(self, case: int) -> dict[str, Any]:
+        """Return the changes that make a case of the request's scenario."""
+        return self.draws[case] | self.motion
 
     @property
     def seconds(self) -> float:
@@ -103,7 +122,12 @@ def plan(request: MonteCarloRequest, source: Source | None = None) -> MonteCarlo
         vary = tuple(variation for variation in vary if variation.path not in absent)
     seed = scenario.seed if request.seed is None else request.seed
     draws = draw(plant, vary, cases=request.cases, seed=seed)
-    return MonteCarloPlan(request.model_copy(update={"vary": vary}), base, draws, notes, seed)
+    motion: dict[str, Any] = {}
+    if needs_plan(scenario.trajectory):
+        trajectory = base.scenario.trajectory.model_dump(mode="json")
+        motion = {"trajectory.planned_for": trajectory["planned_for"]}
+    varied = request.model_copy(update={"vary": vary})
+    return MonteCarloPlan(varied, base, draws, notes, seed, motion)
 
 
 def run_cases(
@@ -141,6 +165,9 @@ def run_cases(
     if not len(feasible):
         raise ConfigError(FieldError("vary", "no plant that it gives can follow the motion", count))
     moving = planned.base.reference.moving
+    plant = scenario.plant.model_dump(mode="json")
+    vary = planned.request.vary
+    drawn = {axis: drawn_parameters(planned.draws, vary, plant, axis) for axis in moving}
     return MonteCarloDocument(
         scenario=planned.base.scenario.name,
         plant=plant_name(planned.base.scenario.plant),
@@ -154,7 +181,14 @@ def run_cases(
         window={"start": window[0] * CONTROL_PERIOD, "end": window[1] * CONTROL_PERIOD},
         time=[round(tick * CONTROL_PERIOD, 7) for tick in bands.ticks.tolist()],
         spec=planned.request.spec,
-        variants=_variants(planned, failed, metrics, bands),
+        variants=_variants(
+            planned, failed, metrics, bands, _correlations(drawn, metrics, feasible)
+        ),
+        histograms={axis: _histograms(planned, metrics, AXES.index(axis)) for axis in moving},
+        parameters={axis: parameters for axis, (parameters, _) in drawn.items()},
+        significant=threshold(
+            len(feasible), max((len(parameters) for parameters, _ in drawn.values()), default=0)
+        ),
         improvement={axis: _improvement(metrics, AXES.index(axis)) for axis in moving}
         if len(scenario.variants) > 1
         else {},
@@ -173,7 +207,7 @@ def case_changes(planned: MonteCarloPlan, case: int) -> dict[str, Any]:
     if not 0 <= case < len(planned.draws):
         allowed = f"0 <= case < {len(planned.draws)}"
         raise ConfigError(FieldError("case", "there is no such case", case, allowed, "1"))
-    return planned.draws[case]
+    return planned.changes(case)
 
 
 def _run(
@@ -190,7 +224,11 @@ def _run(
 
 
 def _variants(
-    planned: MonteCarloPlan, failed: NDArray[np.int64], metrics: dict[str, Array], bands: Bands
+    planned: MonteCarloPlan,
+    failed: NDArray[np.int64],
+    metrics: dict[str, Array],
+    bands: Bands,
+    correlations: Correlations,
 ) -> dict[str, MonteCarloVariant]:
     found = {}
     spec = planned.request.spec
@@ -204,6 +242,7 @@ def _variants(
                 metrics={metric: _quantiles(metrics[metric][:, v, a]) for metric in DEFINITIONS},
                 band=None if band is None else Band(**{k: _short(row) for k, row in band.items()}),
                 peaks=[_number(value) for value in metrics[PEAK][:, v, a].tolist()],
+                correlations=correlations[axis][v],
             )
         within = np.ones(len(planned.draws), dtype=bool)
         for axis, limit in limits.items():
@@ -218,6 +257,33 @@ def _variants(
             meets=probability(int(within.sum()), len(within)) if limits else None,
         )
     return found
+
+
+def _correlations(
+    drawn: dict[str, tuple[list[DrawnParameter], Array]],
+    metrics: dict[str, Array],
+    feasible: NDArray[np.intp],
+) -> Correlations:
+    """Return rho of every metric with every parameter over the feasible cases."""
+    found: Correlations = {}
+    for axis, (_, values) in drawn.items():
+        a = AXES.index(axis)
+        of_all = np.stack([metrics[name][feasible, :, a] for name in DEFINITIONS])
+        found[axis] = []
+        for v in range(of_all.shape[2]):
+            rho = rank_correlations(values[feasible], of_all[:, :, v].T)
+            found[axis].append(dict(zip(DEFINITIONS, rho, strict=True)))
+    return found
+
+
+def _histograms(
+    planned: MonteCarloPlan, metrics: dict[str, Array], axis: int
+) -> dict[str, Histogram | None]:
+    names = list(planned.base.scenario.variants)
+    return {
+        metric: histogram({name: metrics[metric][:, v, axis] for v, name in enumerate(names)})
+        for metric in DEFINITIONS
+    }
 
 
 def probability(hits: int, cases: int) -> Probability:
@@ -255,7 +321,7 @@ def _worst(planned: MonteCarloPlan, peaks: Array, feasible: NDArray[np.int64]) -
                     axis=axis,
                     case=case,
                     value=_number(float(peaks[case, v, AXES.index(axis)])),
-                    set=planned.draws[case],
+                    set=planned.changes(case),
                 )
                 for case in feasible[order[:_WORST]].tolist()
             ]

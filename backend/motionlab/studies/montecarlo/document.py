@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -40,6 +40,26 @@ class Band(_Document):
     max: list[float] = _si("Greatest of all cases until the next time", "m")
 
 
+class Histogram(_Document):
+    """How many cases of each variant lie in which bin of a metric."""
+
+    edges: list[float] = Field(description="SI; a bin takes its lower edge, the last one both")
+    log: bool = Field(description="Whether the bins are equally wide in logarithm")
+    counts: dict[str, list[int]] = Field(
+        description="By variant; a case without the metric is in no bin"
+    )
+
+
+class DrawnParameter(_Document):
+    """A number of an axis of the plant that differs from case to case."""
+
+    path: str = Field(description="Dotted path below plant.x or plant.y")
+    of: Literal["value", "deviation"] = Field(
+        description="deviation: size of its difference from the scenario's own, of what is drawn "
+        "in logarithm of their ratio's logarithm"
+    )
+
+
 class MonteCarloAxis(_Document):
     """One axis of one variant over all cases."""
 
@@ -50,6 +70,12 @@ class MonteCarloAxis(_Document):
     peaks: list[float | None] = Field(
         description="Largest following error of each case, m; null where it diverged or could not "
         "follow"
+    )
+    correlations: dict[str, list[float | None]] = Field(
+        default_factory=dict,
+        description="By metric, Spearman's rho with each of `parameters` over the cases that can "
+        "follow; a case without the metric ranks above all others; null where either is the same "
+        "in every case",
     )
 
 
@@ -80,7 +106,8 @@ class WorstCase(_Document):
     case: int
     value: float | None = Field(description="Largest following error, m; null where it diverged")
     set: dict[str, Any] = Field(
-        description="Dotted path to value: changes that make the plant of this case"
+        description="Dotted path to value: changes that make the plant of this case, and what a "
+        "time-optimal path is planned for, where the scenario leaves that out"
     )
 
 
@@ -100,6 +127,18 @@ class MonteCarloDocument(_Document):
     time: list[float] = _si("Times of the bands", "s")
     spec: Spec
     variants: dict[str, MonteCarloVariant]
+    histograms: dict[str, dict[str, Histogram | None]] = Field(
+        default_factory=dict,
+        description="By axis and metric; null where all values are the same",
+    )
+    parameters: dict[str, list[DrawnParameter]] = Field(
+        default_factory=dict, description="By axis: what differs from case to case"
+    )
+    significant: float = Field(
+        default=1.0,
+        description="Size of rho that chance exceeds, for any of the parameters, in one of twenty "
+        "studies",
+    )
     improvement: dict[str, dict[str, Quantiles | None]] = Field(
         description="By axis and metric: 1 - B/A of each case, of the first two variants"
     )

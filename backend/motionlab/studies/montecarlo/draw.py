@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import zlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -93,7 +93,15 @@ def _look_up(axis: dict[str, Any], variation: Variation, loc: str) -> Array:
     items = value if isinstance(value, list) else [value]
     if any(isinstance(item, bool | str | dict) for item in items) or (relative and None in items):
         raise ConfigError(FieldError(loc, f"is no number to be {variation.kind} about", value))
-    return np.array([math.nan if item is None else item for item in items]).reshape(np.shape(value))
+    return own_value(axis, variation.path)
+
+
+def own_value(axis: Mapping[str, Any], path: str) -> Array:
+    """Return a number of an axis, or its numbers per phase, as an array; NaN where it has none."""
+    value: Any = axis
+    for key in path.split("."):
+        value = value[key]
+    return np.array(value, dtype=float)
 
 
 def _values(variation: Variation, base: Array, cases: int, random: np.random.Generator) -> Array:

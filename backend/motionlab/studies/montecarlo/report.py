@@ -13,10 +13,12 @@ _SHOWN = {
     "saturated_fraction": ("saturated", 100.0, "%"),
 }
 _WIDTH = 10
+_DECIDING = 5
+"""Parameters told of an axis, those that decide most."""
 
 
 def report(found: MonteCarloDocument) -> str:
-    """Return tables of quantiles, the improvement, the spec, and the worst cases.
+    """Return tables of quantiles, the improvement, the spec, what decides, and the worst cases.
 
     Parameters
     ----------
@@ -62,6 +64,7 @@ def report(found: MonteCarloDocument) -> str:
                 f"{name} stays within {' and '.join(limits)} in {meets.share:.1%} of all cases "
                 f"(95 % interval {meets.low:.1%} to {meets.high:.1%})"
             )
+    lines += _what_decides(found)
     lines.append("worst cases, --case N for what makes one:")
     seen: set[tuple[str, str]] = set()
     for worst in found.worst:
@@ -70,6 +73,32 @@ def report(found: MonteCarloDocument) -> str:
             lines.append(f"  {worst.variant} {worst.axis}  case {worst.case}: {value}")
         seen.add((worst.variant, worst.axis))
     return "\n".join(lines)
+
+
+def _what_decides(found: MonteCarloDocument) -> list[str]:
+    """Return the parameters that correlate most with the largest following error.
+
+    Of value and deviation of a parameter only the one that correlates more.
+    """
+    lines = [
+        "rank correlation of max |e| with what was drawn, over the drawn range; chance exceeds "
+        f"{found.significant:.2f} for any of them once in twenty studies:"
+    ]
+    for name, variant in found.variants.items():
+        for axis, part in variant.axes.items():
+            rhos = part.correlations["max_abs_following_error"]
+            strongest: dict[str, tuple[float, str]] = {}
+            for parameter, rho in zip(found.parameters[axis], rhos, strict=True):
+                known = abs(strongest.get(parameter.path, (found.significant, ""))[0])
+                if rho is not None and abs(rho) > known:
+                    strongest[parameter.path] = rho, parameter.of
+            most = sorted(strongest.items(), key=lambda one: -abs(one[1][0]))
+            told = ", ".join(
+                f"{'deviation of ' * (of == 'deviation')}{path} {rho:+.2f}"
+                for path, (rho, of) in most[:_DECIDING]
+            )
+            lines.append(f"  {name} {axis}  {told or 'none beyond chance'}")
+    return lines
 
 
 def _row(title: str, quantiles: Quantiles, factor: float) -> str:

@@ -94,7 +94,16 @@ class MonteCarloStudy(Study):
         if options.case is None:
             return None
         drawn = [
-            f"--set {path}={json.dumps(value, separators=(',', ':'))}"
+            f"--set {path}={_inline(value)}"
             for path, value in case_changes(plan, options.case).items()
         ]
         return " ".join([*(f"--set {text}" for text in options.assignments), *drawn])
+
+
+def _inline(value: Any) -> str:
+    """Return a value as TOML without a space, so that a shell takes it as one word."""
+    if isinstance(value, dict):
+        return "{" + ",".join(f"{key}={_inline(item)}" for key, item in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ",".join(map(_inline, value)) + "]"
+    return json.dumps(value)

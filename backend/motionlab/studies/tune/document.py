@@ -147,9 +147,19 @@ class AxisLandscape(_Document):
     stride: int = Field(description="Every which gain of each side is there; 1 at the end")
     k_p: list[float] = _si("Along the columns", "N/m")
     k_d: list[float] = _si("Along the rows", "N s/m")
-    cost: list[list[float | None]] = Field(description="Row by row; null where it diverged")
+    cost: list[list[float | None]] = Field(
+        description="Row by row, on the worst motor; null where it diverged"
+    )
+    limits: dict[str, list[list[float | None]]] = Field(
+        default_factory=dict,
+        description="What a search can limit, by constraint, row by row, on the worst motor: "
+        "gain_margin, phase_margin and Ms as a candidate has them, null where the loop is "
+        "unstable, the first at most 1000 and the second at most pi; none of them for a law "
+        "without linearisation; saturated and force, null where it diverged",
+    )
     edge: list[list[tuple[float, float]]] = Field(
-        description="Lines of (k_p, k_d) on which the linearised loop is at the stability boundary"
+        description="Lines of (k_p, k_d) on which the linearised loop is at the stability "
+        "boundary, on the scenario's own motor"
     )
     present: tuple[float, float] = Field(description="k_p and k_d of the scenario")
     paper: tuple[float, float] = Field(description="k_p and k_d of the paper for this motion")
@@ -167,6 +177,9 @@ class LandscapeDocument(PartialLandscape):
     scenario: str
     seed: int
     plant: str
+    plants: list[str] = Field(
+        default_factory=list, description="Motors whose worst counts; the scenario's own is first"
+    )
     version: str
     model: str = Field(description="Hash of the model's sources")
     variant: str

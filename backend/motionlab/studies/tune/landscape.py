@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -15,7 +16,7 @@ from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.design.fem.force_map import ForceMap
 from motionlab.executors.executor import current
 from motionlab.lanes import model_hash
-from motionlab.loop.family import LoopFamily
+from motionlab.loop.family import Figures, LoopFamily
 from motionlab.loop.linearise import SLIDING, NoLinearisation
 from motionlab.loop.stability_boundary import stability_edge
 from motionlab.simulation.result import plant_name
@@ -34,13 +35,17 @@ _COARSEST = 8
 """Stride of the first reported map."""
 _AT_ONCE = 1024
 """Trials of a task, at most."""
+_TRIED = ("saturated", "force")
+"""What a search limits of the trials."""
+_MOST = {"gain_margin": 1000.0, "phase_margin": math.pi}
+"""Told where nothing crosses."""
 
 
 def landscape(problem: TuningProblem, progress: Progress | None = None) -> LandscapeDocument:
-    """Return the cost of each axis over its gains.
+    """Return cost, margins and what else a search can limit of each axis over its gains.
 
-    Both axes are tried side by side. Every point is simulated, also where the linearised loop is
-    unstable.
+    Both axes are tried side by side. Every point is simulated on every motor, also where the
+    linearised loop is unstable.
 
     Parameters
     ----------
@@ -54,7 +59,8 @@ def landscape(problem: TuningProblem, progress: Progress | None = None) -> Lands
     told = progress or (lambda _share, _partial: None)
     n = request.points
     k_p, k_d = (np.geomspace(*ends, n) for ends in (request.bounds.k_p, request.bounds.k_d))
-    costs = {axis: np.full((n, n), np.nan) for axis in problem.axes}
+    families = {axis: _families(problem, axis) for axis in problem.axes}
+    grids = {axis: _unknown(n, linear=bool(families[axis])) for axis in problem.axes}
     edges = {axis: _edge(problem, axis, k_p, k_d) for axis in problem.axes}
     tried = 0
     executor, maps = current(), kept_in(problem.scenario.model_dump(mode="json"))
@@ -65,10 +71,12 @@ def landscape(problem: TuningProblem, progress: Progress | None = None) -> Lands
                 stride=stride,
                 k_p=_figures(k_p[::stride]),
                 k_d=_figures(k_d[::stride]),
-                cost=[
-                    [float(f"{c:.5g}") if np.isfinite(c) else None for c in row]
-                    for row in costs[axis][::stride, ::stride]
-                ],
+                cost=_rows(grids[axis]["cost"], stride),
+                limits={
+                    name: _rows(values, stride)
+                    for name, values in grids[axis].items()
+                    if name != "cost"
+                },
                 edge=edges[axis],
                 present=_place(getattr(problem.controller, axis)),
                 paper=_place(problem.published(axis)),
@@ -82,20 +90,28 @@ def landscape(problem: TuningProblem, progress: Progress | None = None) -> Lands
             (i, j)
             for i in range(0, n, stride)
             for j in range(0, n, stride)
-            if np.isnan(costs[problem.axes[0]][i, j])
+            if np.isnan(grids[problem.axes[0]]["cost"][i, j])
         ]
         i, j = np.array(level).T
+        for axis in problem.axes:
+            for name, values in _margins(families[axis], k_p[j], k_d[i]).items():
+                grids[axis][name][i, j] = values
         parts = executor.parts(len(level), _AT_ONCE)
-        own, given, threads = problem.own, problem.controller, executor.threads
-        tasks = [_Gains(own, given, k_p[j[p]], k_d[i[p]], threads, maps) for p in parts]
+        given, threads = problem.controller, executor.threads
+        places = [(part, trials) for trials in problem.setups.values() for part in parts]
+        tasks = [_Gains(t, given, k_p[j[p]], k_d[i[p]], threads, maps) for p, t in places]
 
         def tell(share: float, before: int = tried, size: int = len(level)) -> None:
             told((before + share * size) / n**2, None)
 
-        for part, metrics in zip(parts, executor.map(_try, tasks, tell), strict=True):
+        for (part, _), metrics in zip(places, executor.map(_try, tasks, tell), strict=True):
+            at = i[part], j[part]
             for axis in problem.axes:
                 of_axis = {name: values[:, AXES.index(axis)] for name, values in metrics.items()}
-                costs[axis][i[part], j[part]] = cost(request.objective, of_axis)
+                of_axis["cost"] = cost(request.objective, of_axis)
+                for name in ("cost", *_TRIED):
+                    grid = grids[axis][name]
+                    grid[at] = np.fmax(grid[at], of_axis[name])
         tried += len(level)
         told(tried / n**2, PartialLandscape(axes=drawn(stride)) if stride > 1 else None)
         stride //= 2
@@ -105,6 +121,7 @@ def landscape(problem: TuningProblem, progress: Progress | None = None) -> Lands
         scenario=scenario.name,
         seed=scenario.seed,
         plant=plant_name(scenario.plant),
+        plants=list(problem.setups),
         version=__version__,
         model=model_hash(),
         variant=problem.variant,
@@ -133,6 +150,12 @@ def _try(gains: _Gains, progress: Callable[[float], None]) -> dict[str, Array]:
         )
 
 
+def _unknown(n: int, *, linear: bool) -> dict[str, Array]:
+    """Return empty maps of the cost and of each quantity that a search can limit."""
+    margins = Figures._fields if linear else ()
+    return {name: np.full((n, n), np.nan) for name in ("cost", *margins, *_TRIED)}
+
+
 def _edge(
     problem: TuningProblem, axis: str, k_p: Array, k_d: Array
 ) -> list[list[tuple[float, float]]]:
@@ -143,6 +166,35 @@ def _edge(
     return [
         [(float(f"{p:.6g}"), float(f"{d:.6g}")) for p, d in line]
         for line in stability_edge(family, k_p, k_d)
+    ]
+
+
+def _families(problem: TuningProblem, axis: str) -> list[LoopFamily]:
+    """Return the loops of an axis on each motor; none where the law has no linearisation."""
+    try:
+        return [
+            LoopFamily.of(trials.scenario, problem.variant, axis)
+            for trials in problem.setups.values()
+        ]
+    except NoLinearisation:
+        return []
+
+
+def _margins(families: list[LoopFamily], k_p: Array, k_d: Array) -> dict[str, Array]:
+    """Return the worst margins over some motors, NaN where one of them is unstable."""
+    every = [family.margins_over(k_p, k_d) for family in families]
+    if not every:
+        return {}
+    least = {name: np.min([one[name] for one in every], axis=0) for name in _MOST}
+    most = {name: np.minimum(values, _MOST[name]) for name, values in least.items()}
+    return most | {"Ms": np.max([one["Ms"] for one in every], axis=0)}
+
+
+def _rows(grid: Array, stride: int) -> list[list[float | None]]:
+    """Return every which row and column, to five digits."""
+    return [
+        [float(f"{value:.5g}") if np.isfinite(value) else None for value in row]
+        for row in grid[::stride, ::stride].tolist()
     ]
 
 

@@ -12,7 +12,7 @@ from motionlab.config.controller import ControllerConfig, GainsConfig
 from motionlab.config.load import load_scenario
 from motionlab.config.scenario import Scenario
 from motionlab.config.shipped import names
-from motionlab.errors import ConfigError, FieldError
+from motionlab.errors import ConfigError, FieldError, Infeasible
 from motionlab.loop.linearise import SLIDING, linearise, stability_limits
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import plant_name
@@ -61,10 +61,10 @@ class TuningProblem:
         """Simulated time of all trials, summed over axes, s."""
         request = self.request
         if isinstance(request, TuneRequest):
-            trials = request.starts * request.evaluations * len(self.setups)
+            trials = request.starts * request.evaluations
         else:
             trials = request.points**2
-        return self.own.seconds * trials * len(self.axes)
+        return self.own.seconds * trials * len(self.setups) * len(self.axes)
 
     def published(self, axis: str) -> GainsConfig:
         """Return the paper's gains, of the shipped scenario of the same name or of the circle."""
@@ -96,12 +96,13 @@ def plan(request: TuneRequest | LandscapeRequest, source: Source | None = None) 
         If the motor cannot follow the motion.
     """
     source = request.scenario if source is None else source
-    plants = request.plants if isinstance(request, TuneRequest) else ()
     own = _trials(request, source, {})
     scenario = own.scenario
     setups = {plant_name(scenario.plant): own}
-    for name in plants:
-        setups[name] = _trials(request, source, {"plant": name})
+    for name in request.plants:
+        other = _also_on(request, source, name)
+        if other.scenario.plant != scenario.plant:
+            setups[f"{name} as shipped" if name in setups else name] = other
     (variant,) = scenario.variants
     axes = _moving(request, own)
     if isinstance(request, TuneRequest):
@@ -152,6 +153,15 @@ def _trials(
         update={"variants": {variant: effect.variants[variant]}, "schedule": ()}
     )
     return TrialSetup(dataclasses.replace(whole, scenario=steady), window)
+
+
+def _also_on(request: TuneRequest | LandscapeRequest, source: Source, motor: str) -> TrialSetup:
+    """Return the trial runs on another motor; errors name it."""
+    try:
+        return _trials(request, source, {"plant": motor})
+    except Infeasible as error:
+        message = f"this motor cannot follow the motion: {error}"
+        raise ConfigError(FieldError("plants", message, motor)) from None
 
 
 def _moving(request: TuneRequest | LandscapeRequest, trials: TrialSetup) -> tuple[str, ...]:

@@ -173,6 +173,11 @@ class _TuningRequest(_Source):
         description="Metrics window, at whose end a run ends; left out: the second lap of a motion "
         "that repeats, otherwise the scenario's own",
     )
+    plants: Annotated[tuple[str, ...], Field(strict=False, max_length=8)] = Field(
+        default=(),
+        title="motors",
+        description="Shipped motors on which the gains must do as well: the worst one counts",
+    )
 
     @property
     def ranges(self) -> dict[str, tuple[float, float]]:
@@ -183,6 +188,12 @@ class _TuningRequest(_Source):
     def axes(self) -> tuple[str, ...]:
         """The axes, in order."""
         return ("x", "y") if self.axis == "both" else (self.axis,)
+
+    @model_validator(mode="after")
+    def _plants_differ(self) -> Self:
+        if len(set(self.plants)) < len(self.plants):
+            raise ValueError("plants must differ from one another")
+        return self
 
 
 class TuneRequest(_TuningRequest):
@@ -206,22 +217,11 @@ class TuneRequest(_TuningRequest):
     evaluations: int = quantity(
         "Evaluations of a start at most", unit="1", source=OURS, default=200, ge=10, le=2000
     )
-    plants: Annotated[tuple[str, ...], Field(strict=False, max_length=8)] = Field(
-        default=(),
-        title="motors",
-        description="Shipped motors on which the gains must do as well: the worst one counts",
-    )
 
     @property
     def ranges(self) -> dict[str, tuple[float, float]]:
         """Every range that is searched, by field."""
         return super().ranges | {f"also.{path}": ends for path, ends in self.also.items()}
-
-    @model_validator(mode="after")
-    def _plants_differ(self) -> Self:
-        if len(set(self.plants)) < len(self.plants):
-            raise ValueError("plants must differ from one another")
-        return self
 
 
 class LandscapeRequest(_TuningRequest):

@@ -2339,12 +2339,19 @@ export interface components {
             k_d: number[];
             /**
              * Cost
-             * @description Row by row; null where it diverged
+             * @description Row by row, on the worst motor; null where it diverged
              */
             cost: (number | null)[][];
             /**
+             * Limits
+             * @description What a search can limit, by constraint, row by row, on the worst motor: gain_margin, phase_margin and Ms as a candidate has them, null where the loop is unstable, the first at most 1000 and the second at most pi; none of them for a law without linearisation; saturated and force, null where it diverged
+             */
+            limits?: {
+                [key: string]: (number | null)[][];
+            };
+            /**
              * Edge
-             * @description Lines of (k_p, k_d) on which the linearised loop is at the stability boundary
+             * @description Lines of (k_p, k_d) on which the linearised loop is at the stability boundary, on the scenario's own motor
              */
             edge: [
                 number,
@@ -4153,6 +4160,23 @@ export interface components {
             }[];
         };
         /**
+         * DrawnParameter
+         * @description A number of an axis of the plant that differs from case to case.
+         */
+        DrawnParameter: {
+            /**
+             * Path
+             * @description Dotted path below plant.x or plant.y
+             */
+            path: string;
+            /**
+             * Of
+             * @description deviation: size of its difference from the scenario's own, of what is drawn in logarithm of their ratio's logarithm
+             * @enum {string}
+             */
+            of: "value" | "deviation";
+        };
+        /**
          * DrawnPath
          * @description Follow a polyline or a smooth curve through points with a motion profile.
          *
@@ -5810,6 +5834,29 @@ export interface components {
             drive: boolean;
         };
         /**
+         * Histogram
+         * @description How many cases of each variant lie in which bin of a metric.
+         */
+        Histogram: {
+            /**
+             * Edges
+             * @description SI; a bin takes its lower edge, the last one both
+             */
+            edges: number[];
+            /**
+             * Log
+             * @description Whether the bins are equally wide in logarithm
+             */
+            log: boolean;
+            /**
+             * Counts
+             * @description By variant; a case without the metric is in no bin
+             */
+            counts: {
+                [key: string]: number[];
+            };
+        };
+        /**
          * IdentificationDocument
          * @description Identified friction of one or two axes.
          */
@@ -6404,6 +6451,11 @@ export interface components {
             seed: number;
             /** Plant */
             plant: string;
+            /**
+             * Plants
+             * @description Motors whose worst counts; the scenario's own is first
+             */
+            plants?: string[];
             /** Version */
             version: string;
             /**
@@ -7250,6 +7302,13 @@ export interface components {
              * @description Largest following error of each case, m; null where it diverged or could not follow
              */
             peaks: (number | null)[];
+            /**
+             * Correlations
+             * @description By metric, Spearman's rho with each of `parameters` over the cases that can follow; a case without the metric ranks above all others; null where either is the same in every case
+             */
+            correlations?: {
+                [key: string]: (number | null)[];
+            };
         };
         /**
          * MonteCarloDocument
@@ -7300,6 +7359,28 @@ export interface components {
             variants: {
                 [key: string]: components["schemas"]["MonteCarloVariant"];
             };
+            /**
+             * Histograms
+             * @description By axis and metric; null where all values are the same
+             */
+            histograms?: {
+                [key: string]: {
+                    [key: string]: components["schemas"]["Histogram"] | null;
+                };
+            };
+            /**
+             * Parameters
+             * @description By axis: what differs from case to case
+             */
+            parameters?: {
+                [key: string]: components["schemas"]["DrawnParameter"][];
+            };
+            /**
+             * Significant
+             * @description Size of rho that chance exceeds, for any of the parameters, in one of twenty studies
+             * @default 1
+             */
+            significant: number;
             /**
              * Improvement
              * @description By axis and metric: 1 - B/A of each case, of the first two variants
@@ -12590,7 +12671,7 @@ export interface components {
             value: number | null;
             /**
              * Set
-             * @description Dotted path to value: changes that make the plant of this case
+             * @description Dotted path to value: changes that make the plant of this case, and what a time-optimal path is planned for, where the scenario leaves that out
              */
             set: {
                 [key: string]: unknown;
@@ -16840,6 +16921,12 @@ export interface operations {
                     /** @description Metrics window, at whose end a run ends; left out: the second lap of a motion that repeats, otherwise the scenario's own */
                     window?: components["schemas"]["WindowConfig"] | null;
                     /**
+                     * motors
+                     * @description Shipped motors on which the gains must do as well: the worst one counts
+                     * @default []
+                     */
+                    plants?: string[];
+                    /**
                      * limits
                      * @default {
                      *       "gain_margin": 2,
@@ -16870,12 +16957,6 @@ export interface operations {
                      * @default 200
                      */
                     evaluations?: number;
-                    /**
-                     * motors
-                     * @description Shipped motors on which the gains must do as well: the worst one counts
-                     * @default []
-                     */
-                    plants?: string[];
                 };
             };
         };
@@ -17071,6 +17152,12 @@ export interface operations {
                     bounds?: components["schemas"]["GainBounds"];
                     /** @description Metrics window, at whose end a run ends; left out: the second lap of a motion that repeats, otherwise the scenario's own */
                     window?: components["schemas"]["WindowConfig"] | null;
+                    /**
+                     * motors
+                     * @description Shipped motors on which the gains must do as well: the worst one counts
+                     * @default []
+                     */
+                    plants?: string[];
                     /**
                      * Points
                      * @description Gains along each side of the map

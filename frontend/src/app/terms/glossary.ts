@@ -23,6 +23,30 @@ export const GLOSSARY = {
     name: 'K = 0',
     text: 'K feeds the following error back into the estimate of friction. With K = 0 the model runs on velocity alone.',
   },
+  'adaptation term': {
+    name: 'Adaptation term K',
+    text: 'Corrects the bristle state of the friction model while it runs, from an error that the model is blamed for.',
+  },
+  saturated: {
+    name: 'Saturated',
+    text: 'Share of the time in which the force or a current is at its limit, so that the controller gets less than it asks for.',
+  },
+  'stability boundary': {
+    name: 'Stability boundary',
+    text: 'The gains at which the loop just does not settle any more: beyond them it oscillates and grows.',
+  },
+  'pole pitch': {
+    name: 'Pole pitch τ',
+    text: 'Length after which the teeth of the motor, and with them its thrust, repeat.',
+  },
+  'air gap': {
+    name: 'Air gap',
+    text: 'Distance between the teeth of mover and stator: the smaller it is, the more thrust an ampere gives.',
+  },
+  'force map': {
+    name: 'Force map',
+    text: 'Thrust and normal force of one phase over position and current.',
+  },
   LuGre: {
     name: 'LuGre model',
     text: 'Friction as bristles that bend before they slip: stiff at rest, less force as it begins to slide, more with speed.',

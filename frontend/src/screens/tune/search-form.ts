@@ -58,8 +58,16 @@ export function fields(): Entries {
   return served.requests.tune ?? {};
 }
 
-/** What the server takes for what is left out. */
+/** The motor that gains are judged on besides the scenario's own: the fit to the paper's errors. */
+export const ALSO_ON = 'matched';
+
+/** What the form begins with: what the server takes for what is left out, and a second motor. */
 export function defaults(): SearchForm {
+  return { ...left(), plants: [ALSO_ON] };
+}
+
+/** What a request means that leaves a setting out. */
+export function left(): SearchForm {
   const of = (path: string) => fields()[path]?.default;
   const from = {
     axis: of('axis'),
@@ -98,18 +106,20 @@ interface Common extends ScenarioSource {
   axis: SearchForm['axis'];
   objective: SearchForm['weights'];
   bounds: Pick<SearchForm, 'k_p' | 'k_d'>;
+  plants: readonly string[];
   window: { start: number; end: number } | null;
 }
 
 /** Returns the fields common to requests of search and landscape. */
 function common(form: SearchForm, source: ScenarioSource): Common {
-  const { axis, weights, k_p, k_d, window } = form;
+  const { axis, weights, k_p, k_d, plants, window } = form;
   return {
     ...source,
     variant: variantOf(form, source.scenario),
     axis,
     objective: weights,
     bounds: { k_p, k_d },
+    plants,
     window: window ? { start: window[0], end: window[1] } : null,
   };
 }
@@ -121,16 +131,16 @@ export function tuneBody(
 ): RequestOf<'/tune'> {
   const body = common(form, source);
   const also = form.observer && observes(shown, body.variant) ? { [OBSERVER]: OBSERVER_RANGE } : {};
-  const { limits, plants, starts, evaluations } = form;
-  return { ...body, constraints: limits, also, plants, starts, evaluations };
+  const { limits, starts, evaluations } = form;
+  return { ...body, constraints: limits, also, starts, evaluations };
 }
 
 export function landscapeBody(form: SearchForm, source: ScenarioSource): RequestOf<'/landscape'> {
   return { ...common(form, source), points: 64 };
 }
 
-const OF_BOTH = ['variant', 'axis', 'objective', 'bounds', 'window'];
-const OF_SEARCH = ['constraints', 'also', 'plants', 'starts', 'evaluations'];
+const OF_BOTH = ['variant', 'axis', 'objective', 'bounds', 'plants', 'window'];
+const OF_SEARCH = ['constraints', 'also', 'starts', 'evaluations'];
 
 /** Names of the settings of a landscape, or of a search, by their key in a request. */
 export function settings(of: 'landscape' | 'search'): Record<string, string> {
@@ -153,7 +163,7 @@ export function formOf(request: Readonly<Record<string, unknown>>): Partial<Sear
     k_p: bounds?.k_p,
     k_d: bounds?.k_d,
     observer: also && OBSERVER in also,
-    plants: asked.plants,
+    plants: asked.plants ?? [],
     window: window === undefined ? undefined : window && [window.start, window.end],
     starts: asked.starts,
     evaluations: asked.evaluations,

@@ -27,6 +27,7 @@ import {
   defaults,
   formOf,
   KEPT,
+  left,
   landscapeBody,
   settings,
   tuneBody,
@@ -144,7 +145,7 @@ class Tuner {
     const { source, scenario } = this;
     if (!request || !source || !scenario) return [];
     const body = (form: SearchForm) => tuneBody(form, source, scenario);
-    return differing(request, body(this.form), body(defaults()), settings('search'));
+    return differing(request, body(this.form), body(left()), settings('search'));
   });
 
   readonly mapSettings = $derived.by(() => {
@@ -152,7 +153,7 @@ class Tuner {
     const { source } = this;
     if (!request || !source) return [];
     const body = (form: SearchForm) => landscapeBody(form, source);
-    return differing(request, body(this.form), body(defaults()), settings('landscape'));
+    return differing(request, body(this.form), body(left()), settings('landscape'));
   });
 
   /** Whether the gains that a job began with are those that are there now. */

@@ -92,6 +92,14 @@ export function spreadRows(study: MonteCarlo): SpreadRow[] {
   return rows;
 }
 
+/** The worst plant of each variant and axis. */
+export function worstOfEach({ worst }: MonteCarlo): MonteCarlo['worst'] {
+  return worst.filter(
+    ({ variant, axis }, i) =>
+      worst.findIndex((one) => one.variant === variant && one.axis === axis) === i,
+  );
+}
+
 /** 0.717 as "71.7 %"; never rounded to all or nothing where it is neither. */
 export function shareText(share: number): string {
   if (share > 0 && share < 0.001) return '< 0.1 %';

@@ -1,7 +1,7 @@
 /** The Monte Carlo study of the Lab screen: its job, and whether it matches the controls. */
 
 import { equal } from '../../../app/api/scenario-paths';
-import { AXES, type Axis, type MonteCarlo } from '../../../app/api/types';
+import { AXES, type Axis, type Changes, type MonteCarlo } from '../../../app/api/types';
 import { sourceOf, wholeOf, type ScenarioSource } from '../../../app/jobs/job-request';
 import { JobStore } from '../../../app/jobs/job-store.svelte';
 import { load, oneOf, partOf, save } from '../../../app/storage';
@@ -23,6 +23,9 @@ export class Study {
   spec = $state.raw<Spec>(load('montecarlo.spec', {}, partOf({ x: 0, y: 0 })));
   /** Whether the bands are drawn. */
   drawn = $state(load('montecarlo.drawn', true));
+  /** Of the histogram: which metric of which axis. */
+  metric = $state(load('montecarlo.metric', ''));
+  axis = $state<Axis>(load('montecarlo.axis', 'x', oneOf('x', 'y')));
   readonly result = $derived<MonteCarlo | null>(this.job.report?.result ?? null);
 
   private readonly question = $derived.by((): ScenarioSource | null => {
@@ -47,6 +50,21 @@ export class Study {
     return cases === this.cases ? [] : ['number of plants'];
   });
 
+  /** Number of the plant of this study that the Lab shows; null where it shows another motor. */
+  readonly opened = $derived.by((): number | null => {
+    const { request } = this.job.report ?? {};
+    const asked = request && sourceOf(request);
+    if (!asked || !this.question || !this.stale) return null;
+    const now = wholeOf(this.question, app.catalogue.resolved);
+    const found = this.result?.worst.find(({ set }) =>
+      equal(
+        wholeOf({ ...asked, set: { ...asked.set, ...(set as Changes) } }, app.catalogue.resolved),
+        now,
+      ),
+    );
+    return found?.case ?? null;
+  });
+
   private readonly bands = $derived.by((): Record<Axis, Underlay[]> | null => {
     const { result } = this;
     if (!result) return null;
@@ -56,6 +74,31 @@ export class Study {
 
   async run(): Promise<void> {
     if (this.question) await this.job.start('/montecarlo', { ...this.question, cases: this.cases });
+  }
+
+  /** Stages the motor of one plant of the study, in the scenario that the study was asked for. */
+  async open({ set }: Pick<MonteCarlo['worst'][number], 'set'>): Promise<void> {
+    await this.stage(set as Changes);
+  }
+
+  /** Stages what the study was asked for: the motor that its plants are drawn around. */
+  async close(): Promise<void> {
+    await this.stage({});
+  }
+
+  private async stage(drawn: Changes): Promise<void> {
+    const { request } = this.job.report ?? {};
+    if (!request) return;
+    const { scenario = 'circle', set = {} } = request as Partial<ScenarioSource>;
+    if (!equal(scenario, app.session.info?.scenario)) await app.loadScenario(scenario);
+    if (typeof set['plant'] === 'string') await app.catalogue.resolvePlant(set['plant']);
+    app.setMode('whatif');
+    app.whatIfChanges.replace({ ...set, ...drawn });
+  }
+
+  look(at: { metric?: string; axis?: Axis }): void {
+    if (at.metric !== undefined) save('montecarlo.metric', (this.metric = at.metric));
+    if (at.axis) save('montecarlo.axis', (this.axis = at.axis));
   }
 
   setCases(cases: number): void {
@@ -78,7 +121,7 @@ export class Study {
   behind({ spec }: Scope, source: SampleSource | null): readonly Underlay[] {
     const axis = AXES.find((each) => spec.channels[0]?.endsWith(`.${each}.following_error`));
     if (!axis || !this.drawn || !this.bands || !source || app.mode !== 'whatif') return NONE;
-    if (this.stale) return NONE;
+    if (this.stale && this.opened === null) return NONE;
     const { start, end } = app.whatif.answer?.result.window ?? { start: 0, end: 0 };
     return covers(this.result?.time ?? [], start, end) ? this.bands[axis] : NONE;
   }
