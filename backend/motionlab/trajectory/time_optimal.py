@@ -52,6 +52,10 @@ _PLACES = (200, 60_000)
 _PLACES_PER_EDGE = 16
 _NODES = (40, 20_000)
 _NODE_TIME = 0.002  # s
+_CLOSER = (np.arange(1, 16) / 16) ** 3
+"""Further places within the first and the last distance between places, as shares of it."""
+_FINE = (np.arange(4)[:, None] + np.array([0.25, 0.5, 0.75])).ravel()
+"""Further nodes at the start and the end, in distances between nodes."""
 _START = 0.25
 """Squared speed from which the solver starts, as a share of that without limit of jerk."""
 _SHARE = 0.998
@@ -123,7 +127,7 @@ def _straight(path: Path, ends: tuple[float, float], motor: Motor, along: Along)
 
 
 def _solved(path: Path, ends: tuple[float, float], edges: int, motor: Motor, along: Along) -> Cells:
-    places = _nodes(path, np.linspace(*ends, int(np.clip(_PLACES_PER_EDGE * edges, *_PLACES))))
+    places = _nodes(path, _places(ends, int(np.clip(_PLACES_PER_EDGE * edges, *_PLACES))))
     most = ceiling(motor, places, along)
     free = both_passes(motor, places, along, most)
     ways, free = _spaced(places.way, free)
@@ -147,6 +151,14 @@ def _solved(path: Path, ends: tuple[float, float], edges: int, motor: Motor, alo
     return _stretched(path, cells, motor, along)
 
 
+def _places(ends: tuple[float, float], count: int) -> Array:
+    """Return places evenly spaced, but close to each other at the ends, where motion is slow."""
+    even = np.linspace(*ends, count)
+    near = even[1] * _CLOSER + even[0] * (1.0 - _CLOSER)
+    far = even[-2] * _CLOSER + even[-1] * (1.0 - _CLOSER)
+    return np.concatenate((even[:1], near, even[1:-1], far[::-1], even[-1:]))
+
+
 def _cells(ways: Array, c: Array) -> Cells:
     time, speed, gain = timed(ways, c)
     return _whole(Cells(time, ways, speed, gain), CONTROL_PERIOD)
@@ -158,8 +170,13 @@ def _spaced(way: Array, x: Array) -> tuple[Array, Array]:
     time = np.concatenate(([0.0], np.cumsum(2.0 * np.diff(way) / (speed[:-1] + speed[1:]))))
     count = int(np.clip(math.ceil(time[-1] / _NODE_TIME), *_NODES))
     at = np.linspace(0.0, time[-1], count + 1)
-    ways = np.interp(at, time, way)
-    return ways, np.maximum(np.interp(at, time, speed) ** 2, 1e-12)
+    fine = np.interp(_FINE, np.arange(count + 1), at)
+    at = np.unique(np.concatenate((at, fine, time[-1] - fine)))
+    found = np.interp(at, time, speed)
+    i = np.clip(np.searchsorted(time, at, side="right") - 1, 0, len(way) - 2)
+    ways = way[i] + 0.5 * (speed[i] + found) * (at - time[i])  # at constant acceleration
+    ways[-1] = way[-1]
+    return ways, np.maximum(found**2, 1e-12)
 
 
 def _excess(path: Path, cells: Cells, motor: Motor, along: Along) -> Array:

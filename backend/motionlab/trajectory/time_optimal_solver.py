@@ -156,11 +156,12 @@ def _constraints(  # noqa: PLR0913, PLR0917 - one knot with its neighbours
 ) -> None:
     """Set the constraints g <= 0 of a knot, as shares of their limits, and of the jerk after it.
 
-    Their derivatives are those by c of the intervals before, after, and after that.
+    Their derivatives are those by c of the intervals before, after, and after that. The jerk after
+    the last knot before the end is that of its `tie`.
     """
-    way = knots.way
+    way, count = knots.way, len(c)
     width = way[k + 1] - way[k]
-    apart, further = 0.5 * (way[k + 1] - way[k - 1]), 0.5 * (way[k + 2] - way[k])
+    apart = 0.5 * (way[k + 1] - way[k - 1])
     right = 0.5 * (way[k] - way[k - 1]) / apart
     left = 1.0 - right
     x = left * c[k - 1] + right * c[k]
@@ -185,7 +186,13 @@ def _constraints(  # noqa: PLR0913, PLR0917 - one knot with its neighbours
         )
         g[row] = value / (share * up) - 1.0
         g[row + 1] = -value / (share * down) - 1.0
-    limit = 2.0 * share * along.j_max / math.sqrt(c[k])
+    if k == count - 1:
+        g[7:] = -1.0
+        jacobian[:, 0] += tie(way[count], way[k], way[k - 1]) * jacobian[:, 1]
+        jacobian[:, 1] = 0.0
+        return
+    further = 0.5 * (way[k + 2] - way[k])
+    limit = 2.0 * share * along.j_max / math.sqrt(c[k] * _faster(way, k))
     first, last = 1.0 / (apart * width), 1.0 / (further * width)
     second = first * c[k - 1] - (first + last) * c[k] + last * c[k + 1]
     for sign in range(2):
@@ -194,13 +201,24 @@ def _constraints(  # noqa: PLR0913, PLR0917 - one knot with its neighbours
         jacobian[7 + sign, 1] = (0.5 * second / c[k] - first - last) * unit
         jacobian[7 + sign, 2] = last * unit
         g[7 + sign] = second * unit - 1.0
-    count = len(c)
     if k == 1:
         jacobian[:, 1] += tie(way[0], way[1], way[2]) * jacobian[:, 0]
         jacobian[:, 0] = 0.0
     if k == count - 2:
         jacobian[:, 1] += tie(way[count], way[count - 1], way[count - 2]) * jacobian[:, 2]
         jacobian[:, 2] = 0.0
+
+
+@numba.njit(error_model="numpy", nogil=True, cache=True)
+def _faster(way: Array, k: int) -> float:
+    """Return the largest squared speed between knots k and k + 1 over that in the middle.
+
+    It counts near the ends, where the squared speed is the arc length from there to the power of
+    4/3 at constant jerk.
+    """
+    left, right = way[k] - way[0], way[len(way) - 1] - way[k + 1]
+    near, half = min(left, right), 0.5 * (way[k + 1] - way[k])
+    return ((near + 2.0 * half) / (near + half)) ** (4.0 / 3.0)
 
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
@@ -302,10 +320,10 @@ def solve(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917 - one compiled loop
     price = np.empty((len(c), _ROWS))
     slack_step, price_step = np.empty((len(c), _ROWS)), np.empty((len(c), _ROWS))
     jacobian = np.empty((len(c), _ROWS, 3))
-    count = (last - 1) * _ROWS
+    count = last * _ROWS
     target = 0.1 / count
     worst = gap = math.inf
-    for k in range(1, last):
+    for k in range(1, last + 1):
         _constraints(knots, along, reach[k], share[k], most[k], k, c, g[k], jacobian[k])
         for row in range(_ROWS):
             slack[k, row] = max(-g[k, row], 0.1)
@@ -314,13 +332,14 @@ def solve(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917 - one compiled loop
         diagonal, right = np.zeros(last - 1), np.zeros(last - 1)
         first, second = np.zeros(last - 1), np.zeros(last - 1)
         worst, gap = 0.0, 0.0
-        for k in range(1, last):
+        for k in range(1, last + 1):
             _constraints(knots, along, reach[k], share[k], most[k], k, c, g[k], jacobian[k])
             i = k - 1
-            root = math.sqrt(c[k])
-            scaled = weight[k] / (whole * c[k] * root)
-            right[i] += 0.5 * scaled
-            diagonal[i] += 0.75 * scaled / c[k]
+            if k < last:
+                root = math.sqrt(c[k])
+                scaled = weight[k] / (whole * c[k] * root)
+                right[i] += 0.5 * scaled
+                diagonal[i] += 0.75 * scaled / c[k]
             for row in range(_ROWS):
                 slack[k, row] = max(slack[k, row], -g[k, row])
                 s, z = slack[k, row], price[k, row]
@@ -329,12 +348,15 @@ def solve(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917 - one compiled loop
                 push = z + (z * missing - (s * z - target)) / s
                 ratio = z / s
                 low, own, high = jacobian[k, row]
+                if i > 0:
+                    diagonal[i - 1] += ratio * low * low
+                    right[i - 1] -= low * push
+                if k == last:
+                    continue
                 diagonal[i] += ratio * own * own
                 right[i] -= own * push
                 if i > 0:
-                    diagonal[i - 1] += ratio * low * low
                     first[i - 1] += ratio * low * own
-                    right[i - 1] -= low * push
                 if i + 1 < last - 1:
                     diagonal[i + 1] += ratio * high * high
                     first[i] += ratio * own * high
@@ -345,8 +367,8 @@ def solve(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917 - one compiled loop
             return c, True
         _solve_band(diagonal, first, second, right)
         primal, dual = 1.0, 1.0
-        for k in range(1, last):
-            step = right[k - 1]
+        for k in range(1, last + 1):
+            step = right[k - 1] if k < last else 0.0
             if step < -0.9 * c[k]:
                 primal = min(primal, -0.9 * c[k] / step)
             before = right[k - 2] if k > 1 else 0.0
@@ -362,8 +384,9 @@ def solve(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917 - one compiled loop
                     dual = min(dual, -_BOUNDARY * z / dz)
                 slack_step[k, row], price_step[k, row] = ds, dz
         gap = 0.0
-        for k in range(1, last):
-            c[k] += primal * right[k - 1]
+        for k in range(1, last + 1):
+            if k < last:
+                c[k] += primal * right[k - 1]
             for row in range(_ROWS):
                 slack[k, row] += primal * slack_step[k, row]
                 price[k, row] += dual * price_step[k, row]
