@@ -30,7 +30,7 @@ from motionlab.trajectory.path import Array
 from motionlab.trajectory.spline import ArcLengthCurve, locate, polyline, spline
 from motionlab.trajectory.time_optimal import motor_of, plan_leg
 from motionlab.trajectory.time_optimal_check import Cells, at_rest, joined, on_cells
-from motionlab.trajectory.time_optimal_solver import Along
+from motionlab.trajectory.time_optimal_limits import Along
 
 Interval = tuple[int, int]
 
