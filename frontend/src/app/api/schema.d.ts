@@ -3184,8 +3184,14 @@ export interface components {
              */
             laps: number;
             /**
+             * for ever
+             * @description Whether a live session repeats it for ever; else it ends there after its laps too, as it does in runs, what-ifs and files
+             * @default true
+             */
+            for_ever: boolean;
+            /**
              * lead-in
-             * @description Time in which the phase rate is eased from rest to its full value; half a period when left out, 0 starts at full speed
+             * @description Time in which the phase rate is eased from rest to its full value, and, unless it is repeated for ever, back to rest after the last lap; half a period when left out, 0 starts at full speed
              * @default null
              */
             lead_in: number | null;
@@ -4229,6 +4235,12 @@ export interface components {
              * @default 1
              */
             laps: number;
+            /**
+             * for ever
+             * @description Whether a live session repeats it for ever; else it ends there after its laps too, as it does in runs, what-ifs and files
+             * @default true
+             */
+            for_ever: boolean;
             /**
              * Dwell
              * @description Time at each stop, the first and the last included
@@ -8608,6 +8620,18 @@ export interface components {
              * @default 3
              */
             laps: number;
+            /**
+             * Dwell
+             * @description Time at each corner, besides that of the edges
+             * @default 0
+             */
+            dwell: number;
+            /**
+             * for ever
+             * @description Whether a live session repeats it for ever; else it ends there after its laps too, as it does in runs, what-ifs and files
+             * @default true
+             */
+            for_ever: boolean;
         };
         /**
          * Probability
@@ -10118,6 +10142,18 @@ export interface components {
              * @description The motions in their order
              */
             parts: (components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"])[];
+            /**
+             * Laps
+             * @description Times that all of it is done; more than once needs an end where it starts, and leaves the first out of metrics
+             * @default 1
+             */
+            laps: number;
+            /**
+             * for ever
+             * @description Whether a live session repeats it for ever; else it ends there after its laps too, as it does in runs, what-ifs and files
+             * @default true
+             */
+            for_ever: boolean;
         };
         /**
          * SessionInfo
@@ -10691,8 +10727,14 @@ export interface components {
              */
             cycles: number;
             /**
+             * for ever
+             * @description Whether a live session repeats it for ever; else it ends there after its laps too, as it does in runs, what-ifs and files
+             * @default true
+             */
+            for_ever: boolean;
+            /**
              * lead-in
-             * @description Time in which the phase rate is eased from rest to its full value; half a period when left out, 0 starts at full speed
+             * @description Time in which the phase rate is eased from rest to its full value, and, unless it is repeated for ever, back to rest after the last lap; half a period when left out, 0 starts at full speed
              * @default null
              */
             lead_in: number | null;
@@ -11349,6 +11391,18 @@ export interface components {
              */
             dwell: number;
             /**
+             * Laps
+             * @description Times that all of it is done; more than once needs an end where it starts, and leaves the first out of metrics
+             * @default 1
+             */
+            laps: number;
+            /**
+             * for ever
+             * @description Whether a live session repeats it for ever; else it ends there after its laps too, as it does in runs, what-ifs and files
+             * @default true
+             */
+            for_ever: boolean;
+            /**
              * max speed
              * @description Largest speed along the path
              * @default null
@@ -11416,6 +11470,18 @@ export interface components {
              * @default 3
              */
             laps: number;
+            /**
+             * Dwell
+             * @description Time at each corner, besides that of the edges
+             * @default 0
+             */
+            dwell: number;
+            /**
+             * for ever
+             * @description Whether a live session repeats it for ever; else it ends there after its laps too, as it does in runs, what-ifs and files
+             * @default true
+             */
+            for_ever: boolean;
         };
         /**
          * Step
@@ -11876,6 +11942,12 @@ export interface components {
              * @default 1
              */
             cycles: number;
+            /**
+             * for ever
+             * @description Whether a live session repeats it for ever; else it ends there after its laps too, as it does in runs, what-ifs and files
+             * @default true
+             */
+            for_ever: boolean;
         };
         /**
          * TuneDocument
@@ -12352,6 +12424,18 @@ export interface components {
                 number,
                 number
             ][];
+            /**
+             * Laps
+             * @description Times that all of it is done; more than once needs an end where it starts, and leaves the first out of metrics
+             * @default 1
+             */
+            laps: number;
+            /**
+             * for ever
+             * @description Whether a live session repeats it for ever; else it ends there after its laps too, as it does in runs, what-ifs and files
+             * @default true
+             */
+            for_ever: boolean;
         };
         /**
          * WhatIfRequest
