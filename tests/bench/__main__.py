@@ -25,6 +25,7 @@ from tests.bench.machine import AVX2_ENVIRONMENT, description, load
 from tests.bench.maps import maps
 from tests.bench.measured import measured
 from tests.bench.page import page
+from tests.bench.paths import dragging
 from tests.bench.plates import plates
 from tests.bench.plots import plots
 from tests.bench.runs import runs
@@ -34,6 +35,7 @@ from tests.bench.speed import speed
 from tests.bench.start import start
 from tests.bench.stream import stream
 from tests.bench.table import Row, Table
+from tests.bench.trajectories import trajectories
 from tests.bench.tuning import tuning
 
 _KERNEL: dict[str, Callable[[str], Iterator[Row]]] = {
@@ -49,12 +51,14 @@ _KERNEL: dict[str, Callable[[str], Iterator[Row]]] = {
     "maps": lambda _: maps(),
     "plates": lambda _: plates(),
     "instrument": lambda _: instrument(),
+    "trajectories": lambda _: trajectories(),
     "cluster": lambda _: on_cluster(),
 }
 _LAB: dict[str, Callable[[], Iterator[Row]]] = {
     "start": start,
     "stream": stream,
     "page": page,
+    "dragging": dragging,
     "plots": plots,
     "scene": scene,
     "hold": hold,

@@ -47,6 +47,20 @@ def main() -> int:
     return 0 if table.complete else 1
 
 
+def dragging() -> Iterator[Row]:
+    """Drag one of 200 points of a spline, in a browser."""
+    with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
+        server = Server(Path(folder))
+        try:
+            browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+            page = browser.new_page(viewport={"width": 1440, "height": 900})
+            _open(page, server, _path("spline", law="minimum_jerk"))
+            yield from _drag(page, "spline, minimum jerk")
+            browser.close()
+        finally:
+            server.stop()
+
+
 def _blossom(points: int) -> list[list[float]]:
     """Return points of a closed curve as large as a third of the stroke, m."""
     angles = [2 * math.pi * k / points for k in range(points)]

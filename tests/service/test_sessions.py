@@ -229,6 +229,20 @@ def test_a_motion_that_ends(make_live: MakeLive) -> None:
     assert_offline(live, played)
 
 
+def test_a_circle_that_is_not_for_ever_ends_at_rest(make_live: MakeLive) -> None:
+    twice = {"trajectory.laps": 2, "trajectory.for_ever": False, "trajectory.lead_in": 0.1}
+    live = make_live(changes=twice)
+    played = play("circle", twice)
+    end = played.recording.ticks
+    assert live.info()["ends"] == end == 200 + 2 * 6000 + 200
+    live.step(end)
+    assert live.state == "finished"
+    assert_offline(live, played)
+    assert abs(live.columns()["y.velocity_reference"][-1]) < 1e-4
+    window = live.get("metrics").json()["window"]
+    assert window == pytest.approx({"start": 3.1, "end": 6.1})  # the last lap, without its end
+
+
 def test_what_the_documents_say_of_changes(live: Live) -> None:
     base = live.info()
     assert base["changes"] == []

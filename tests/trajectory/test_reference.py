@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pydantic import TypeAdapter
+from pydantic import TypeAdapter, ValidationError
 
 from motionlab.config.timing import CONTROL_PERIOD as T_s
 from motionlab.config.trajectory import TrajectoryConfig
@@ -352,3 +352,68 @@ def test_more_than_an_hour_is_refused(table):
 
 def test_a_minute_less_than_an_hour_is_planned():
     assert reference(kind="point", duration=60.0).ticks == 120_000
+
+
+# -- once, n times, for ever -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "table",
+    [
+        {"kind": "circle", "radius": 0.015, "frequency": 1.0, "direction": "cw"},
+        {"kind": "sine", "amplitude": {"x": 0.01}, "frequency": 0.7, "cycles": 3},
+    ],
+)
+def test_what_is_not_for_ever_eases_to_rest_after_its_laps(table) -> None:
+    endless, ending = reference(**table), reference(**table, for_ever=False)
+    whole = endless.ticks
+    assert np.array_equal(ending.position[:whole], endless.position)
+    assert ending.window == endless.window
+    assert np.abs(ending.velocity[-1]).max() < 1e-3 * np.abs(ending.velocity).max()
+    assert_integrates(ending)
+    lead = ending.ticks - whole
+    assert lead == round(0.5 / table["frequency"] / T_s)
+
+
+def there_and_back(**more):
+    points = [[0.0, 0.0], [0.01, 0.0], [0.01, 0.01], [0.0, 0.0]]
+    return {"kind": "waypoints", "points": points, "edge_time": 0.1, "dwell": 0.05} | more
+
+
+@pytest.mark.parametrize(
+    "table",
+    [
+        there_and_back(),
+        {"kind": "staircase", "step": {"x": 0.001}, "count": 2, "dwell": 0.1},
+        {"kind": "sequence", "parts": [there_and_back(), {"kind": "dwell", "duration": 0.2}]},
+    ],
+)
+def test_laps_repeat_sample_for_sample_and_leave_the_first_out(table) -> None:
+    once, thrice = reference(**table), reference(**table, laps=3)
+    lap = thrice.period
+    assert thrice.ticks == once.ticks + 2 * lap
+    assert np.array_equal(thrice.position[: once.ticks], once.position)
+    assert np.array_equal(thrice.position[once.ticks - lap : once.ticks], thrice.position[-lap:])
+    assert thrice.window == (thrice.ticks - 2 * lap, thrice.ticks)
+    assert once.period == 0
+
+
+def test_the_dwell_of_a_polygon_is_at_each_corner() -> None:
+    table = {"kind": "polygon", "vertices": RHOMBUS, "frequency": 0.5, "laps": 2}
+    without, dwelling = reference(**table), reference(**table, dwell=0.2)
+    assert dwelling.period == without.period + 4 * 400
+    assert dwelling.ticks == 400 + 2 * dwelling.period
+    assert np.abs(np.diff(dwelling.holds, axis=1)).tolist() == [[400]] * 8
+
+
+def test_laps_need_an_end_where_the_motion_starts() -> None:
+    parts = [{"kind": "line", "end": {"x": 0.01}, "edge_time": 0.1}]
+    with pytest.raises(ConfigError, match="ends elsewhere"):
+        reference(kind="sequence", parts=parts, laps=2)
+    with pytest.raises(ValidationError, match="last point equal to the first"):
+        reference(**there_and_back(points=[[0.0, 0.0], [0.01, 0.0]], laps=2))
+    endless = {"kind": "circle", "radius": 0.01, "frequency": 1.0, "for_ever": False}
+    with pytest.raises(ValidationError, match="not to its parts"):
+        reference(kind="sequence", parts=[endless])
+    with pytest.raises(ConfigError, match="lasts too long"):
+        reference(**there_and_back(laps=1000, dwell=5.0))

@@ -19,6 +19,7 @@ from motionlab.trajectory.motion_limits import MotionLimits, demands
 from motionlab.trajectory.motion_profile import jerk_limited_times
 from motionlab.trajectory.reference import Reference, sample
 from motionlab.trajectory.retiming import slow_down
+from motionlab.trajectory.spline import spline
 
 EASY: dict[str, Any] = {"v_max": 0.05, "a_max": 0.3, "j_max": 20.0}
 HARD: dict[str, Any] = {"v_max": 0.5, "a_max": 5.0, "j_max": 200.0}
@@ -82,11 +83,11 @@ def test_a_straight_line_takes_the_time_of_its_closed_form() -> None:
     assert 0.0 <= reference.ticks * CONTROL_PERIOD - best < CONTROL_PERIOD
 
 
-def test_a_smooth_straight_line_is_within_three_percent_of_its_closed_form() -> None:
+def test_a_smooth_straight_line_is_within_a_percent_of_its_closed_form() -> None:
     points = [[0.01 * k - 0.02, 0.0] for k in range(5)]
     reference = sample(planned(points, geometry="spline", **EASY))
     best = sum(jerk_limited_times(0.04, **EASY))
-    assert best <= reference.ticks * CONTROL_PERIOD < 1.03 * best
+    assert best <= reference.ticks * CONTROL_PERIOD < 1.01 * best
 
 
 def test_a_circle_within_limits_of_acceleration_has_its_closed_form() -> None:
@@ -150,3 +151,50 @@ def test_a_sequence_refuses_it() -> None:
 def test_a_lap_time_is_refused() -> None:
     with pytest.raises(ValidationError, match="no lap_time"):
         DrawnPath.model_validate({"points": flower(6), "law": "time_optimal", "lap_time": 2.0})
+
+
+def test_without_much_limit_of_jerk_it_is_as_fast_as_a_fine_grid() -> None:
+    path = planned(flower(24), closed=True, geometry="spline", **(HARD | {"j_max": 50_000.0}))
+    least = grid_time(path, limits(), a_max=HARD["a_max"], v_max=HARD["v_max"])
+    found = sample(path).ticks * CONTROL_PERIOD
+    assert 0.997 * least < found < 1.02 * least
+
+
+def grid_time(path: DrawnPath, limits: MotionLimits, *, v_max: float, a_max: float) -> float:
+    """Return the time from rest to rest by a forward and a backward pass, without jerk, s."""
+    curve = spline(path.points, closed=path.closed)
+    ways = np.linspace(0.0, curve.length, 6001)
+    places, slopes, bends = curve.path(ways)
+    step = ways[1]
+    thrust = [
+        [
+            limits.available_thrust(k, places[:, k].copy(), np.full(len(ways), s))
+            for s in (-1.0, 1.0)
+        ]
+        for k in range(2)
+    ]
+
+    def gains(x: np.ndarray, at: Any) -> tuple[np.ndarray, np.ndarray]:
+        low, high = np.full(x.shape, -a_max), np.full(x.shape, a_max)
+        for k in range(2):
+            slope, bend = slopes[at, k], bends[at, k]
+            against = limits.friction(k, slope * np.sqrt(x))
+            down = np.minimum(limits.a_max[k], (thrust[k][0][at] + against) / limits.mass[k])
+            up = np.minimum(limits.a_max[k], (thrust[k][1][at] - against) / limits.mass[k])
+            ends = np.array([(-down - bend * x) / slope, (up - bend * x) / slope])
+            low, high = np.maximum(low, ends.min(axis=0)), np.minimum(high, ends.max(axis=0))
+        return low, high
+
+    everywhere = slice(None)
+    x, least = np.full(len(ways), v_max**2), np.zeros(len(ways))
+    for _ in range(40):
+        middle = 0.5 * (x + least)
+        low, high = gains(middle, everywhere)
+        x, least = np.where(low > high, middle, x), np.where(low > high, least, middle)
+    x[0] = x[-1] = 0.0
+    for k in range(len(ways) - 1):
+        x[k + 1] = min(x[k + 1], x[k] + 2.0 * step * gains(x[k : k + 1], slice(k, k + 1))[1][0])
+    for k in range(len(ways) - 1, 0, -1):
+        x[k - 1] = min(x[k - 1], x[k] - 2.0 * step * gains(x[k : k + 1], slice(k, k + 1))[0][0])
+    speed = np.sqrt(x)
+    return float(np.sum(2.0 * step / (speed[1:] + speed[:-1])))

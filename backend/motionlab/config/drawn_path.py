@@ -11,7 +11,14 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from motionlab.config.moves import OURS, REQUIRED, a_max_field, dwell_field, v_max_field
+from motionlab.config.moves import (
+    OURS,
+    REQUIRED,
+    a_max_field,
+    dwell_field,
+    for_ever_field,
+    v_max_field,
+)
 from motionlab.config.planar import Point, refuse_repeats
 from motionlab.config.planned_motor import PlannedMotor
 from motionlab.config.quantity import Config, quantity
@@ -88,6 +95,7 @@ class DrawnPath(Config):
         ge=1,
         le=1000,
     )
+    for_ever: bool = for_ever_field()
     dwell: float = dwell_field("Time at each stop, the first and the last included", default=0.0)
     planned_for: PlannedMotor | None = quantity(
         "Limits of the motor that a time_optimal profile keeps; left out, those of the motor and "

@@ -65,6 +65,31 @@ def a_max_field(*, default: float | None = None) -> float:
     )
 
 
+def for_ever_field() -> bool:
+    """Declare whether a live session repeats a motion for ever."""
+    return quantity(
+        "Whether a live session repeats it for ever; else it ends there after its laps too, as it "
+        "does in runs, what-ifs and files",
+        label="for ever",
+        unit="",
+        source=OURS,
+        default=True,
+    )
+
+
+def laps_field() -> int:
+    """Declare how often a motion is done that ends where it starts."""
+    return quantity(
+        "Times that all of it is done; more than once needs an end where it starts, and leaves the "
+        "first out of metrics",
+        unit="1",
+        source=OURS,
+        default=1,
+        ge=1,
+        le=1000,
+    )
+
+
 class PointTarget(Config):
     """Stand still at one place."""
 
@@ -137,6 +162,7 @@ class Trapezoid(Config):
     dwell: float = dwell_field("Time at each end, before the first move too")
     there_and_back: bool = quantity("Return to the start", unit="", source=OURS, default=True)
     cycles: int = quantity("Repetitions", unit="1", source=OURS, default=1, ge=1, le=1000)
+    for_ever: bool = for_ever_field()
 
     @model_validator(mode="after")
     def _goes_somewhere(self) -> Self:
@@ -167,6 +193,8 @@ class Staircase(Config):
     )
     there_and_back: bool = quantity("Come down again", unit="", source=OURS, default=True)
     dwell: float = dwell_field("Time on each level, the first included", gt=0.0)
+    laps: int = laps_field()
+    for_ever: bool = for_ever_field()
     v_max: float | None = v_max_field()
     a_max: float | None = a_max_field()
 
@@ -176,6 +204,8 @@ class Staircase(Config):
             raise ValueError("step must not be zero on both axes")
         if (self.v_max is None) != (self.a_max is None):
             raise ValueError("give v_max and a_max together, or neither for true steps")
+        if self.laps > 1 and not self.there_and_back:
+            raise ValueError("more than one lap needs there_and_back")
         return self
 
 
@@ -226,7 +256,12 @@ class Waypoints(_Edges):
         quantity("Points (x, y) in the order of the visit", shown="mm", unit="m", source=REQUIRED)
     )
 
+    laps: int = laps_field()
+    for_ever: bool = for_ever_field()
+
     @model_validator(mode="after")
     def _goes_somewhere(self) -> Self:
         refuse_repeats(self.points)
+        if self.laps > 1 and self.points[0] != self.points[-1]:
+            raise ValueError("more than one lap needs a last point equal to the first")
         return self

@@ -12,7 +12,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from motionlab.config.moves import OURS, REQUIRED
+from motionlab.config.moves import OURS, REQUIRED, dwell_field, for_ever_field
 from motionlab.config.planar import PlanarAngle, PlanarLength, Point, refuse_repeats
 from motionlab.config.quantity import Config, quantity
 
@@ -30,8 +30,9 @@ def _center() -> PlanarLength:
 
 def _lead_in() -> float | None:
     return quantity(
-        "Time in which the phase rate is eased from rest to its full value; half a period when "
-        "left out, 0 starts at full speed",
+        "Time in which the phase rate is eased from rest to its full value, and, unless it is "
+        "repeated for ever, back to rest after the last lap; half a period when left out, 0 starts "
+        "at full speed",
         label="lead-in",
         unit="s",
         source=OURS,
@@ -64,6 +65,7 @@ class Sine(Config):
     cycles: int = quantity(
         "Cycles after the lead-in", unit="1", source=OURS, default=3, ge=1, le=100_000
     )
+    for_ever: bool = for_ever_field()
     lead_in: float | None = _lead_in()
 
 
@@ -94,6 +96,7 @@ class Circle(Config):
         ge=1,
         le=100_000,
     )
+    for_ever: bool = for_ever_field()
     lead_in: float | None = _lead_in()
 
 
@@ -110,6 +113,8 @@ class Polygon(Config):
     laps: int = quantity(
         "Laps; metrics leave out the first", unit="1", source=OURS, default=3, ge=1, le=1000
     )
+    dwell: float = dwell_field("Time at each corner, besides that of the edges", default=0.0)
+    for_ever: bool = for_ever_field()
 
     @model_validator(mode="after")
     def _goes_somewhere(self) -> Self:
@@ -163,6 +168,8 @@ class Star(Config):
     laps: int = quantity(
         "Laps; metrics leave out the first", unit="1", source=OURS, default=3, ge=1, le=1000
     )
+    dwell: float = dwell_field("Time at each corner, besides that of the edges", default=0.0)
+    for_ever: bool = for_ever_field()
 
     @model_validator(mode="after")
     def _is_one_stroke(self) -> Self:

@@ -18,6 +18,8 @@ from motionlab.config.moves import (
     Step,
     Trapezoid,
     Waypoints,
+    for_ever_field,
+    laps_field,
 )
 from motionlab.config.quantity import Config, quantity
 from motionlab.config.shapes import Circle, Polygon, Sine, Star
@@ -49,10 +51,14 @@ class Sequence(Config):
     parts: Annotated[tuple[Part, ...], Field(strict=False, min_length=1, max_length=100)] = (
         quantity("The motions in their order", unit="", source=REQUIRED)
     )
+    laps: int = laps_field()
+    for_ever: bool = for_ever_field()
 
     @model_validator(mode="after")
     def _keeps_its_places(self) -> Self:
         for part in self.parts:
+            if not getattr(part, "for_ever", True):
+                raise ValueError("for_ever belongs to the sequence as a whole, not to its parts")
             if isinstance(part, DrawnPath) and part.law == "time_optimal":
                 raise ValueError(
                     "a path with law = 'time_optimal' is planned for the thrust where it lies, "

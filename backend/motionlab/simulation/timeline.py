@@ -25,8 +25,9 @@ class Timeline:
     load : ndarray, shape (ticks, 2)
         External load force without noise, N.
     endless : bool
-        Whether to go on after the end where the motion allows it: a motion with laps repeats its
-        last lap, one that ends where it started begins again. The load keeps its last value.
+        Whether to go on after the end where the motion is for ever and allows it: a motion with
+        laps repeats its last lap, one that ends where it started begins again. The load keeps its
+        last value.
     """
 
     def __init__(self, reference: Reference, load: Array, *, endless: bool = False) -> None:
@@ -35,7 +36,7 @@ class Timeline:
         self._loads: list[tuple[int, Callable[[int, int], Array]]] = []
         self._pushes: list[tuple[int, int, int, float]] = []
         self._stop: tuple[int, Array, Array, Array] | None = None
-        self._repeats_from = _repeats_from(reference) if endless else None
+        self._repeats_from = _repeats_from(reference) if endless and reference.for_ever else None
         self.end = reference.ticks if self._repeats_from is None else None
 
     def at(self, start: int, stop: int) -> tuple[Array, Array, Array, Array]:

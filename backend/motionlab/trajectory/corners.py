@@ -84,6 +84,8 @@ def drawn(config: TrajectoryConfig) -> DrawnPath | None:
             points, fields = corners(config), _limits(config)
             if config.edge_time is not None:
                 fields["lap_time"] = config.edge_time * (len(points) - 1)
+            if isinstance(config, Waypoints) and config.laps > 1:
+                points, fields = points[:-1], fields | {"closed": True, "laps": config.laps}
         case Trapezoid() | Staircase():
             points, fields = corners(config), _limits(config) | {"law": "trapezoid"}
         case _:
@@ -96,8 +98,12 @@ def drawn(config: TrajectoryConfig) -> DrawnPath | None:
 
 
 def _lap(config: Circle | Polygon | Star) -> dict[str, Any]:
-    return {"closed": True, "lap_time": 1.0 / config.frequency, "laps": config.laps}
+    kept = {"laps": config.laps, "for_ever": config.for_ever}
+    if not isinstance(config, Circle):
+        kept["dwell"] = config.dwell
+    return {"closed": True, "lap_time": 1.0 / config.frequency} | kept
 
 
 def _limits(config: Move) -> dict[str, Any]:
-    return {"v_max": config.v_max, "a_max": config.a_max, "dwell": config.dwell}
+    kept = {} if isinstance(config, Line) else {"for_ever": config.for_ever}
+    return {"v_max": config.v_max, "a_max": config.a_max, "dwell": config.dwell} | kept

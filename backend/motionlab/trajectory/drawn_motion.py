@@ -30,7 +30,7 @@ from motionlab.trajectory.path import Array
 from motionlab.trajectory.spline import ArcLengthCurve, locate, polyline, spline
 from motionlab.trajectory.time_optimal import motor_of, plan_leg
 from motionlab.trajectory.time_optimal_check import Cells, at_rest, joined, on_cells
-from motionlab.trajectory.time_optimal_solver import Along
+from motionlab.trajectory.time_optimal_limits import Along
 
 Interval = tuple[int, int]
 
@@ -112,7 +112,8 @@ def _time_optimal(config: DrawnPath, curve: ArcLengthCurve) -> Piece:
     stretches: list[tuple[int, bool]] = []
     for first, last in itertools.pairwise(_stops(config, curve)):
         ends = float(curve.marks[first]), float(curve.marks[last])
-        edges = 0 if config.geometry == "polyline" else last - first
+        # A spline of one edge is a straight line.
+        edges = 0 if config.geometry == "polyline" or last == first + 1 else last - first
         leg = plan_leg(curve.path, ends, edges, motor, along)
         legs.append(leg)
         stretches.append((round(leg.time[-1]), False))

@@ -103,6 +103,18 @@ def run(path: Path, *, rate: float, lead_in: int, ticks: int) -> Piece:
     return Piece(path, law, ticks)
 
 
+def ease_out(piece: Piece, *, rate: float, ticks: int) -> Piece:
+    """Come to rest after a piece whose parameter grows by `rate` per tick at its end."""
+    (begin,), _, _ = piece.law(np.array([float(piece.ticks)]))
+    whole, _, _ = smooth_start(np.array([float(ticks)]), ticks)
+
+    def law(u: Array) -> Law:
+        clock, speed, gain = smooth_start(ticks - u, ticks)
+        return begin + rate * (whole - clock), rate * speed, -rate * gain
+
+    return Piece(piece.path, law, ticks)
+
+
 def minimum_jerk_edge(start: Vector, end: Vector, *, ticks: int) -> Piece:
     """Go from rest to rest in a given number of ticks."""
     return Piece(line(start, end), partial(minimum_jerk, duration=ticks), ticks)

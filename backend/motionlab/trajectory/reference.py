@@ -8,15 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from motionlab.config.planar import AXES
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.config.trajectory import TrajectoryConfig
-from motionlab.errors import ConfigError, FieldError
 from motionlab.trajectory.motion import Piece
 from motionlab.trajectory.path import Array, Vector
-from motionlab.trajectory.pieces import MotionPlan, plan_motion
-
-LONGEST = 3600.0
-"""Longest reference, s; its arrays take 350 MB."""
+from motionlab.trajectory.pieces import MotionPlan, plan_motion, refuse_too_long
 
 _BLOCK = 4096
 """Ticks that are sampled at once: intermediate results stay in the processor's cache."""
@@ -57,6 +52,8 @@ class Reference:
         Ticks of one lap, 0 if the motion does not repeat. Laps of circle, polygon, star and path
         repeat sample for sample; a sine keeps its exact frequency and does so only if its period is
         whole.
+    for_ever : bool
+        Whether a live session repeats it for ever where it can.
     """
 
     position: Array
@@ -68,6 +65,7 @@ class Reference:
     holds: tuple[Interval, ...]
     edges: tuple[Interval, ...]
     period: int
+    for_ever: bool = True
 
     @property
     def ticks(self) -> int:
@@ -116,6 +114,7 @@ def sample(config: TrajectoryConfig) -> Reference:
         holds=_holds(motion.pieces, position),
         edges=_edges(motion.pieces),
         period=motion.period,
+        for_ever=getattr(config, "for_ever", True),
     )
 
 
@@ -132,7 +131,7 @@ def ticks_of(config: TrajectoryConfig) -> int:
 
 def _ticks(motion: MotionPlan) -> int:
     ticks = sum(piece.ticks for piece in motion.pieces)
-    _refuse_too_long(ticks)
+    refuse_too_long(ticks)
     return ticks
 
 
@@ -186,17 +185,3 @@ def _stretches(pieces: list[Piece]) -> Iterator[tuple[int, int, bool]]:
         for ticks, still in piece.parts:
             yield start, start + ticks, still
             start += ticks
-
-
-def _refuse_too_long(ticks: int) -> None:
-    seconds = ticks * CONTROL_PERIOD
-    if seconds > LONGEST:
-        raise ConfigError(
-            FieldError(
-                loc="trajectory",
-                message="lasts too long",
-                value=seconds,
-                bounds={"exclusive_minimum": 0.0, "maximum": LONGEST},
-                unit="s",
-            )
-        )

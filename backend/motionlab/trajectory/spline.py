@@ -171,6 +171,8 @@ def locate(marks: Array, q: Array) -> NDArray[np.int64]:
     found = np.empty(len(q), dtype=np.int64)
     last = len(marks) - 2
     i = 0
+    if len(q):
+        i = min(max(np.searchsorted(marks, q[0], side="right") - 1, 0), last)
     for k in range(len(q)):
         while i < last and q[k] >= marks[i + 1]:
             i += 1

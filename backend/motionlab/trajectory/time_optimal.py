@@ -15,6 +15,9 @@ limits of velocity, acceleration and thrust are linear in x, and the time
 3. A check of every control tick. Where one is beyond a limit, the limits of the nodes around it are
    tightened and step 2 is repeated; what little is left after that is stretched in time.
 
+On a straight line the axes limit the acceleration along it alone: step 2 has five constraints a
+node there, not nine.
+
 References
 ----------
 Verscheure et al., "Time-optimal path tracking for robots: a convex optimization approach", IEEE
@@ -36,19 +39,19 @@ from motionlab.trajectory.motion_profile import (
 )
 from motionlab.trajectory.path import Array, Path
 from motionlab.trajectory.time_optimal_check import Cells, on_cells, shares, tighten
-from motionlab.trajectory.time_optimal_solver import (
+from motionlab.trajectory.time_optimal_limits import (
     Along,
     Motor,
     Nodes,
     both_passes,
     ceiling,
+    places_between,
     reach_at,
-    solve,
-    tied,
-    timed,
+    spaced,
 )
+from motionlab.trajectory.time_optimal_solver import solve, tied, timed
 
-_PLACES = (200, 60_000)
+_PLACES = (64, 60_000)
 _PLACES_PER_EDGE = 16
 _NODES = (40, 20_000)
 _NODE_TIME = 0.002  # s
@@ -56,8 +59,9 @@ _START = 0.25
 """Squared speed from which the solver starts, as a share of that without limit of jerk."""
 _SHARE = 0.998
 """Share of the limits that nodes use at first, so that little lies beyond them in between."""
-_TIGHTER = 0.998
-_SOLUTIONS = 4
+_TIGHTER = 0.002
+"""Margin with which limits are tightened; it grows with every attempt."""
+_SOLUTIONS = 5
 _STRETCHES = 40
 _ROUNDING = 1e-9
 
@@ -123,43 +127,34 @@ def _straight(path: Path, ends: tuple[float, float], motor: Motor, along: Along)
 
 
 def _solved(path: Path, ends: tuple[float, float], edges: int, motor: Motor, along: Along) -> Cells:
-    places = _nodes(path, np.linspace(*ends, int(np.clip(_PLACES_PER_EDGE * edges, *_PLACES))))
+    count = min(max(_PLACES_PER_EDGE * edges, _PLACES[0]), _PLACES[1])
+    places = _nodes(path, places_between(ends, count))
     most = ceiling(motor, places, along)
     free = both_passes(motor, places, along, most)
-    ways, free = _spaced(places.way, free)
+    ways, free = spaced(places.way, free, _NODE_TIME, *_NODES)
     nodes = _nodes(path, ways)
     most = np.minimum(ceiling(motor, nodes, along), np.interp(ways, places.way, most))
     middles = 0.5 * (ways[1:] + ways[:-1])
     share, c = np.full(len(ways), _SHARE), _START * np.interp(middles, ways, free)
     tied(ways, c)
-    cells = _cells(ways, c)
-    for _ in range(_SOLUTIONS):
-        reach = reach_at(motor, nodes, free)
-        found, done = solve(nodes, along, reach, most, share, c)
+    cells, straight = None, edges == 0
+    for attempt in range(_SOLUTIONS):
+        reach = reach_at(motor, nodes, along, free, straight)
+        found, done = solve(nodes, along, reach, most, share, c, straight)
         if not done:
             break
         cells = _cells(ways, found)
         free = (cells.speed / CONTROL_PERIOD) ** 2
         excess = _excess(path, cells, motor, along)
-        if not tighten(cells.time, excess, share, 1.0, _TIGHTER):
+        if not tighten(cells.time, excess, share, 1.0, 1.0 - _TIGHTER * (1 + attempt)):
             return cells
         c = 0.5 * found
-    return _stretched(path, cells, motor, along)
+    return _stretched(path, _cells(ways, c) if cells is None else cells, motor, along)
 
 
 def _cells(ways: Array, c: Array) -> Cells:
     time, speed, gain = timed(ways, c)
     return _whole(Cells(time, ways, speed, gain), CONTROL_PERIOD)
-
-
-def _spaced(way: Array, x: Array) -> tuple[Array, Array]:
-    """Return nodes evenly spaced in time and the squared speeds there."""
-    speed = np.sqrt(x)
-    time = np.concatenate(([0.0], np.cumsum(2.0 * np.diff(way) / (speed[:-1] + speed[1:]))))
-    count = int(np.clip(math.ceil(time[-1] / _NODE_TIME), *_NODES))
-    at = np.linspace(0.0, time[-1], count + 1)
-    ways = np.interp(at, time, way)
-    return ways, np.maximum(np.interp(at, time, speed) ** 2, 1e-12)
 
 
 def _excess(path: Path, cells: Cells, motor: Motor, along: Along) -> Array:

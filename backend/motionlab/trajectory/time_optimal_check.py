@@ -12,7 +12,7 @@ from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.trajectory.motion_profile import Law, mean_acceleration
 from motionlab.trajectory.path import Array
 from motionlab.trajectory.spline import locate
-from motionlab.trajectory.time_optimal_solver import Along, Motor, Nodes, available, friction
+from motionlab.trajectory.time_optimal_limits import Along, Motor, Nodes, available, friction
 
 _FAR_BEYOND = 4.0
 

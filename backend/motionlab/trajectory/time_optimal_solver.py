@@ -1,145 +1,22 @@
-"""Compiled parts of time-optimal motion profiles: limits at a place, both passes, the solver."""
+"""Interior-point solver of time-optimal motion profiles with limited jerk."""
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numba
 import numpy as np
 
 from motionlab.trajectory.path import Array
+from motionlab.trajectory.time_optimal_limits import Along, Nodes
 
 _ROWS = 9  # constraints of a node
+_STRAIGHT_ROWS = 5  # of one on a straight line: the axes limit the acceleration along it
 _ITERATIONS = 120
-_GAP = 1e-5  # of the time, at which the solver is done
+_GAP = 1e-4  # of the time, at which the solver is done
 _BEYOND = 1e-6  # share of a limit by which it may be missed then
 _CLOSE = 0.02  # of both, at which a result is used where it gets no further
 _BOUNDARY = 0.99  # share of the step to the nearest boundary that is taken
-_LEAST = 1e-3  # share of the acceleration limit that is assumed to be left at least
-_SLOWEST = 1e-12  # (m/s)^2
-
-
-class Motor(NamedTuple):
-    """Limits of both axes."""
-
-    numbers: Array  # v_max, a_max, M, F_c, F_s, v_s, sigma_2, pole pitch; shape (2, 8), SI
-    thrust: Array  # available over a pole pitch, N; axis, direction (backward first), position
-
-
-class Along(NamedTuple):
-    """Limits along the path."""
-
-    v_max: float  # m/s
-    a_max: float  # m/s^2
-    j_max: float  # m/s^3
-
-
-class Nodes(NamedTuple):
-    """Places along a path."""
-
-    way: Array  # arc length from the start, m, shape (n,)
-    place: Array  # m, shape (n, 2)
-    slope: Array  # unit tangent, shape (n, 2)
-    bend: Array  # curvature, 1/m, shape (n, 2)
-
-
-@numba.njit(error_model="numpy", nogil=True, cache=True)
-def available(motor: Motor, axis: int, direction: int, place: float) -> float:
-    """Return the thrust available at a place, N; direction 0 is backward, 1 forward."""
-    table = motor.thrust[axis, direction]
-    turns = place / motor.numbers[axis, 7]
-    u = (turns - math.floor(turns)) * len(table)
-    low = int(u)
-    share = u - low
-    first, second = table[low % len(table)], table[(low + 1) % len(table)]
-    return first + (second - first) * share
-
-
-@numba.njit(error_model="numpy", nogil=True, cache=True)
-def friction(motor: Motor, axis: int, v: float) -> float:
-    """Return the steady friction at a velocity, N, with its sign."""
-    _, _, _, coulomb, static, stribeck, viscous, _ = motor.numbers[axis]
-    level = coulomb + (static - coulomb) * math.exp(-((v / stribeck) ** 2))
-    return np.sign(v) * level + viscous * v
-
-
-@numba.njit(error_model="numpy", nogil=True, cache=True)
-def acceleration_range(motor: Motor, axis: int, place: float, v: float) -> tuple[float, float]:
-    """Return the largest deceleration, as a positive number, and acceleration of an axis."""
-    a_max, mass = motor.numbers[axis, 1], motor.numbers[axis, 2]
-    against = friction(motor, axis, v)
-    down = min(a_max, (available(motor, axis, 0, place) + against) / mass)
-    up = min(a_max, (available(motor, axis, 1, place) - against) / mass)
-    return max(down, _LEAST * a_max), max(up, _LEAST * a_max)
-
-
-@numba.njit(error_model="numpy", nogil=True, cache=True)
-def _gains(motor: Motor, nodes: Nodes, k: int, x: float, a_max: float) -> tuple[float, float]:
-    """Return the least and the largest acceleration along the path at squared speed x."""
-    low, high = -a_max, a_max
-    speed = math.sqrt(x)
-    for axis in range(2):
-        slope, bend = nodes.slope[k, axis], nodes.bend[k, axis]
-        down, up = acceleration_range(motor, axis, nodes.place[k, axis], slope * speed)
-        if abs(slope) < 1e-9:
-            if bend * x > up or -bend * x > down:
-                return 1.0, -1.0
-            continue
-        first, second = (-down - bend * x) / slope, (up - bend * x) / slope
-        low, high = max(low, min(first, second)), min(high, max(first, second))
-    return low, high
-
-
-@numba.njit(error_model="numpy", nogil=True, cache=True)
-def ceiling(motor: Motor, nodes: Nodes, along: Along) -> Array:
-    """Return the largest squared speed at each node, by itself; (m/s)^2.
-
-    Besides velocity and centripetal acceleration, constant jerk from rest at either end bounds it.
-    """
-    n = len(nodes.way)
-    length = nodes.way[n - 1] - nodes.way[0]
-    found = np.empty(n)
-    for k in range(n):
-        x = along.v_max**2
-        for axis in range(2):
-            slope = abs(nodes.slope[k, axis])
-            if slope > 0.0:
-                x = min(x, (motor.numbers[axis, 0] / slope) ** 2)
-        near = min(nodes.way[k] - nodes.way[0], length - (nodes.way[k] - nodes.way[0]))
-        near = max(near, 0.0)
-        x = min(x, (0.5 * along.j_max * (6.0 * near / along.j_max) ** (2.0 / 3.0)) ** 2)
-        low, high = _gains(motor, nodes, k, x, along.a_max)
-        if low > high:
-            least = 0.0
-            for _ in range(40):
-                middle = 0.5 * (least + x)
-                low, high = _gains(motor, nodes, k, middle, along.a_max)
-                if low > high:
-                    x = middle
-                else:
-                    least = middle
-            x = least
-        found[k] = max(x, _SLOWEST)
-    return found
-
-
-@numba.njit(error_model="numpy", nogil=True, cache=True)
-def both_passes(motor: Motor, nodes: Nodes, along: Along, most: Array) -> Array:
-    """Return the largest squared speed within all limits but jerk, from rest to rest."""
-    n = len(nodes.way)
-    x = most.copy()
-    x[0] = x[n - 1] = 0.0
-    for k in range(n - 1):
-        _, high = _gains(motor, nodes, k, x[k], along.a_max)
-        gained = 2.0 * (nodes.way[k + 1] - nodes.way[k]) * high
-        x[k + 1] = min(x[k + 1], max(x[k] + gained, _SLOWEST))
-    for k in range(n - 1, 0, -1):
-        low, _ = _gains(motor, nodes, k, x[k], along.a_max)
-        gained = -2.0 * (nodes.way[k] - nodes.way[k - 1]) * low
-        x[k - 1] = min(x[k - 1], max(x[k] + gained, _SLOWEST))
-    x[0] = x[n - 1] = 0.0
-    return x
 
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
@@ -156,11 +33,12 @@ def _constraints(  # noqa: PLR0913, PLR0917 - one knot with its neighbours
 ) -> None:
     """Set the constraints g <= 0 of a knot, as shares of their limits, and of the jerk after it.
 
-    Their derivatives are those by c of the intervals before, after, and after that.
+    Their derivatives are those by c of the intervals before, after, and after that. The jerk after
+    the last knot before the end is that of its `tie`.
     """
-    way = knots.way
+    way, count = knots.way, len(c)
     width = way[k + 1] - way[k]
-    apart, further = 0.5 * (way[k + 1] - way[k - 1]), 0.5 * (way[k + 2] - way[k])
+    apart = 0.5 * (way[k + 1] - way[k - 1])
     right = 0.5 * (way[k] - way[k - 1]) / apart
     left = 1.0 - right
     x = left * c[k - 1] + right * c[k]
@@ -169,13 +47,13 @@ def _constraints(  # noqa: PLR0913, PLR0917 - one knot with its neighbours
     jacobian[0, 0], jacobian[0, 1] = left / (share * most), right / (share * most)
     g[0] = x / (share * most) - 1.0
     for sign in range(2):
-        unit = (1.0 - 2.0 * sign) / (share * along.a_max)
+        unit = (1.0 - 2.0 * sign) / (share * reach[2, 1 - sign])
         jacobian[1 + sign, 0], jacobian[1 + sign, 1] = -0.5 / apart * unit, 0.5 / apart * unit
         g[1 + sign] = gain * unit - 1.0
-    for axis in range(2):
+    for axis in range(2 if len(g) > _STRAIGHT_ROWS else 0):
         slope, bend = knots.slope[k, axis], knots.bend[k, axis]
         down, up = reach[axis]
-        row = 3 + 2 * axis
+        row = 5 + 2 * axis
         value = slope * gain + bend * x
         before, after = bend * left - 0.5 * slope / apart, bend * right + 0.5 * slope / apart
         jacobian[row, 0], jacobian[row, 1] = before / (share * up), after / (share * up)
@@ -185,16 +63,21 @@ def _constraints(  # noqa: PLR0913, PLR0917 - one knot with its neighbours
         )
         g[row] = value / (share * up) - 1.0
         g[row + 1] = -value / (share * down) - 1.0
-    limit = 2.0 * share * along.j_max / math.sqrt(c[k])
+    if k == count - 1:
+        g[3:5] = -1.0
+        jacobian[:, 0] += tie(way[count], way[k], way[k - 1]) * jacobian[:, 1]
+        jacobian[:, 1] = 0.0
+        return
+    further = 0.5 * (way[k + 2] - way[k])
+    limit = 2.0 * share * along.j_max / math.sqrt(c[k] * _faster(way, k))
     first, last = 1.0 / (apart * width), 1.0 / (further * width)
     second = first * c[k - 1] - (first + last) * c[k] + last * c[k + 1]
     for sign in range(2):
         unit = (1.0 - 2.0 * sign) / limit
-        jacobian[7 + sign, 0] = first * unit
-        jacobian[7 + sign, 1] = (0.5 * second / c[k] - first - last) * unit
-        jacobian[7 + sign, 2] = last * unit
-        g[7 + sign] = second * unit - 1.0
-    count = len(c)
+        jacobian[3 + sign, 0] = first * unit
+        jacobian[3 + sign, 1] = (0.5 * second / c[k] - first - last) * unit
+        jacobian[3 + sign, 2] = last * unit
+        g[3 + sign] = second * unit - 1.0
     if k == 1:
         jacobian[:, 1] += tie(way[0], way[1], way[2]) * jacobian[:, 0]
         jacobian[:, 0] = 0.0
@@ -204,19 +87,15 @@ def _constraints(  # noqa: PLR0913, PLR0917 - one knot with its neighbours
 
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
-def reach_at(motor: Motor, knots: Nodes, x: Array) -> Array:
-    """Return the largest deceleration and acceleration of each axis, shape (n + 1, 2, 2).
+def _faster(way: Array, k: int) -> float:
+    """Return the largest squared speed between knots k and k + 1 over that in the middle.
 
-    Friction is that of the squared speeds x: were it to change with what the solver tries, the
-    problem would not be convex.
+    It counts near the ends, where the squared speed is the arc length from there to the power of
+    4/3 at constant jerk.
     """
-    reach = np.empty((len(x), 2, 2))
-    for k in range(len(x)):
-        speed = math.sqrt(x[k])
-        for axis in range(2):
-            v = knots.slope[k, axis] * speed
-            reach[k, axis] = acceleration_range(motor, axis, knots.place[k, axis], v)
-    return reach
+    left, right = way[k] - way[0], way[len(way) - 1] - way[k + 1]
+    near, half = min(left, right), 0.5 * (way[k + 1] - way[k])
+    return ((near + 2.0 * half) / (near + half)) ** (4.0 / 3.0)
 
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
@@ -265,7 +144,13 @@ def _solve_band(diagonal: Array, first: Array, second: Array, right: Array) -> N
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
 def solve(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917 - one compiled loop
-    knots: Nodes, along: Along, reach: Array, most: Array, share: Array, c: Array
+    knots: Nodes,
+    along: Along,
+    reach: Array,
+    most: Array,
+    share: Array,
+    c: Array,
+    straight: bool,
 ) -> tuple[Array, bool]:
     r"""Return the squared speeds of least time, and whether the solver got there.
 
@@ -281,7 +166,7 @@ def solve(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917 - one compiled loop
         The n + 1 knots, from rest to rest.
     along : Along
         Limits along the path.
-    reach : ndarray, shape (n + 1, 2, 2)
+    reach : ndarray, shape (n + 1, 3, 2)
         From `reach_at`.
     most : ndarray, shape (n + 1,)
         Largest squared speed of each knot by itself.
@@ -289,7 +174,10 @@ def solve(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917 - one compiled loop
         Share of all limits that may be used at each knot.
     c : ndarray, shape (n,)
         Where to start, > 0.
+    straight : bool
+        Whether it is a straight line.
     """
+    rows = _STRAIGHT_ROWS if straight else _ROWS
     last = len(c) - 1
     c = c.copy()
     tied(knots.way, c)
@@ -298,30 +186,31 @@ def solve(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917 - one compiled loop
     for k in range(1, last):
         weight[k] = knots.way[k + 1] - knots.way[k]
         whole += weight[k] / math.sqrt(c[k])
-    g, slack = np.empty((len(c), _ROWS)), np.empty((len(c), _ROWS))
-    price = np.empty((len(c), _ROWS))
-    slack_step, price_step = np.empty((len(c), _ROWS)), np.empty((len(c), _ROWS))
-    jacobian = np.empty((len(c), _ROWS, 3))
-    count = (last - 1) * _ROWS
+    g, slack = np.empty((len(c), rows)), np.empty((len(c), rows))
+    price = np.empty((len(c), rows))
+    slack_step, price_step = np.empty((len(c), rows)), np.empty((len(c), rows))
+    jacobian = np.empty((len(c), rows, 3))
+    count = last * rows
     target = 0.1 / count
     worst = gap = math.inf
-    for k in range(1, last):
+    for k in range(1, last + 1):
         _constraints(knots, along, reach[k], share[k], most[k], k, c, g[k], jacobian[k])
-        for row in range(_ROWS):
+        for row in range(rows):
             slack[k, row] = max(-g[k, row], 0.1)
             price[k, row] = target / slack[k, row]
     for _ in range(_ITERATIONS):
         diagonal, right = np.zeros(last - 1), np.zeros(last - 1)
         first, second = np.zeros(last - 1), np.zeros(last - 1)
         worst, gap = 0.0, 0.0
-        for k in range(1, last):
+        for k in range(1, last + 1):
             _constraints(knots, along, reach[k], share[k], most[k], k, c, g[k], jacobian[k])
             i = k - 1
-            root = math.sqrt(c[k])
-            scaled = weight[k] / (whole * c[k] * root)
-            right[i] += 0.5 * scaled
-            diagonal[i] += 0.75 * scaled / c[k]
-            for row in range(_ROWS):
+            if k < last:
+                root = math.sqrt(c[k])
+                scaled = weight[k] / (whole * c[k] * root)
+                right[i] += 0.5 * scaled
+                diagonal[i] += 0.75 * scaled / c[k]
+            for row in range(rows):
                 slack[k, row] = max(slack[k, row], -g[k, row])
                 s, z = slack[k, row], price[k, row]
                 missing = g[k, row] + s
@@ -329,12 +218,15 @@ def solve(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917 - one compiled loop
                 push = z + (z * missing - (s * z - target)) / s
                 ratio = z / s
                 low, own, high = jacobian[k, row]
+                if i > 0:
+                    diagonal[i - 1] += ratio * low * low
+                    right[i - 1] -= low * push
+                if k == last:
+                    continue
                 diagonal[i] += ratio * own * own
                 right[i] -= own * push
                 if i > 0:
-                    diagonal[i - 1] += ratio * low * low
                     first[i - 1] += ratio * low * own
-                    right[i - 1] -= low * push
                 if i + 1 < last - 1:
                     diagonal[i + 1] += ratio * high * high
                     first[i] += ratio * own * high
@@ -345,13 +237,13 @@ def solve(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917 - one compiled loop
             return c, True
         _solve_band(diagonal, first, second, right)
         primal, dual = 1.0, 1.0
-        for k in range(1, last):
-            step = right[k - 1]
+        for k in range(1, last + 1):
+            step = right[k - 1] if k < last else 0.0
             if step < -0.9 * c[k]:
                 primal = min(primal, -0.9 * c[k] / step)
             before = right[k - 2] if k > 1 else 0.0
             after = right[k] if k < last - 1 else 0.0
-            for row in range(_ROWS):
+            for row in range(rows):
                 s, z = slack[k, row], price[k, row]
                 low, own, high = jacobian[k, row]
                 ds = -(g[k, row] + s) - (low * before + own * step + high * after)
@@ -362,9 +254,10 @@ def solve(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917 - one compiled loop
                     dual = min(dual, -_BOUNDARY * z / dz)
                 slack_step[k, row], price_step[k, row] = ds, dz
         gap = 0.0
-        for k in range(1, last):
-            c[k] += primal * right[k - 1]
-            for row in range(_ROWS):
+        for k in range(1, last + 1):
+            if k < last:
+                c[k] += primal * right[k - 1]
+            for row in range(rows):
                 slack[k, row] += primal * slack_step[k, row]
                 price[k, row] += dual * price_step[k, row]
                 gap += slack[k, row] * price[k, row]

@@ -284,11 +284,17 @@ class Session:
     async def metrics(self) -> bytes:
         """Return metrics of the last two periods, or ten seconds, as JSON; none before a tick.
 
-        They end where a stop began: its braking leaves the trajectory.
+        They end where a stop began: its braking leaves the trajectory. Of a motion that has
+        finished after its laps they are those of a run.
         """
-        period = self.prepared.reference.period
-        length = 2 * period if period else to_ticks(METRICS_SECONDS)
-        return await self._in_thread(self._measure, length)
+        reference = self.prepared.reference
+        length = 2 * reference.period if reference.period else to_ticks(METRICS_SECONDS)
+        end = None
+        if self.state in {"stopping", "stopped"}:
+            end = self._stop_tick
+        elif self.state == "finished" and not reference.for_ever:
+            length, end = reference.window[1] - reference.window[0], reference.window[1]
+        return await self._in_thread(self._measure, length, end)
 
     def recording(self, length: int | None = None) -> Recording:
         """Return the latest `length` ticks that the history holds, or all of them.
@@ -434,9 +440,7 @@ class Session:
             self._note(event.model_copy(update={"tick": tick}))
             return tick
 
-    def _measure(self, length: int) -> bytes:
-        stopped = self.state in {"stopping", "stopped"}
-        end = self._stop_tick if stopped else None
+    def _measure(self, length: int, end: int | None) -> bytes:
         recording = self.history.recording(self.simulation, length, braked=False, end=end)
         band = self.simulation.scenario.settling_band
         measured = latest_metrics(recording, self.prepared.reference, settling_band=band)

@@ -3191,8 +3191,14 @@ export interface components {
              */
             laps: number;
             /**
+             * for ever
+             * @description Whether a live session repeats it for ever; else it ends there after its laps too, as it does in runs, what-ifs and files
+             * @default true
+             */
+            for_ever: boolean;
+            /**
              * lead-in
-             * @description Time in which the phase rate is eased from rest to its full value; half a period when left out, 0 starts at full speed
+             * @description Time in which the phase rate is eased from rest to its full value, and, unless it is repeated for ever, back to rest after the last lap; half a period when left out, 0 starts at full speed
              * @default null
              */
             lead_in: number | null;
@@ -4253,6 +4259,12 @@ export interface components {
              * @default 1
              */
             laps: number;
+            /**
+             * for ever
+             * @description Whether a live session repeats it for ever; else it ends there after its laps too, as it does in runs, what-ifs and files
+             * @default true
+             */
+            for_ever: boolean;
             /**
              * Dwell
              * @description Time at each stop, the first and the last included
@@ -8689,6 +8701,18 @@ export interface components {
              * @default 3
              */
             laps: number;
+            /**
+             * Dwell
+             * @description Time at each corner, besides that of the edges
+             * @default 0
+             */
+            dwell: number;
+            /**
+             * for ever
+             * @description Whether a live session repeats it for ever; else it ends there after its laps too, as it does in runs, what-ifs and files
+             * @default true
+             */
+            for_ever: boolean;
         };
         /**
          * Probability
@@ -10199,6 +10223,18 @@ export interface components {
              * @description The motions in their order
              */
             parts: (components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"])[];
+            /**
+             * Laps
+             * @description Times that all of it is done; more than once needs an end where it starts, and leaves the first out of metrics
+             * @default 1
+             */
+            laps: number;
+            /**
+             * for ever
+             * @description Whether a live session repeats it for ever; else it ends there after its laps too, as it does in runs, what-ifs and files
+             * @default true
+             */
+            for_ever: boolean;
         };
         /**
          * SessionInfo
@@ -10772,8 +10808,14 @@ export interface components {
              */
             cycles: number;
             /**
+             * for ever
+             * @description Whether a live session repeats it for ever; else it ends there after its laps too, as it does in runs, what-ifs and files
+             * @default true
+             */
+            for_ever: boolean;
+            /**
              * lead-in
-             * @description Time in which the phase rate is eased from rest to its full value; half a period when left out, 0 starts at full speed
+             * @description Time in which the phase rate is eased from rest to its full value, and, unless it is repeated for ever, back to rest after the last lap; half a period when left out, 0 starts at full speed
              * @default null
              */
             lead_in: number | null;
@@ -11430,6 +11472,18 @@ export interface components {
              */
             dwell: number;
             /**
+             * Laps
+             * @description Times that all of it is done; more than once needs an end where it starts, and leaves the first out of metrics
+             * @default 1
+             */
+            laps: number;
+            /**
+             * for ever
+             * @description Whether a live session repeats it for ever; else it ends there after its laps too, as it does in runs, what-ifs and files
+             * @default true
+             */
+            for_ever: boolean;
+            /**
              * max speed
              * @description Largest speed along the path
              * @default null
@@ -11497,6 +11551,18 @@ export interface components {
              * @default 3
              */
             laps: number;
+            /**
+             * Dwell
+             * @description Time at each corner, besides that of the edges
+             * @default 0
+             */
+            dwell: number;
+            /**
+             * for ever
+             * @description Whether a live session repeats it for ever; else it ends there after its laps too, as it does in runs, what-ifs and files
+             * @default true
+             */
+            for_ever: boolean;
         };
         /**
          * Step
@@ -11957,6 +12023,12 @@ export interface components {
              * @default 1
              */
             cycles: number;
+            /**
+             * for ever
+             * @description Whether a live session repeats it for ever; else it ends there after its laps too, as it does in runs, what-ifs and files
+             * @default true
+             */
+            for_ever: boolean;
         };
         /**
          * TuneDocument
@@ -12433,6 +12505,18 @@ export interface components {
                 number,
                 number
             ][];
+            /**
+             * Laps
+             * @description Times that all of it is done; more than once needs an end where it starts, and leaves the first out of metrics
+             * @default 1
+             */
+            laps: number;
+            /**
+             * for ever
+             * @description Whether a live session repeats it for ever; else it ends there after its laps too, as it does in runs, what-ifs and files
+             * @default true
+             */
+            for_ever: boolean;
         };
         /**
          * WhatIfRequest

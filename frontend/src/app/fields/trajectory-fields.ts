@@ -9,8 +9,6 @@ const MAIN = new Set([
   'circumradius',
   'amplitude',
   'frequency',
-  'laps',
-  'cycles',
   'step',
   'count',
   'height',
@@ -24,16 +22,20 @@ const MAIN = new Set([
   'a_max',
 ]);
 
+/** What `RepetitionChoice` shows. */
+const REPETITION = new Set(['laps', 'cycles', 'for_ever']);
+
 export type Line =
   | { kind: 'number'; path: string; main: boolean }
   | { kind: 'switch'; path: string; main: boolean; on: boolean }
   | { kind: 'choice'; path: string; main: boolean; value: string; options: readonly Choice[] }
   | { kind: 'list'; path: string; main: boolean; length: number };
 
-/** Returns the lines for a trajectory's table, main ones first. */
+/** Returns the lines for a trajectory's table, main ones first, but for those of its repetition. */
 export function lines(trajectory: { [key: string]: Value }): Line[] {
   const found: Line[] = [];
   for (const [key, value] of Object.entries(trajectory)) {
+    if (REPETITION.has(key)) continue;
     const path = `trajectory.${key}`;
     const main = MAIN.has(key);
     if (typeof value === 'number' || value === null) {

@@ -21,6 +21,8 @@ export interface DrawnPath {
   j_max: number | null;
   lap_time: number | null;
   laps: number;
+  /** Whether a live session repeats it for ever; it does where this is absent. */
+  for_ever?: boolean;
   dwell: number;
   planned_for?: null;
 }

@@ -5,7 +5,6 @@ import { equal } from '../../app/api/scenario-paths';
 import type { Changes, ProblemField, Trajectory } from '../../app/api/types';
 import { fieldErrorsText, errorText } from '../../app/error-text';
 import { LatestWins } from '../../app/latest-wins';
-import { messages } from '../../app/messages.svelte';
 import { GIVEN_PATH, type GivenPath } from '../../app/session/kept-sessions';
 import { load, nullOr, save } from '../../app/storage';
 import { app } from '../../app/store.svelte';
@@ -147,16 +146,14 @@ export class Editor {
     if (this.lastFeasible) this.set(this.lastFeasible);
   }
 
-  async slowDown(): Promise<void> {
+  /** Returns the motion stretched until the motor can follow it; null where that fails. */
+  async slower(): Promise<{ trajectory: Table; stretch: number } | null> {
+    const table = this.table;
+    let found = null;
     await app.try(async () => {
-      const { trajectory, stretch } = await app.api.slow(this.request(this.table));
-      if (stretch > 1) {
-        this.set(trajectory);
-        messages.info(
-          `Slowed down: every move takes ${stretch.toFixed(3)} times as long, which leaves no reserve.`,
-        );
-      }
+      found = await app.api.slow(this.request(table));
     });
+    return table === this.table ? found : null;
   }
 
   async open(name: string): Promise<void> {

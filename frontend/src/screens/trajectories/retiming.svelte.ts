@@ -4,17 +4,21 @@ import { ApiError } from '../../app/api/client';
 import { equal } from '../../app/api/scenario-paths';
 import { errorText } from '../../app/error-text';
 import { LatestWins } from '../../app/latest-wins';
-import { asTable, type DrawnPath } from './drawn-path';
+import { asPath, asTable, type DrawnPath, type Table } from './drawn-path';
 import { editor } from './editor.svelte';
 import type { Checked } from './feasibility';
 import { timingOf, type Timing } from './retiming-cost';
 
 class Retiming {
   private timing = $state.raw<Timing | null>(null);
+  /** A slower motion that is no drawn path, and what it is proposed for. */
+  private slower = $state.raw<{ of: Table; table: Table } | null>(null);
+  /** By how much every move is stretched to be feasible; 0 for any other proposal. */
+  private stretched = $state(0);
   found = $state.raw<Checked | null>(null);
   refused = $state('');
-  private foundOf = $state.raw<DrawnPath | null>(null);
-  private readonly checks = new LatestWins<DrawnPath>((path) => this.check(path));
+  private foundOf = $state.raw<Table | null>(null);
+  private readonly checks = new LatestWins<Table>((table) => this.check(table));
 
   /** The path as it would be; null while nothing is proposed. */
   readonly path = $derived(
@@ -23,34 +27,56 @@ class Retiming {
       : null,
   );
 
+  /** The motion as it would be; null while nothing is proposed. */
+  readonly table = $derived.by((): Table | null => {
+    if (this.path) return asTable(this.path);
+    return this.slower?.of === editor.table ? this.slower.table : null;
+  });
+
   /** Whether what was found is of what is proposed. */
-  readonly fresh = $derived(this.path !== null && equal(this.path, this.foundOf));
+  readonly fresh = $derived(this.table !== null && equal(this.table, this.foundOf));
+
+  /** By how much what is proposed is stretched to be feasible; 0 for any other proposal. */
+  get stretch(): number {
+    return this.table ? this.stretched : 0;
+  }
 
   propose(path: DrawnPath): void {
+    this.discard();
     this.timing = timingOf(path);
+  }
+
+  /** Proposes a motion that the server has stretched until the motor can follow it. */
+  proposeSlower(table: Table, stretch: number): void {
+    this.discard();
+    const path = asPath(table);
+    if (path) this.timing = timingOf(path);
+    else this.slower = { of: editor.table, table };
+    this.stretched = stretch;
   }
 
   /** Asks what the proposal demands of the motor. */
   ask(): void {
-    if (this.path) this.checks.push(this.path);
+    if (this.table) this.checks.push(this.table);
   }
 
   apply(): void {
-    if (this.path) editor.edit(this.path);
+    if (this.table) editor.set(this.table);
     this.discard();
   }
 
   discard(): void {
-    [this.timing, this.found, this.foundOf, this.refused] = [null, null, null, ''];
+    [this.timing, this.slower, this.stretched] = [null, null, 0];
+    [this.found, this.foundOf, this.refused] = [null, null, ''];
   }
 
-  private async check(path: DrawnPath): Promise<void> {
+  private async check(table: Table): Promise<void> {
     try {
-      const found = await editor.examine(asTable(path));
-      [this.found, this.foundOf, this.refused] = [found, path, ''];
+      const found = await editor.examine(table);
+      [this.found, this.foundOf, this.refused] = [found, table, ''];
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
-      [this.found, this.foundOf, this.refused] = [null, path, errorText(error)];
+      [this.found, this.foundOf, this.refused] = [null, table, errorText(error)];
     }
   }
 }
