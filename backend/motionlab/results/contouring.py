@@ -125,11 +125,13 @@ def _nearest(path: Array, here: Array, present: NDArray[np.int64], following_err
         lag, foot_x, foot_y = 0.0, 0.0, 0.0
         # The path before and after the nearest point, of which one may be missing.
         i = present[n]
-        before, after = max(i - 1, 0), min(i + 1, len(path) - 1)
+        kept = here[n, 0] == path[i, 0] and here[n, 1] == path[i, 1]
+        before, after = max(i - 1, 0) if kept else i, min(i + 1, len(path) - 1)
         in_x, in_y = here[n, 0] - path[before, 0], here[n, 1] - path[before, 1]
         out_x, out_y = path[after, 0] - here[n, 0], path[after, 1] - here[n, 1]
         for way in (-1, 1):
-            i, travelled = present[n], 0.0
+            # Backwards the last sample that was kept comes first.
+            i, travelled = present[n] + (1 if way < 0 else 0), 0.0
             a_x, a_y = 0.0, 0.0
             while travelled < reach and 0 <= i + way < len(path):
                 i += way

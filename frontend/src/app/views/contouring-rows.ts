@@ -1,6 +1,7 @@
 /** Contour and tracking error as curves and tables. */
 
 import type { PlotAxis, Series } from '../../plot/types';
+import { looksOf } from '../../plot/variant-looks';
 import { digits } from '../../ui/units';
 import { row, type Row } from './rows';
 import type { Contouring } from './views-api';
@@ -23,10 +24,8 @@ const FIGURES: readonly [keyof Figures, string, string, string][] = [
   ['lag_time', 'late by', 'Mean lag over mean speed', 's'],
 ];
 
-const METRE = { unit: 'm' };
-
 export const AXIS_OF: Readonly<Record<'arc' | 'time', PlotAxis>> = {
-  arc: { label: 'arc length', ...METRE },
+  arc: { label: 'arc length', unit: 'm' },
   time: { label: 'time', unit: 's' },
 };
 
@@ -71,7 +70,7 @@ export function errorSeries(
 ): Series[] {
   return names.flatMap((name) => {
     const points = found.variants[name]?.points;
-    return points ? [{ name, x: points[over], y: points[error], ink: inkOf(name) }] : [];
+    return points ? [{ name, x: points[over], y: points[error], ...lookOf(name) }] : [];
   });
 }
 
@@ -97,12 +96,16 @@ export function planeSeries(found: Contouring, names: readonly string[], factor:
       if (!points) return [];
       const x = points.x.map((at, i) => at + factor * (points.off_x[i] ?? 0));
       const y = points.y.map((at, i) => at + factor * (points.off_y[i] ?? 0));
-      return [{ name, x, y, ink: inkOf(name) }];
+      return [{ name, x, y, ...lookOf(name) }];
     }),
   ];
 }
 
-const inkOf = (name: string) => (name === 'A' ? ('a' as const) : ('b' as const));
+/** Markers at every sample would hide the curve: B is the thicker line. */
+const lookOf = (name: string) => ({
+  ink: looksOf(name).ink ?? 'a',
+  width: name === 'A' ? 1.2 : 2.4,
+});
 
 function extent(values: readonly number[]): number {
   return values.reduce((a, b) => Math.max(a, b)) - values.reduce((a, b) => Math.min(a, b));

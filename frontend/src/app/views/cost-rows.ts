@@ -39,7 +39,7 @@ export function figureRows(found: Cost, names: readonly string[], axis: Axis): R
     const made = row(name, title, unit, values);
     const changes = ones.slice(1).map((one) => {
       const ratio = one?.ratios?.[key];
-      return percent(ratio == null ? null : ratio - 1);
+      return percent(ratio === null || ratio === undefined ? null : ratio - 1);
     });
     return { ...made, cells: [...made.cells, ...changes] };
   });
@@ -80,5 +80,5 @@ export function missing(found: Cost, names: readonly string[]): string[] {
 }
 
 function scaled(value: number | null | undefined, factor: number): number | null {
-  return value == null ? null : value * factor;
+  return value === null || value === undefined ? null : value * factor;
 }
