@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import re
 import urllib.parse
 
 import numpy as np
@@ -19,6 +20,8 @@ Array = NDArray[np.float64]
 
 R = 0.015  # m, of the circle
 LAP = 6000  # ticks
+WINDOW = 6000  # ticks, of the metrics
+PERIOD = 0.5e-3  # s
 SHORT = {"trajectory.laps": 2, "trajectory.lead_in": 0.5}
 
 
@@ -52,6 +55,55 @@ def lap(of: dict[str, Array], variant: str) -> tuple[Array, Array]:
     return np.arctan2(y, x), np.hypot(x, y) - R
 
 
+def contour_and_cost(views: Locator, of: dict[str, Array]) -> None:
+    """Compare errors off a circle, and what its x cost, with the samples."""
+    views.get_by_role("radio", name="Contouring").click()
+    errors = views.get_by_role("table", name="Errors", exact=True)
+    errors.wait_for()
+    for place, variant in enumerate("AB"):
+        part = slice(-WINDOW, None)
+        length = np.hypot(*(of[f"{variant}.{axis}.following_error"][part] for axis in "xy"))
+        F = radial(of, variant, WINDOW)
+        for name, value in {
+            "contour max": np.abs(F).max(),
+            "contour RMS": np.sqrt(np.mean(F**2)),
+            "tracking max": length.max(),
+            "tracking RMS": np.sqrt(np.mean(length**2)),
+        }.items():
+            shown = float(cells(errors, name)[place])
+            assert shown == pytest.approx(1e6 * value, rel=6e-3, abs=6e-3), name
+    top = cells(views.get_by_role("table", name="Contour peaks"), "A 1")
+    assert abs(float(top[0])) == pytest.approx(float(cells(errors, "contour max")[0]), rel=6e-3)
+    views.get_by_role("radio", name="Off the path").click()
+    expect(views.get_by_text(re.compile(r"contour error \W [\d,]+$"))).to_be_visible()
+    views.get_by_role("radio", name="Cost").click()
+    cost = views.get_by_role("table", name="Cost of x")
+    cost.wait_for()
+    peaks = []
+    for place, variant in enumerate("AB"):
+        currents = [of[f"{variant}.x.current_{phase}"][-WINDOW:] for phase in "abc"]
+        thrust = of[f"{variant}.x.thrust"][-WINDOW:]
+        copper = sum(float(np.sum(i * i)) for i in currents) * PERIOD
+        peaks.append(max(np.abs(i).max() for i in currents))
+        assert float(cells(cost, "copper loss")[place]) == pytest.approx(copper, rel=1e-2)
+        assert float(cells(cost, "peak current")[place]) == pytest.approx(peaks[-1], rel=6e-3)
+        rms = np.sqrt(np.mean(thrust**2))
+        assert float(cells(cost, "RMS thrust")[place]) == pytest.approx(rms, rel=6e-3)
+    change = float(cells(cost, "peak current")[2].removesuffix(" %"))
+    assert change == pytest.approx(100 * (peaks[1] / peaks[0] - 1), abs=0.06)
+    balance = views.get_by_role("table", name="Energy of x")
+    expect(balance.get_by_role("rowheader", name="= residual")).to_be_visible()
+
+
+def radial(of: dict[str, Array], variant: str, count: int) -> Array:
+    """Return the radial deviation of the last samples."""
+    x, y = (
+        of[f"{axis}.position_reference"][-count:] - of[f"{variant}.{axis}.following_error"][-count:]
+        for axis in "xy"
+    )
+    return np.hypot(x, y) - R
+
+
 def test_the_figures_of_a_ballbar_are_those_of_the_downloaded_recording(
     page: Page, server: Server, refusals: list[str]
 ) -> None:
@@ -77,6 +129,7 @@ def test_the_figures_of_a_ballbar_are_those_of_the_downloaded_recording(
             assert float(shown[place]) == pytest.approx(1e6 * value, rel=6e-3, abs=4e-3), name
     both = views.get_by_role("table", name="Both directions")
     assert float(cells(both, "G(b)")[1]) < 0.1 * float(cells(both, "G(b)")[0])
+    contour_and_cost(views, recorded)
     assert serious(page, within='[aria-label="Views"]') == []
     page.request.delete(f"{server.url}{API}/runs/{run}")
 

@@ -292,3 +292,30 @@ def test_a_view_that_cannot_be_is_refused_by_name(client: httpx.Client) -> None:
     assert client.post(f"{API}/views/ballbar", json=late).status_code == 422
     missing = {"run": "r-aaaaaaaaaaaa"}
     assert client.post(f"{API}/views/ballbar", json=missing).status_code == 404
+
+
+def test_its_contour_and_its_cost_are_those_of_its_recording(
+    client: httpx.Client, run: RunDetail
+) -> None:
+    body = {"run": run.id, "start": 1.0, "end": 3.0}
+    found = client.post(f"{API}/views/contouring", json=body).raise_for_status().json()
+    cost = client.post(f"{API}/views/cost", json=body).raise_for_status().json()
+    names = [f"B.{axis}.following_error" for axis in "xy"]
+    names += [f"B.x.current_{phase}" for phase in "abc"] + ["B.x.thrust"]
+    with library().files.open(run.id) as file:
+        read = file.read(names)
+        e_x, e_y, i_a, i_b, i_c, thrust = (
+            read[name].to_numpy()[2000:6000].astype(float) for name in names
+        )
+    figures = found["variants"]["B"]["figures"]
+    assert figures["tracking_max"] == pytest.approx(np.hypot(e_x, e_y).max(), rel=1e-6)
+    assert figures["contour_max"] <= figures["tracking_max"]
+    x = cost["variants"]["B"]["x"]
+    assert x["current_peak"] == max(np.abs(each).max() for each in (i_a, i_b, i_c))
+    assert x["force_rms"] == pytest.approx(np.sqrt(np.mean(thrust**2)), rel=1e-6)
+    assert x["balance"]["residual"] == pytest.approx(0.0, abs=1e-3 * x["friction_work"])
+    one_axis = client.post(f"{API}/views/contouring", json={"scenario": "stair-y-500nm"})
+    assert one_axis.status_code == 422
+    (error,) = one_axis.json()["errors"]
+    assert error["loc"] == "trajectory"
+    assert "one axis only" in error["message"]

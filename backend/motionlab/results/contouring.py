@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numba
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +19,29 @@ A mover that lags on the path by abs(e) is at most abs(e)/sin(theta/2) behind al
 turned a corner of interior angle theta in between: 3.24 abs(e) for the pentagram's 36 degrees.
 """
 
+_TURNED = 1e-12
+"""Below this the sum of two unit vectors, squared, is nothing."""
+
 FINENESS = 4e-3
 """Shortest segment looked at, in largest following errors; it bounds the work of slow motions."""
+
+
+class Nearest(NamedTuple):
+    """Where the reference path is nearest to each measured position.
+
+    Attributes
+    ----------
+    contour : ndarray, shape (n,)
+        Signed distance from the path, positive to the left of its direction, m.
+    lag : ndarray, shape (n,)
+        How far along the path the nearest point lies behind the reference, m.
+    foot : ndarray, shape (n, 2)
+        The nearest point less the reference, m.
+    """
+
+    contour: Array
+    lag: Array
+    foot: Array
 
 
 def contour_error(path: Array, following_error: Array, window: tuple[int, int]) -> Array:
@@ -43,6 +66,22 @@ def contour_error(path: Array, following_error: Array, window: tuple[int, int]) 
     ndarray, shape (n,)
         Distances, m; never larger than the length of the following error.
     """
+    return _looked_for(path, following_error, window)[:, 0]
+
+
+def nearest(path: Array, following_error: Array, window: tuple[int, int]) -> Nearest:
+    """Return the nearest points of the reference path; parameters as `contour_error`.
+
+    At a corner that is nearest, left and right are those of the mean of both directions: a corner
+    is nearest from its outside only.
+    """
+    distance, lag, foot_x, foot_y, along_x, along_y = _looked_for(path, following_error, window).T
+    off_x, off_y = -following_error[:, 0] - foot_x, -following_error[:, 1] - foot_y
+    side = np.where(along_x * off_y - along_y * off_x < 0.0, -1.0, 1.0)
+    return Nearest(side * distance, lag, np.stack([foot_x, foot_y], axis=1))
+
+
+def _looked_for(path: Array, following_error: Array, window: tuple[int, int]) -> Array:
     here = path[slice(*window)]
     spacing = FINENESS * float(np.hypot(*following_error.T).max())
     kept = _thin(path, spacing)
@@ -76,29 +115,59 @@ def _last_kept(kept: NDArray[np.int64], start: int, end: int) -> NDArray[np.int6
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
 def _nearest(path: Array, here: Array, present: NDArray[np.int64], following_error: Array) -> Array:
-    distance = np.empty(len(present))
+    """Return distance, lag, nearest point less reference, and direction of the path there."""
+    found = np.empty((len(present), 6))
     for n in range(len(present)):
         # From the present reference: e is good to picometres, absolute float32 positions are not.
         x, y = -following_error[n, 0], -following_error[n, 1]
         best = x * x + y * y
         reach = REACH * np.sqrt(best)
+        lag, foot_x, foot_y = 0.0, 0.0, 0.0
+        # The path before and after the nearest point, of which one may be missing.
+        i = present[n]
+        kept = here[n, 0] == path[i, 0] and here[n, 1] == path[i, 1]
+        before, after = max(i - 1, 0) if kept else i, min(i + 1, len(path) - 1)
+        in_x, in_y = here[n, 0] - path[before, 0], here[n, 1] - path[before, 1]
+        out_x, out_y = path[after, 0] - here[n, 0], path[after, 1] - here[n, 1]
         for way in (-1, 1):
-            i, travelled = present[n], 0.0
+            # Backwards the last sample that was kept comes first.
+            i, travelled = present[n] + (1 if way < 0 else 0), 0.0
             a_x, a_y = 0.0, 0.0
             while travelled < reach and 0 <= i + way < len(path):
                 i += way
                 b_x, b_y = path[i, 0] - here[n, 0], path[i, 1] - here[n, 1]
-                travelled += np.sqrt((b_x - a_x) ** 2 + (b_y - a_y) ** 2)
-                best = min(best, _to_segment(x - a_x, y - a_y, b_x - a_x, b_y - a_y))
+                step_x, step_y = b_x - a_x, b_y - a_y
+                length = np.sqrt(step_x**2 + step_y**2)
+                share = _share(x - a_x, y - a_y, step_x, step_y)
+                squared = (x - a_x - share * step_x) ** 2 + (y - a_y - share * step_y) ** 2
+                if squared < best:
+                    best = squared
+                    lag = -way * (travelled + share * length)
+                    foot_x, foot_y = a_x + share * step_x, a_y + share * step_y
+                    in_x, in_y = way * step_x, way * step_y
+                    out_x, out_y = in_x, in_y
+                    if share == 1.0 and 0 <= i + way < len(path):
+                        next_x = way * (path[i + way, 0] - path[i, 0])
+                        next_y = way * (path[i + way, 1] - path[i, 1])
+                        if way > 0:
+                            out_x, out_y = next_x, next_y
+                        else:
+                            in_x, in_y = next_x, next_y
+                travelled += length
                 a_x, a_y = b_x, b_y
-        distance[n] = np.sqrt(best)
-    return distance
+        into, out = np.sqrt(in_x**2 + in_y**2), np.sqrt(out_x**2 + out_y**2)
+        into, out = (into if into > 0.0 else 1.0), (out if out > 0.0 else 1.0)
+        along_x, along_y = in_x / into + out_x / out, in_y / into + out_y / out
+        if along_x**2 + along_y**2 < _TURNED:  # the path goes back the way it came
+            along_x, along_y = in_x, in_y
+        found[n, 0], found[n, 1], found[n, 2] = np.sqrt(best), lag, foot_x
+        found[n, 3], found[n, 4], found[n, 5] = foot_y, along_x, along_y
+    return found
 
 
 @compiled
-def _to_segment(x: float, y: float, along_x: float, along_y: float) -> float:
-    """Return the squared distance from (x, y) to the segment from the origin to `along`."""
+def _share(x: float, y: float, along_x: float, along_y: float) -> float:
+    """Return which share of the segment from the origin to `along` is nearest to (x, y)."""
     squared = along_x * along_x + along_y * along_y
     share = (x * along_x + y * along_y) / squared if squared > 0.0 else 0.0  # it may underflow
-    share = min(max(share, 0.0), 1.0)
-    return (x - share * along_x) ** 2 + (y - share * along_y) ** 2
+    return min(max(share, 0.0), 1.0)

@@ -30,6 +30,7 @@ const SCALED = new Set([
   'Hz',
   's',
   'm s',
+  'J',
   'W',
   'V',
   'T',

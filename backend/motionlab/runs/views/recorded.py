@@ -21,9 +21,13 @@ from motionlab.telemetry.channels import REFERENCES
 from motionlab.telemetry.recording import Recording
 
 Array = NDArray[np.float64]
+_POSITIONS = [f"{axis}.position_reference" for axis in AXES]
 
 SAMPLES_MAX = 1_000_000
 """Most samples that a view is of: 500 s."""
+
+AROUND = 20_000
+"""Most samples of the path before and after a stretch that views look at: 10 s."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +44,9 @@ class Recorded:
         Samples [first, stop) of the recording.
     column : callable
         Returns a column over the stretch in double precision, or None where there is none.
+    path : callable
+        Returns the reference positions, shape (samples, 2), of the stretch and of up to `AROUND`
+        samples before and after it, and which of them is its first, m.
     scenario : Scenario or str
         As it was over the stretch, without schedule, or why it is not known.
     repeatable : bool
@@ -51,6 +58,7 @@ class Recorded:
     first: int
     stop: int
     column: Callable[[str], Array | None]
+    path: Callable[[], tuple[Array, int]]
     scenario: Scenario | str
     repeatable: bool = True
 
@@ -79,7 +87,7 @@ class Recorded:
         """
         found = self.column(name)
         if found is None:
-            raise ConfigError(FieldError("run", f"has no channel {name}", "absent"))
+            raise _absent(name)
         return found
 
     def reference(self) -> tuple[Array, Array]:
@@ -136,12 +144,22 @@ def of_run(run_id: str, start: float | None, end: float | None, *, window: bool 
         with library().files.open(run_id) as file:
             return read_ticks(file, [name], first, stop)[0].astype(np.float64)
 
+    def path() -> tuple[Array, int]:
+        begin = max(0, first - AROUND)
+        for name in _POSITIONS:
+            if name not in known:
+                raise _absent(name)
+        with library().files.open(run_id) as file:
+            return read_ticks(file, _POSITIONS, begin, stop + AROUND).T.astype(np.float64), (
+                first - begin
+            )
+
     scenario = scenario_of(
         run, first, stop, lambda path: path.startswith(("variants.", "plant", "trajectory"))
     )
     repeatable = run.kind in {"simulation", "live"}
     variants = tuple(run.variants)
-    return Recorded(variants, run.period, first, stop, column, scenario, repeatable)
+    return Recorded(variants, run.period, first, stop, column, path, scenario, repeatable)
 
 
 def of_scenario(
@@ -167,14 +185,21 @@ def of_recording(recording: Recording, prepared: Prepared, first: int, stop: int
         record = recording.variants.get(variant[0])
         return None if record is None else record.channel(channel, axis)[part].astype(np.float64)
 
+    def path() -> tuple[Array, int]:
+        begin = max(0, first - AROUND)
+        position = recording.references[rows["position_reference"], :, begin : stop + AROUND]
+        return np.ascontiguousarray(position.T), first - begin
+
     inside = [changed for tick, changed in prepared.epochs if first < tick < stop]
     scenario: Scenario | str = "the schedule changes it within the stretch"
     if not inside:
         now = [changed for tick, changed in prepared.epochs if tick <= first][-1]
         scenario = now.model_copy(update={"schedule": (), "window": None})
-    return Recorded(
-        tuple(recording.variants), CONTROL_PERIOD, first, stop, column, scenario, repeatable=True
-    )
+    return Recorded(tuple(recording.variants), CONTROL_PERIOD, first, stop, column, path, scenario)
+
+
+def _absent(name: str) -> ConfigError:
+    return ConfigError(FieldError("run", f"has no channel {name}", "absent"))
 
 
 def _stretch(start: float | None, end: float | None, ticks: int, period: float) -> tuple[int, int]:

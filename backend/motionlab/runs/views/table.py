@@ -59,5 +59,7 @@ class View(NamedTuple):
 
 VIEWS: tuple[View, ...] = (
     View("ballbar", "Ballbar", "Circular test, radial deviation in both directions", False, 24),
+    View("contouring", "Contouring", "Contour error beside tracking error", True, 48),
+    View("cost", "Cost", "Energy, currents and forces of each variant beside the first", True, 24),
 )
 BY_NAME: dict[str, View] = {view.name: view for view in VIEWS}

@@ -1365,6 +1365,46 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/views/contouring": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Contour error beside tracking error
+         * @description Contour error beside tracking error, of the window of the metrics by default; docs/views.md.
+         */
+        post: operations["viewContouring"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/views/cost": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Energy, currents and forces of each variant beside the first
+         * @description Energy, currents and forces of each variant beside the first, of the window of the metrics by default; docs/views.md.
+         */
+        post: operations["viewCost"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/runs": {
         parameters: {
             query?: never;
@@ -2271,6 +2311,77 @@ export interface components {
              *     }
              */
             resonance: components["schemas"]["ResonanceConfig"];
+        };
+        /**
+         * AxisCost
+         * @description One axis of one variant; null is what cannot be computed.
+         */
+        AxisCost: {
+            /**
+             * Phases
+             * @description a, b and c
+             */
+            phases: {
+                [key: string]: components["schemas"]["PhaseCost"] | null;
+            };
+            /**
+             * Worst Phase
+             * @description Of the largest RMS current
+             */
+            worst_phase: string | null;
+            /**
+             * Copper
+             * @description Sum of the phases: J for each ohm, A^2 s
+             */
+            copper: number | null;
+            /**
+             * Current Peak
+             * @description Of all phases, A
+             */
+            current_peak: number | null;
+            /**
+             * Current Rms
+             * @description Of the worst phase, A
+             */
+            current_rms: number | null;
+            /**
+             * Thrust Work
+             * @description J
+             */
+            thrust_work: number | null;
+            /**
+             * Friction Work
+             * @description J
+             */
+            friction_work: number | null;
+            balance: components["schemas"]["EnergyBalance"] | null;
+            /**
+             * Force Peak
+             * @description Largest thrust, N
+             */
+            force_peak: number | null;
+            /**
+             * Force Rms
+             * @description Of the thrust, N
+             */
+            force_rms: number | null;
+            /**
+             * Force Rate
+             * @description RMS rate of the force command, N/s
+             */
+            force_rate: number | null;
+            /**
+             * Saturated
+             * @description Share of samples with a force or current limited
+             */
+            saturated: number | null;
+            /**
+             * Missing
+             * @description Channels that are not in the recording or have gaps
+             */
+            missing: string[];
+            /** @description null for the first variant */
+            ratios: components["schemas"]["CostRatios"] | null;
         };
         /**
          * AxisGlitches
@@ -3715,6 +3826,62 @@ export interface components {
             force?: number | null;
         };
         /**
+         * ContourFigures
+         * @description Figures over the stretch.
+         */
+        ContourFigures: {
+            /**
+             * Contour Max
+             * @description Largest distance from the path, m
+             */
+            contour_max: number;
+            /**
+             * Contour Rms
+             * @description m
+             */
+            contour_rms: number;
+            /**
+             * Tracking Max
+             * @description Largest length of the following error, m
+             */
+            tracking_max: number;
+            /**
+             * Tracking Rms
+             * @description m
+             */
+            tracking_rms: number;
+            /**
+             * Along Max
+             * @description Largest following error along the path, m
+             */
+            along_max: number;
+            /**
+             * Along Rms
+             * @description m
+             */
+            along_rms: number;
+            /**
+             * Across Max
+             * @description Largest following error across the path, m
+             */
+            across_max: number;
+            /**
+             * Across Rms
+             * @description m
+             */
+            across_rms: number;
+            /**
+             * Lag Distance
+             * @description Mean lag along the path while it is followed, m
+             */
+            lag_distance: number;
+            /**
+             * Lag Time
+             * @description The same over the mean speed, s
+             */
+            lag_time: number;
+        };
+        /**
          * ContourMetrics
          * @description Distance from the path.
          */
@@ -3729,6 +3896,144 @@ export interface components {
              * @description root mean square of that distance
              */
             rms: number | null;
+        };
+        /**
+         * ContourPeak
+         * @description A peak of the contour error, and where the reference is then.
+         */
+        ContourPeak: {
+            /**
+             * Time
+             * @description s
+             */
+            time: number;
+            /**
+             * Arc
+             * @description Length of the path from the beginning of the stretch, m
+             */
+            arc: number;
+            /**
+             * X
+             * @description m
+             */
+            x: number;
+            /**
+             * Y
+             * @description m
+             */
+            y: number;
+            /**
+             * Contour
+             * @description Positive to the left of the path, m
+             */
+            contour: number;
+        };
+        /**
+         * ContourPoints
+         * @description Samples that are drawn: every extreme of contour and tracking error is among them.
+         */
+        ContourPoints: {
+            /**
+             * Time
+             * @description s
+             */
+            time: number[];
+            /**
+             * Arc
+             * @description m
+             */
+            arc: number[];
+            /**
+             * X
+             * @description Nearest point of the path, m
+             */
+            x: number[];
+            /**
+             * Y
+             * @description m
+             */
+            y: number[];
+            /**
+             * Off X
+             * @description Measured position less the nearest point, m
+             */
+            off_x: number[];
+            /**
+             * Off Y
+             * @description m
+             */
+            off_y: number[];
+            /**
+             * Contour
+             * @description m
+             */
+            contour: number[];
+            /**
+             * Tracking
+             * @description m
+             */
+            tracking: number[];
+            /**
+             * Along
+             * @description Positive where the mover is behind, m
+             */
+            along: number[];
+            /**
+             * Across
+             * @description Positive to the left, m
+             */
+            across: number[];
+        };
+        /**
+         * Contouring
+         * @description Contour error beside tracking error.
+         */
+        Contouring: {
+            /**
+             * Start
+             * @description s
+             */
+            start: number;
+            /**
+             * End
+             * @description s
+             */
+            end: number;
+            /**
+             * Length
+             * @description Of the path, m
+             */
+            length: number;
+            /**
+             * Path X
+             * @description Reference, some samples of it, m
+             */
+            path_x: number[];
+            /**
+             * Path Y
+             * @description m
+             */
+            path_y: number[];
+            /**
+             * Variants
+             * @description null where a sample of the following error is missing
+             */
+            variants: {
+                [key: string]: components["schemas"]["ContouringVariant"] | null;
+            };
+        };
+        /**
+         * ContouringVariant
+         * @description One variant.
+         */
+        ContouringVariant: {
+            figures: components["schemas"]["ContourFigures"];
+            /**
+             * Peaks
+             * @description Largest first
+             */
+            peaks: components["schemas"]["ContourPeak"][];
+            points: components["schemas"]["ContourPoints"];
         };
         /**
          * ControllerConfig
@@ -3822,6 +4127,87 @@ export interface components {
              * @description W; null without a resistance
              */
             power: number | null;
+        };
+        /**
+         * Cost
+         * @description What each variant cost over a stretch.
+         */
+        Cost: {
+            /**
+             * Start
+             * @description s
+             */
+            start: number;
+            /**
+             * End
+             * @description s
+             */
+            end: number;
+            /**
+             * Variants
+             * @description By axis
+             */
+            variants: {
+                [key: string]: {
+                    [key: string]: components["schemas"]["AxisCost"];
+                };
+            };
+            /**
+             * Note
+             * @description What is not known of the motor; empty where nothing is
+             */
+            note: string;
+        };
+        /**
+         * CostRatios
+         * @description Figures over those of the first variant.
+         */
+        CostRatios: {
+            /**
+             * Copper
+             * @description Over that of the first variant; null where that is nothing
+             */
+            copper: number | null;
+            /**
+             * Current Peak
+             * @description Over that of the first variant; null where that is nothing
+             */
+            current_peak: number | null;
+            /**
+             * Current Rms
+             * @description Over that of the first variant; null where that is nothing
+             */
+            current_rms: number | null;
+            /**
+             * Thrust Work
+             * @description Over that of the first variant; null where that is nothing
+             */
+            thrust_work: number | null;
+            /**
+             * Friction Work
+             * @description Over that of the first variant; null where that is nothing
+             */
+            friction_work: number | null;
+            /**
+             * Force Peak
+             * @description Over that of the first variant; null where that is nothing
+             */
+            force_peak: number | null;
+            /**
+             * Force Rms
+             * @description Over that of the first variant; null where that is nothing
+             */
+            force_rms: number | null;
+            /**
+             * Force Rate
+             * @description Over that of the first variant; null where that is nothing
+             */
+            force_rate: number | null;
+            /**
+             * Saturated
+             * @description Over that of the first variant; null where that is nothing
+             */
+            saturated: number | null;
         };
         /**
          * Deflection
@@ -4451,6 +4837,37 @@ export interface components {
              * @default 1250000
              */
             interface_rate: number;
+        };
+        /**
+         * EnergyBalance
+         * @description Mechanical energy, J: thrust = friction + load + kinetic + residual.
+         */
+        EnergyBalance: {
+            /**
+             * Thrust
+             * @description Work of the thrust, J
+             */
+            thrust: number;
+            /**
+             * Friction
+             * @description Work against friction, J
+             */
+            friction: number;
+            /**
+             * Load
+             * @description Work against load and pushes, J
+             */
+            load: number;
+            /**
+             * Kinetic
+             * @description Kinetic energy gained, J
+             */
+            kinetic: number;
+            /**
+             * Residual
+             * @description What sums over samples leave, J
+             */
+            residual: number;
         };
         /**
          * Erratum
@@ -8275,6 +8692,27 @@ export interface components {
              * @description Largest difference of dW'/dx from the stress, N
              */
             spline_error: number;
+        };
+        /**
+         * PhaseCost
+         * @description One phase.
+         */
+        PhaseCost: {
+            /**
+             * Copper
+             * @description Integral of the squared current: J for each ohm, A^2 s
+             */
+            copper: number;
+            /**
+             * Peak
+             * @description Largest magnitude of the current, A
+             */
+            peak: number;
+            /**
+             * Rms
+             * @description Of the current, A
+             */
+            rms: number;
         };
         /**
          * Place
@@ -20625,6 +21063,234 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Ballbar"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    viewContouring: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ViewRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Contouring"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    viewCost: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ViewRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Cost"];
                 };
             };
             /** @description Bad Request */

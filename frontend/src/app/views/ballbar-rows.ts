@@ -2,21 +2,13 @@
 
 import type { PolarCurve } from '../../plot/polar';
 import { looksOf } from '../../plot/variant-looks';
-import { digits, scaleFor } from '../../ui/units';
+import { row, type Row } from './rows';
 import type { Ballbar } from './views-api';
 
 export type Shown = 'both' | 'ccw' | 'cw';
 
 type Direction = Ballbar['variants'][string]['directions'][string];
 type Both = NonNullable<Ballbar['variants'][string]['both']>;
-
-/** A row of figures; a dash where there is none. */
-export interface Row {
-  name: string;
-  title: string;
-  unit: string;
-  cells: string[];
-}
 
 export interface Head {
   variant: string;
@@ -92,22 +84,4 @@ export function bothRows(found: Ballbar, names: readonly string[]): Row[] {
       boths.map((both) => both && of(both)),
     ),
   );
-}
-
-/** Below these a figure is nothing: a picometre, and what the others are to a 15 mm circle. */
-const LEAST: Readonly<Record<string, number>> = { m: 1e-9, rad: 1e-8, '1': 1e-8, s: 1e-9 };
-const SCALES: Readonly<Record<string, { factor: number; unit: string }>> = {
-  rad: { factor: 1e6, unit: 'µrad' },
-  '1': { factor: 1e6, unit: 'ppm' },
-  s: { factor: 1e6, unit: 'µs' },
-};
-
-function row(name: string, title: string, unit: string, values: (number | null)[]): Row {
-  const known = values.filter((value) => value !== null).map(Math.abs);
-  const scale = SCALES[unit] ?? scaleFor(Math.max(1e-9, ...known), unit);
-  const text = (value: number | null) => {
-    if (value === null) return '–';
-    return Math.abs(value) < (LEAST[unit] ?? 0) ? '0' : digits(value * scale.factor);
-  };
-  return { name, title, unit: scale.unit, cells: values.map(text) };
 }

@@ -15,6 +15,8 @@ type DocumentOf<Name extends ViewName> =
   paths[`/api/v1/views/${Name}`]['post']['responses'][200]['content']['application/json'];
 
 export type Ballbar = DocumentOf<'ballbar'>;
+export type Contouring = DocumentOf<'contouring'>;
+export type Cost = DocumentOf<'cost'>;
 
 /** A kept run or a scenario, and which stretch of it, s. */
 export interface Subject {

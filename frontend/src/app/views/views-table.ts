@@ -15,4 +15,14 @@ export const VIEWS: Readonly<Record<ViewName, View>> = {
     title: 'Radial deviation on a circle, both directions',
     load: () => import('./BallbarView.svelte'),
   },
+  contouring: {
+    name: 'Contouring',
+    title: 'Distance from the path beside the following error',
+    load: () => import('./ContouringView.svelte'),
+  },
+  cost: {
+    name: 'Cost',
+    title: 'Energy, currents and forces, B beside A',
+    load: () => import('./CostView.svelte'),
+  },
 };
