@@ -23,7 +23,7 @@ from motionlab.runs.comparing import Comparing, Tolerance
 from motionlab.runs.library import Library, live_run
 from motionlab.runs.run import RunDetail, new_id
 from motionlab.runs.spool import Spool
-from motionlab.runs.telemetry import window
+from motionlab.runs.window import PYRAMIDS, grid, window
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.result import document, metadata
 from motionlab.simulation.run import run
@@ -168,9 +168,11 @@ def _read(library: Library, kept: RunDetail) -> Iterator[Row]:
     times, plain = [], []
     for _ in range(4 * _REPETITIONS):
         cold()
+        PYRAMIDS.clear()
         before = time.perf_counter()
-        with library.files.open(kept.id) as file:
-            window(file, ["B.x.following_error"], 0, kept.ticks, 2000)
+        window(
+            library.files, kept.id, ["B.x.following_error"], grid(0, kept.ticks, 2000, kept.ticks)
+        )
         times.append(time.perf_counter() - before)
         cold()
         before = time.perf_counter()

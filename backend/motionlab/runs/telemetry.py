@@ -1,40 +1,19 @@
-"""Telemetry of runs read back: as a recording, as arrays, as minima and maxima for a plot."""
+"""Telemetry of runs read back as a recording."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from motionlab.errors import ConfigError, FieldError
 from motionlab.runs.files import read_ticks
 from motionlab.telemetry.channels import stream_columns
-from motionlab.telemetry.decimate import min_max
 from motionlab.telemetry.recording import Recording, as_recording
 
 if TYPE_CHECKING:
     from pyarrow import parquet
-
-
-class Window(NamedTuple):
-    """Minima and maxima over equal bins of samples.
-
-    Attributes
-    ----------
-    first : int
-        Sample at which the first bin begins, counted from the first that is recorded.
-    bin : int
-        Samples in a bin; the last may hold fewer.
-    low, high : ndarray of float32, shape (columns, bins)
-        NaN where a sample of the bin is missing.
-    """
-
-    first: int
-    bin: int
-    low: NDArray[np.float32]
-    high: NDArray[np.float32]
 
 
 def check_columns(file: parquet.ParquetFile, columns: Sequence[str]) -> None:
@@ -58,18 +37,6 @@ def check_columns(file: parquet.ParquetFile, columns: Sequence[str]) -> None:
     ]
     if wrong:
         raise ConfigError(*wrong)
-
-
-def window(
-    file: parquet.ParquetFile, columns: Sequence[str], start: int, stop: int, points: int
-) -> Window:
-    """Return samples [start, stop) of some columns in at most `points` bins.
-
-    No spike is lost: a bin shows its least and its largest sample.
-    """
-    samples = read_ticks(file, columns, start, stop)
-    low, high = min_max(samples, points)
-    return Window(start, max(1, -(-samples.shape[1] // points)), low, high)
 
 
 def recording(

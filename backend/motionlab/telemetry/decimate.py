@@ -26,13 +26,14 @@ def min_max(
         fewer.
     """
     size = max(1, -(-columns.shape[1] // bins))
-    return _extremes(columns, size)
+    return extremes(columns, size)
 
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
-def _extremes(
+def extremes(
     columns: NDArray[np.float32], size: int
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return the minimum and the maximum of each bin of `size` ticks; the last may hold fewer."""
     ticks = columns.shape[1]
     low = np.empty((len(columns), -(-ticks // size)), dtype=np.float32)
     high = np.empty_like(low)

@@ -15,7 +15,7 @@ from motionlab.runs.report.done import Happened
 from motionlab.runs.report.markup import Markup, element
 from motionlab.runs.report.plane import plane
 from motionlab.runs.run import RunDetail
-from motionlab.runs.telemetry import window
+from motionlab.telemetry.decimate import extremes
 
 if TYPE_CHECKING:
     from pyarrow import parquet
@@ -112,13 +112,10 @@ def envelope(
     size = max(1, -(-ticks // bins))
     piece = size * max(1, _PIECE // (size * len(columns)))
     parts = [
-        window(
-            file, columns, start, min(start + piece, ticks), -(-min(piece, ticks - start) // size)
-        )
+        extremes(read_ticks(file, columns, start, min(start + piece, ticks)), size)
         for start in range(0, ticks, piece)
     ]
-    low = np.concatenate([part.low for part in parts], axis=1)
-    high = np.concatenate([part.high for part in parts], axis=1)
+    low, high = (np.concatenate(each, axis=1) for each in zip(*parts, strict=True))
     return size, low, high
 
 

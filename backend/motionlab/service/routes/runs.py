@@ -14,7 +14,7 @@ from motionlab.runs.library import FREE_LEAST, UNDO_SECONDS, library, quota
 from motionlab.runs.run import ID, NAME_MAX, NOTE_MAX, TAG, TAGS_MAX, TEXT, Page, Run, RunDetail
 from motionlab.runs.search import LIMIT_MAX, SEARCH_MAX, parse
 from motionlab.runs.selection import formats
-from motionlab.runs.telemetry import check_columns, window
+from motionlab.runs.window import grid, window
 from motionlab.service.http.binary_answer import MEDIA_TYPE, packed
 from motionlab.service.http.openapi_input import examples
 from motionlab.service.http.problems import responses
@@ -24,6 +24,8 @@ from motionlab.service.worker_answers import ComputedResponse, called, computed
 from motionlab.service.workers.worker import Call
 
 router = APIRouter(prefix="/runs", tags=["runs"], route_class=JsonRoute)
+
+_UNHELD = 8_000_000  # bytes of samples and curves that a call needs not reserve
 
 
 async def _listed(
@@ -231,20 +233,23 @@ def _entry(run: RunDetail) -> Run:
     return Run(**{name: getattr(run, name) for name in Run.model_fields})
 
 
-def _window(_: Call, run_id: str, wanted: WindowQuery) -> bytes:
+def _window(call: Call, run_id: str, wanted: WindowQuery) -> bytes:
     columns = wanted.columns.split(",")
     run = library().complete(run_id)
     start, stop = wanted.start, min(wanted.stop or run.ticks, run.ticks)
     if start >= stop:
         bounds: dict[str, float] = {"exclusive_maximum": stop}
         raise ConfigError(FieldError("from", "lies behind the end", start, bounds=bounds))
-    with library().files.open(run_id) as file:
-        check_columns(file, columns)
-        found = window(file, columns, start, stop, wanted.points)
+    bins = grid(start, stop, wanted.points, run.ticks)
+    size = 4 * len(columns) * (2 * bins.bins + (stop - start if bins.level == 1 else 0))
+    if size > _UNHELD:
+        call.hold(size)
+    found = window(library().files, run_id, columns, bins)
     units = {column["name"]: column["unit"] for column in run.columns}
-    count = found.low.shape[1]
+    count = bins.bins
+    time = {"start": bins.first * run.period, "step": bins.bin * run.period, "count": count}
     head = {
-        "time": {"start": start * run.period, "step": found.bin * run.period, "count": count},
+        "time": time,
         "columns": [
             {
                 "name": name,
