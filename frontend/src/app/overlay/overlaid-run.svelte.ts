@@ -19,8 +19,8 @@ export class OverlaidRun implements Placed {
   private curves = $state.raw<RunSource | null>(null);
   private refused = $state('');
   private readonly whole = $derived(this.curves?.whole?.shifted(this.offset) ?? null);
-  private readonly part = $derived(this.curves?.part?.shifted(this.offset) ?? null);
   private askedAt = Number.NEGATIVE_INFINITY;
+  private placed: { source: StillSource; offset: number; shifted: StillSource } | null = null;
 
   constructor(
     { id, offset, shown }: Placed,
@@ -72,10 +72,14 @@ export class OverlaidRun implements Placed {
 
   /** Its curves over a stretch of time of the Lab. */
   over(range: Range): StillSource | null {
-    const { part, whole, offset, curves } = this;
-    if (!curves) return null;
-    const { from, to } = range;
-    return curves.over({ from: from - offset, to: to - offset }) === curves.part ? part : whole;
+    const { offset, curves } = this;
+    const source = curves?.over({ from: range.from - offset, to: range.to - offset });
+    if (!source) return null;
+    // The same object while it shows the same, so that it is not drawn again.
+    if (source !== this.placed?.source || offset !== this.placed.offset) {
+      this.placed = { source, offset, shifted: source.shifted(offset) };
+    }
+    return this.placed.shifted;
   }
 
   has(column: string): boolean {

@@ -1,5 +1,5 @@
 import { expect, it } from 'vitest';
-import { covers, samplesOf, toRead, within } from './run-range';
+import { covers, nearby, samplesOf, toRead, within } from './run-range';
 
 const run = { ticks: 21_000, period: 0.0005, duration: 10.5 };
 const whole = { start: 0, step: 0.0055, last: 1910 };
@@ -45,4 +45,18 @@ it('a window that moves is read ahead of, before it gets to the end of what is t
 it('however little is looked at, a sample is the finest there is', () => {
   const ticks = { start: 1, step: 0.0005, last: 100 };
   expect(toRead({ from: 1.01, to: 1.02 }, [ticks], run, false)).toBeNull();
+});
+
+it('what is near is read once: the whole in bins of the pyramid, finer, and on both sides', () => {
+  const long = { ticks: 480_000, period: 0.0005, duration: 240 };
+  const near = nearby({ from: 10, to: 12 }, long, 8);
+  expect(near.map(({ range, points }) => [range.from, range.to, points])).toEqual([
+    [0, 240, 30_000],
+    [10, 12, 8000],
+    [8, 14, 6000],
+  ]);
+  // However many columns there are, an answer has at most 6 MB.
+  for (const { points } of nearby({ from: 10, to: 12 }, long, 128)) {
+    expect(points * 8 * 128).toBeLessThanOrEqual(6e6);
+  }
 });

@@ -15,6 +15,11 @@ const BINS_MAX = 20_000;
 /** Read beyond what is visible, as a share of it: on both sides, and ahead of a window that moves. */
 const MARGIN = 0.25;
 const AHEAD = 1;
+/** Most that is read of what is near, bytes an answer, and the bins that the server has in memory. */
+const NEAR_BYTES = 6e6;
+const PYRAMID = 16;
+/** What is near is read so much finer than what is visible. */
+const FINER = 4;
 
 /** Returns the samples [from, to) of a stretch of time. */
 export function samplesOf({ from, to }: Range, { ticks, period }: Length) {
@@ -33,6 +38,43 @@ type Grid = Pick<SampleSource, 'start' | 'step' | 'last'>;
 /** Whether curves reach over a stretch of time. */
 export function covers({ start, step, last }: Grid, { from, to }: Range): boolean {
   return start <= from + step && start + last * step >= to - step;
+}
+
+/** The largest bin with which a stretch of time is drawn as finely as there are pixels, s. */
+export function stepFor({ from, to }: Range, { period }: Pick<Length, 'period'>): number {
+  return Math.max(period, (to - from) / LEAST_BINS) * (1 + 1e-9);
+}
+
+/** What the curves of a whole run in `BINS` bins are at least. */
+export function wholeOf({ duration }: Length): Grid {
+  return { start: 0, step: (2 * duration) / BINS, last: BINS / 2 };
+}
+
+/**
+ * Returns what is worth reading while nothing else is: the whole run in the least bins that the
+ * server has in memory, what is visible finer, and as much on both sides of it.
+ */
+export function nearby(visible: Range, run: Length, columns: number): (Reading & Step)[] {
+  const most = Math.floor(NEAR_BYTES / (8 * Math.max(1, columns)));
+  const length = visible.to - visible.from;
+  const sides = { from: visible.from - length, to: visible.to + length };
+  const ways = [
+    { range: { from: 0, to: run.duration }, points: Math.ceil(run.ticks / PYRAMID) },
+    { range: within(visible, run), points: FINER * BINS },
+    { range: within(sides, run), points: 3 * BINS },
+  ];
+  return ways.flatMap(({ range, points }) => {
+    if (!range) return [];
+    const bins = Math.min(points, most);
+    // The server may round bins up, by less than twice.
+    const step = Math.max(run.period, (2 * (range.to - range.from)) / bins) * (1 + 1e-9);
+    return [{ range, points: bins, step }];
+  });
+}
+
+interface Step {
+  /** The largest bin of curves that make reading it needless, s. */
+  step: number;
 }
 
 export interface Reading {
@@ -54,7 +96,7 @@ export function toRead(
   const soon = { from: visible.from, to: visible.to + (moving ? MARGIN * length : 0) };
   const wanted = within(soon, run);
   if (!wanted) return null;
-  const step = Math.max(run.period, length / LEAST_BINS) * (1 + 1e-9);
+  const step = stepFor(visible, run);
   if (there.some((grid) => grid && grid.step <= step && covers(grid, wanted))) return null;
   const ahead = moving ? AHEAD : MARGIN;
   const range = within(

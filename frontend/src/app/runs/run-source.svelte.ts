@@ -1,12 +1,25 @@
-/** Curves of one run from the server: the whole of it, and the part that is looked at. */
+/** Curves of one run from the server: the whole of it, what is looked at, and what is near that. */
 
 import { StillSource, type Range } from '../../plot/source';
 import { readCurves } from '../api/curves-answer';
 import type { RunDetail } from '../api/types';
 import { errorText } from '../error-text';
 import { LatestWins } from '../latest-wins';
-import { BINS, covers, EVERY, samplesOf, type Reading } from './run-range';
+import {
+  BINS,
+  EVERY,
+  nearby,
+  samplesOf,
+  stepFor,
+  toRead,
+  wholeOf,
+  type Reading,
+} from './run-range';
 import { runWindow } from './runs-api';
+import { SeenCurves } from './seen-curves';
+
+/** What is near is read once nothing has been asked for so long, ms. */
+const REST = 50;
 
 export class RunSource {
   whole = $state.raw<StillSource | null>(null);
@@ -15,9 +28,15 @@ export class RunSource {
   private columns: readonly string[] = [];
   /** The columns that `whole` and `part` have. */
   private present: readonly string[] = [];
+  private readonly seen = new SeenCurves();
+  /** Counts what was read, for those who look at `seen`. */
+  private readings = $state(0);
   private readonly questions = new LatestWins<Reading | null>((part) => this.answer(part));
+  private rest: ReturnType<typeof setTimeout> | undefined;
+  private visible: Range | null = null;
+  private ahead = false;
 
-  /** @param coarse whether the whole run is read too, for what lies beyond the part */
+  /** @param coarse whether the whole run is read first, for what lies beyond the part */
   constructor(
     readonly run: RunDetail,
     private readonly coarse = true,
@@ -42,9 +61,22 @@ export class RunSource {
     this.questions.push(part);
   }
 
-  /** What is drawn of a stretch of time: the part once it has come, until then the whole, which is coarser. */
+  /** Reads what is missing of a stretch of time that is looked at; what is near it follows. */
+  look(visible: Range): void {
+    this.visible = visible;
+    const others = this.columns !== this.present;
+    const best = this.seen.best(this.present, visible, stepFor(visible, this.run));
+    const there = others ? (this.coarse ? wholeOf(this.run) : null) : best;
+    const reading = toRead(visible, [there], this.run, false);
+    if (others || reading) this.read(reading);
+    else this.readAhead();
+  }
+
+  /** What is drawn of a stretch of time: as fine as there are pixels, until that has come the finest there is. */
   over(range: Range): StillSource | null {
-    return this.part && covers(this.part, range) ? this.part : this.whole;
+    void this.readings;
+    const best = this.seen.best(this.present, range, stepFor(range, this.run));
+    return best ?? this.whole;
   }
 
   /** Every sample of a stretch of those columns that the run has. */
@@ -61,13 +93,44 @@ export class RunSource {
       if (columns !== this.present && this.coarse) {
         const range = { from: 0, to: this.run.duration };
         this.whole = await this.curves(columns, { range, points: BINS });
+        this.seen.put(columns, this.whole);
         this.part = null;
       }
       this.present = columns;
-      if (part) this.part = await this.curves(columns, part);
+      this.readings += 1;
+      if (part) {
+        this.part = await this.curves(columns, part);
+        this.seen.put(columns, this.part);
+        this.readings += 1;
+      }
       this.problem = '';
+      this.readAhead();
     } catch (error) {
       this.problem = errorText(error);
+    }
+  }
+
+  /** Reads what is near what is looked at, so that zooms and moves find it there. */
+  private readAhead(): void {
+    clearTimeout(this.rest);
+    this.rest = setTimeout(() => void this.readNear(), REST);
+  }
+
+  private async readNear(): Promise<void> {
+    const { visible, columns, run } = this;
+    if (!visible || this.ahead || this.busy || columns !== this.present) return;
+    const next = nearby(visible, run, columns.length).find(
+      ({ range, step }) => !this.seen.has(columns, range, step),
+    );
+    if (!next) return;
+    this.ahead = true;
+    try {
+      this.seen.put(columns, await this.curves(columns, next));
+      this.ahead = false;
+      this.readAhead();
+    } catch {
+      // Nobody has asked for it: the next look asks again.
+      this.ahead = false;
     }
   }
 

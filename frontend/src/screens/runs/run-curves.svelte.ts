@@ -1,7 +1,6 @@
 /** The curves of one run: the whole of it, and whichever part is looked at, from the server. */
 
 import { AXES, type RunDetail } from '../../app/api/types';
-import { BINS, toRead } from '../../app/runs/run-range';
 import { RunSource } from '../../app/runs/run-source.svelte';
 import { markText } from '../../app/runs/run-text';
 import { Layout } from '../../scopes/layout.svelte';
@@ -71,7 +70,7 @@ export class RunCurves extends TimeView {
   }
 
   get planeSource(): StillSource | null {
-    return this.ofPlane.part;
+    return this.plane && this.ofPlane.over(this.plane);
   }
 
   get problem(): string {
@@ -85,14 +84,12 @@ export class RunCurves extends TimeView {
 
   /** Asks for curves of the part that is looked at. */
   load(): void {
-    const { plane, run } = this;
-    const others = this.ofScopes.choose(this.columns);
-    const there = others ? [] : [this.ofScopes.whole, this.ofScopes.part];
-    const reading = toRead(this.range, there, run, false);
-    if (others || reading) this.ofScopes.read(reading);
+    const { plane } = this;
+    this.ofScopes.choose(this.columns);
+    this.ofScopes.look(this.range);
     if (!plane) return;
     this.ofPlane.choose(planeColumns(this.run.variants));
-    this.ofPlane.read({ range: plane, points: BINS });
+    this.ofPlane.look(plane);
   }
 
   protected override looked(): void {
