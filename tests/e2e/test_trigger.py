@@ -14,8 +14,10 @@ from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.results.glitches import reversals
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run
-from tests.e2e.actions import LONG, button, region
+from tests.e2e.actions import API, LONG, button, region
+from tests.e2e.conftest import Server
 
+TOLD = re.compile(r"^Peak of .*: .* at [\d.]+ s")
 LENGTH = 0.2
 BEFORE = 0.25
 """Of a capture: s, and the share of it before the trigger, as the page proposes them."""
@@ -72,6 +74,42 @@ def test_the_glitch_is_found_and_its_height_is_the_recording_s(page: Page) -> No
     expect(hits).to_have_text("")
 
 
+def peaks_of(values: np.ndarray, prominence: float) -> list[int]:
+    """Extremes to which and from which the curve goes by the prominence."""
+    found, low, high, way = [], 0, 0, 0
+    for i, value in enumerate(values):
+        high = i if value > values[high] else high
+        low = i if value < values[low] else low
+        if way >= 0 and values[high] - value >= prominence:
+            found += [high] if way else []
+            way, low = -1, i
+        elif way <= 0 and value - values[low] >= prominence:
+            found += [low] if way else []
+            way, high = 1, i
+    return found
+
+
+def test_the_next_peak_is_found_in_every_sample(page: Page) -> None:
+    expect(region(page, "Metrics")).to_contain_text("exact", timeout=LONG)
+    prepared = prepare(load_scenario("circle"))
+    start, stop = prepared.window
+    error = run(prepared).variants["A"].channel("following_error", "x")
+    peaks = peaks_of(error[: stop + 1], 0.1 * float(np.ptp(error[start:stop])))
+    at = min(peak for peak in peaks if peak > start)
+    page.keyboard.press("k")
+    told = page.get_by_text(TOLD)
+    text = told.inner_text().replace("\N{MINUS SIGN}", "-").replace("\xa0", " ")
+    found = re.search(r"A\.x\.following_error: (-?[\d.]+) µm at ([\d.]+) s", text)
+    assert found, text
+    assert float(found[2]) == pytest.approx(at * CONTROL_PERIOD, abs=1e-9)
+    assert float(found[1]) == pytest.approx(1e6 * error[at], rel=0.006)
+    first = re.compile(re.escape(f"at {found[2]} s"))
+    page.keyboard.press("k")
+    expect(told).not_to_contain_text(first)
+    page.keyboard.press("K")
+    expect(told).to_contain_text(first)
+
+
 def test_a_level_with_hysteresis_in_what_is_visible(page: Page) -> None:
     expect(region(page, "Metrics")).to_contain_text("exact", timeout=LONG)
     button(region(page, "Scopes"), "Trigger")
@@ -99,7 +137,9 @@ def test_a_level_with_hysteresis_in_what_is_visible(page: Page) -> None:
     expect(panel.get_by_role("status")).to_have_text(f"{hits} of {hits} hits", timeout=LONG)
 
 
-def test_a_session_is_captured_as_it_runs_and_the_capture_stands(page: Page) -> None:
+def test_a_session_is_captured_as_it_runs_and_the_capture_stands(
+    page: Page, server: Server
+) -> None:
     expect(region(page, "Metrics")).to_contain_text("exact", timeout=LONG)
     page.keyboard.press("l")
     button(region(page, "Scopes"), "Trigger")
@@ -107,6 +147,7 @@ def test_a_session_is_captured_as_it_runs_and_the_capture_stands(page: Page) -> 
     most = panel.get_by_role("textbox", name="Most captures")
     most.fill("3")
     most.press("Enter")
+    panel.get_by_role("checkbox", name="keep as runs").check()
     button(panel, "Arm")
     expect(panel.get_by_role("status")).to_have_text("Armed: waiting")
     button(region(page, "Scenario"), "Play")
@@ -121,5 +162,19 @@ def test_a_session_is_captured_as_it_runs_and_the_capture_stands(page: Page) -> 
     assert float(found[1]) == pytest.approx(turns[2], abs=1e-9)
     page.wait_for_timeout(500)
     assert panel.locator(".count").inner_text() == standing
-    button(panel, "Off")
-    expect(panel.locator(".count")).to_have_count(0)
+    kept = panel.get_by_role("button", name=re.compile("^r-"))
+    run_id = kept.inner_text()
+    turn = round(turns[2] / CONTROL_PERIOD)
+    answer = server.client.get(f"{API}/runs/{run_id}").json()
+    assert (answer["tags"], answer["ticks"]) == (["capture"], round(LENGTH / CONTROL_PERIOD))
+    assert answer["note"].startswith("Trigger: reversal of x.velocity_reference.\n")
+    listed = server.client.get(f"{API}/runs?q=tag:capture").json()["runs"]
+    assert len([each for each in listed if each["note"].endswith(answer["note"][-20:])]) == 3
+    file = server.client.get(
+        f"{API}/runs/{run_id}/telemetry?format=csv&columns=x.velocity_reference"
+    )
+    assert int(file.text.splitlines()[1].split(",")[0]) == turn - round(
+        BEFORE * LENGTH / CONTROL_PERIOD
+    )
+    kept.click()
+    expect(region(page, "Run").get_by_role("region", name="Following error x")).to_be_visible()

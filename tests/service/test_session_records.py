@@ -208,3 +208,32 @@ def test_the_sweep_ends_idle_sessions(
         session.touched -= IDLE_SECONDS + 1.0
         until(lambda: server.app.state.sessions.all() == [])
         assert session.closed
+
+
+def test_a_capture_is_a_run_with_every_channel(live: Live) -> None:
+    live.step(3000)
+    asked = {"from_tick": 1000, "to_tick": 1400, "name": "turn", "note": "reversal of x"}
+    answer = live.client.post(f"{live.path}/captures", json=asked)
+    assert answer.status_code == 201, answer.text
+    kept = live.client.get(answer.headers["location"]).json()
+    assert (kept["kind"], kept["state"], kept["tags"]) == ("live", "complete", ["capture"])
+    origin = live.client.get(live.path).json()["run"]
+    assert kept["note"] == f"reversal of x\n0.5 to 0.7 s of {origin}."
+    assert kept["ticks"] == 400
+    name = "B.y.following_error"
+    file = live.client.get(f"{answer.headers['location']}/telemetry?format=csv&columns={name}")
+    rows = [line.split(",") for line in file.text.splitlines()]
+    assert [int(row[0]) for row in rows[1:]] == list(range(1000, 1400))
+    wanted = offline("circle").recording.variants["B"].channel("following_error", "y")[1000:1400]
+    assert np.array_equal(np.array([row[2] for row in rows[1:]], dtype=np.float32), wanted)
+    again = live.client.post(f"{answer.headers['location']}/replay")
+    assert again.status_code == 409
+    assert "no scenario" in again.json()["detail"]
+    for wrong, field in (
+        ({"from_tick": 0, "to_tick": 3001}, "to_tick"),
+        ({"from_tick": 5, "to_tick": 5}, "to_tick"),
+        ({"from_tick": 3000, "to_tick": 3000}, "from_tick"),
+    ):
+        refused = live.client.post(f"{live.path}/captures", json=wrong)
+        assert refused.status_code == 422
+        assert field in [each["loc"] for each in refused.json()["errors"]]

@@ -91,7 +91,7 @@ def again(run: RunDetail) -> Again:
         If it is of a real machine, or its scenario is no longer valid.
     """
     if run.scenario_document is None:
-        raise NotReplayable(f"{run.id} is a measurement: there is nothing to simulate again")
+        raise NotReplayable(f"{run.id} has no scenario: there is nothing to simulate again")
     if run.kind == "drive":
         raise NotReplayable(f"{run.id} was measured on drives: they do not repeat it bit for bit")
     try:

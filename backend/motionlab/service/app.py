@@ -32,6 +32,7 @@ from motionlab.service.memory_budget import MemoryBudget
 from motionlab.service.preload import warm_up
 from motionlab.service.prometheus import Monitor
 from motionlab.service.routes import (
+    captures,
     commissioning,
     drive,
     fields,
@@ -79,6 +80,7 @@ _MODULES = (
     trajectories,
     sessions,
     session_files,
+    captures,
     loop,
     loop_response,
     studies,

@@ -35,6 +35,8 @@ export abstract class TimeView {
   statistic = $state<Statistic>('value');
   /** Whether the readings of all traces are listed. */
   measuring = $state(false);
+  /** The column whose peaks are looked for; empty for the first that is shown. */
+  peaksOf = $state('');
   /** Where the pointer is on the time axis; plain, as it moves with every event. */
   pointer: Pointer | null = null;
   /** Counts up to ten times a second while something moves: what readouts depend on. */
@@ -218,6 +220,28 @@ export abstract class TimeView {
     const last = this.cursors.length - 1;
     const time = (this.cursors[last] ?? Number.NaN) + share * (to - from);
     this.dragCursor(last, Math.min(to, Math.max(from, time)));
+  }
+
+  /** Goes with the last cursor to the next peak, or the one before, and reads it. */
+  async nextPeak(way: 1 | -1): Promise<void> {
+    const [{ nextPeak }, { tellPeak }] = await Promise.all([
+      import('./peaks'),
+      import('./tell-peak'),
+    ]);
+    const peak = await nextPeak(this, way);
+    if (peak) this.goTo(peak.time);
+    tellPeak(this, peak, way);
+  }
+
+  /** Moves the last cursor to a moment, or sets one, and brings it into view. */
+  private goTo(time: number): void {
+    const { cursors, range } = this;
+    if (time < range.from || time > range.to) {
+      const from = time - (range.to - range.from) / 2;
+      this.look({ from, to: from + range.to - range.from });
+    }
+    if (cursors.length > 0) this.dragCursor(cursors.length - 1, time);
+    else this.setCursor(time);
   }
 
   /** Sets a cursor at a value of a scope; with two of them already, clears both. */

@@ -47,6 +47,7 @@ _OF_A_SESSION = (
     "getMetrics",
     "getTelemetry",
     "getScenarioFile",
+    "keepCapture",
 )
 
 SessionId = Annotated[

@@ -97,6 +97,9 @@ export class Api {
 
   push = (id: string, body: { axis: Axis; force: number; duration: number }) =>
     this.json('post', '/sessions/{session_id}/push', { ...at(id), body });
+  /** Keeps ticks [from, to) as a run. */
+  keepCapture = (id: string, body: RequestOf<'/sessions/{session_id}/captures'>) =>
+    this.json('post', '/sessions/{session_id}/captures', { ...at(id), body });
   patch = (id: string, set: Changes) =>
     this.json('patch', '/sessions/{session_id}/parameters', {
       ...at(id),

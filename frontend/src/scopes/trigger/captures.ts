@@ -11,6 +11,10 @@ export interface Capture {
   source: StillSource;
   /** Without a hit: what auto shows meanwhile. */
   free: boolean;
+  /** Ticks [first, stop) of the session. */
+  ticks: readonly [number, number];
+  /** The run that it is kept as; empty while it is not, `…` while it is being kept. */
+  run: string;
 }
 
 /** Copies every sample of a stretch, for as long as it is wanted. */

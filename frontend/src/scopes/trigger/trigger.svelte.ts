@@ -5,6 +5,7 @@ import type { Range } from '../../plot/range';
 import type { SampleSource, StillSource } from '../../plot/source';
 import { load, save } from '../../app/storage';
 import { copied, laidBehind, type Capture } from './captures';
+import { triggerText } from './trigger-text';
 import { channelsOf, Detector, type Condition, type Join } from './detector';
 
 /** `auto` also shows what passes while nothing triggers; `single` waits for a hand after one. */
@@ -22,6 +23,8 @@ export interface Settings {
   mode: Mode;
   /** Captures until it stops. */
   most: number;
+  /** Whether captures of a session become runs. */
+  keep: boolean;
 }
 
 export const CONDITIONS_MAX = 4;
@@ -38,6 +41,7 @@ const USUAL: Settings = {
   holdOff: 0,
   mode: 'normal',
   most: 10,
+  keep: false,
 };
 
 /** What a trigger needs of its view. */
@@ -52,6 +56,8 @@ export interface Watched {
   /** Every sample of a stretch of what is there already. */
   samples(columns: readonly string[], range: Range): Promise<StillSource | null>;
   look(range: Range | null): void;
+  /** Keeps ticks [from, to) of what comes as a run; returns its identifier, empty if it could not. */
+  keep?(ticks: readonly [number, number], time: number, note: string): Promise<string>;
 }
 
 /** `off`: scopes show what they show. `waiting` for a hit, `searching` a record, `done`: as many as wanted. */
@@ -205,7 +211,10 @@ export class Trigger {
     const source = copied(coming, columns, first, count);
     const range = { from: first * period, to: (first + count) * period };
     const kept = this.captures.filter((each) => !each.free);
-    this.captures = [...kept, { time: tick * period, range, source, free }];
+    const ticks = [first, first + count] as const;
+    const capture = { time: tick * period, range, source, free, ticks, run: '' };
+    this.captures = [...kept, capture];
+    if (this.settings.keep && !free) void this.keep(capture);
     this.place = this.captures.length - 1;
     this.view.look(null);
     const { mode, most } = this.settings;
@@ -248,7 +257,14 @@ export class Trigger {
         if (!part) continue;
         this.captures = [
           ...this.captures,
-          { time: tick * period, range, source: part, free: false },
+          {
+            time: tick * period,
+            range,
+            source: part,
+            free: false,
+            ticks: [tick - before, tick - before + count],
+            run: '',
+          },
         ];
         if (this.place < 0) this.show(0);
       }
@@ -258,6 +274,24 @@ export class Trigger {
       this.problem = error instanceof Error ? error.message : String(error);
       this.phase = 'done';
     }
+  }
+
+  /** Whether captures become runs from now on; those that there are stay as they are. */
+  keepFromNow(keep: boolean): void {
+    this.settings = { ...this.settings, keep };
+    save(KEPT, this.settings);
+  }
+
+  /** Keeps a capture of a session as a run. */
+  async keep(capture: Capture): Promise<void> {
+    const { view } = this;
+    const note = triggerText(this.settings);
+    this.note(capture, '…');
+    this.note(capture, (await view.keep?.(capture.ticks, capture.time, note)) ?? '');
+  }
+
+  private note({ source }: Capture, run: string): void {
+    this.captures = this.captures.map((each) => (each.source === source ? { ...each, run } : each));
   }
 
   /** Shows another capture. */

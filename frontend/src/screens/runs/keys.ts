@@ -1,6 +1,7 @@
 /** Keys of the Runs screen. */
 
 import type { KeyTable } from '../../app/keys';
+import { app } from '../../app/store.svelte';
 import { actions } from './actions.svelte';
 import { overlaySelected } from './overlay-in-lab';
 import { baseline } from './baseline.svelte';
@@ -31,6 +32,7 @@ export const RUNS_KEYS: KeyTable = {
     { keys: 'Del', does: 'Delete; a notice offers Undo' },
     { keys: '+ −', does: 'Zoom the curves of the run' },
     { keys: ', .', does: 'Move along the curves' },
+    { keys: 'k, K', does: 'Cursor to the next peak of the curves, or the one before' },
     { keys: '0', does: 'The whole run' },
   ],
 };
@@ -42,6 +44,7 @@ export function runsActions(
   importFile: () => void,
 ): Record<string, () => void> {
   const some = () => runs.selected.filter((run) => run.deleted === null);
+  const peak = (way: 1 | -1) => void app.try(async () => plots.current?.nextPeak?.(way));
   const zoom = (ratio: number) => plots.current?.zoomBy(ratio);
   return {
     '/': search,
@@ -65,6 +68,8 @@ export function runsActions(
     '-': () => zoom(2),
     ',': () => plots.current?.moveBy(-0.25),
     '.': () => plots.current?.moveBy(0.25),
+    k: () => peak(1),
+    K: () => peak(-1),
     '0': () => plots.current?.reset(),
   };
 }

@@ -6,6 +6,8 @@ export interface Zoomed {
   /** By a share of what is shown. */
   moveBy(share: number): void;
   reset(): void;
+  /** With the cursor to the next peak, or the one before. */
+  nextPeak?(way: 1 | -1): Promise<void>;
   /** To the next place beyond a tolerance, or the one before. */
   excursion?(way: 1 | -1): void;
 }

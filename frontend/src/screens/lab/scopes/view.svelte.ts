@@ -16,6 +16,7 @@ import type { Moment } from '../../../plot/scope-chart';
 import type { Channel, SampleSource, StillSource } from '../../../plot/source';
 import { LAYOUTS, retargeted, type Scope } from '../../../plot/scope-catalog';
 import type { Underlay } from '../../../plot/underlay';
+import { digits } from '../../../ui/units';
 import { parts } from '../parts.svelte';
 
 export const SPANS = [1, 2, 5, 10, 20, 30] as const;
@@ -115,6 +116,18 @@ class View extends TimeView {
 
   samples(columns: readonly string[], range: Range): Promise<StillSource | null> {
     return app.whatif.samples(columns, range);
+  }
+
+  async keep(ticks: readonly [number, number], time: number, note: string): Promise<string> {
+    const id = app.session.info?.id;
+    let run = '';
+    if (id === undefined) return run;
+    await app.try(async () => {
+      const [from_tick, to_tick] = ticks;
+      const name = `${app.scenario?.name ?? 'capture'} at ${digits(time, 7)} s`;
+      ({ id: run } = await app.api.keepCapture(id, { from_tick, to_tick, name, note }));
+    });
+    return run;
   }
 
   /** What a trigger has captured of the session, and shows. */

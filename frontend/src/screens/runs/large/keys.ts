@@ -1,6 +1,7 @@
 /** Keys of a run over the whole width. */
 
 import type { KeyTable } from '../../../app/keys';
+import { app } from '../../../app/store.svelte';
 import { overlayInLab } from '../overlay-in-lab';
 import { large } from './large.svelte';
 import type { PlayedCurves } from './played-curves.svelte';
@@ -16,6 +17,7 @@ export const LARGE_KEYS: KeyTable = {
     { keys: '1 to 9', does: 'Give a scope the whole height, or back' },
     { keys: 'n', does: 'New scope: choose its channels' },
     { keys: 'j, J', does: 'Jump to the next mark on the time axis, or the one before' },
+    { keys: 'k, K', does: 'Go to the next peak of a trace, or the one before' },
     { keys: 'M', does: 'All readings as a table' },
     { keys: '+ −', does: 'Zoom about the pointer or the middle' },
     { keys: ', .', does: 'Move along the curves' },
@@ -53,6 +55,8 @@ export function largeActions(): Record<string, () => void> {
     n: on((curves) => (curves.layout.choosing = curves.layout.scopes.length)),
     j: on((curves) => curves.nextMoment(1)),
     J: on((curves) => curves.nextMoment(-1)),
+    k: on((curves) => void app.try(() => curves.nextPeak(1))),
+    K: on((curves) => void app.try(() => curves.nextPeak(-1))),
     M: on((curves) => (curves.measuring = !curves.measuring)),
     o: () => overlayInLab([large.id]),
     Enter: () => large.close(),
