@@ -241,7 +241,10 @@ def _opened(data: Path) -> Iterator[Row]:
         for i in range(2 * _REPETITIONS + 2):
             taken.append(page.evaluate("name => bench.open(name)", f"run {i % 2}") / 1e3)
         page.wait_for_timeout(500)
-        looks = [page.evaluate("key => bench.press(key)", key) / 1e3 for key in _KEYS]
+        looks = {
+            what: [page.evaluate("key => bench.press(key)", key) for key in _KEYS]
+            for what in ("first", "seen")
+        }
         browser.close()
         listed = server.client.get(f"{API}/runs").json()["runs"]
         answers = []
@@ -259,16 +262,19 @@ def _opened(data: Path) -> Iterator[Row]:
         f"{median / answer:.1f}",
         median < _OPEN,
     )
-    drawn = [look for look in looks if look > 0.0]
-    p95 = float(np.percentile(drawn, 95.0))
-    yield Row(
-        f"  {len(drawn)} zooms and moves: key to all plots redrawn",
-        f"p95 < {_LOOK * 1e3:g} ms",
-        f"p95 {p95 * 1e3:.0f} ms",
-        f"p50 {statistics.median(drawn) * 1e3:.0f}, one answer: {answer * 1e3:.0f} ms",
-        f"{p95 / answer:.1f}",
-        p95 < _LOOK,
-    )
+    for what, presses in looks.items():
+        drawn = [each for each in presses if each["frames"] > 0]
+        p50, p95 = np.percentile([each["taken"] for each in drawn], (50.0, 95.0)) / 1e3
+        frames = float(np.percentile([each["frames"] for each in drawn], 95.0))
+        seen = what == "seen"
+        yield Row(
+            f"  {len(drawn)} zooms and moves{', once seen' if seen else ''}: all redrawn",
+            "p95: next frame" if seen else f"p95 < {_LOOK * 1e3:g} ms",
+            f"p95 {p95 * 1e3:.0f} ms, {frames:g}",
+            f"p50 {p50 * 1e3:.0f}, one answer: {answer * 1e3:.0f} ms",
+            f"{p95 / answer:.1f}",
+            frames <= 1.0 if seen else p95 < _LOOK,
+        )
 
 
 # -- recording ------------------------------------------------------------------------------------

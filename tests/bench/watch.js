@@ -35,6 +35,7 @@
   CanvasRenderingContext2D.prototype.clearRect = function (...given) {
     bench.drawn.add(this.canvas);
     bench.last = performance.now();
+    bench.lastFrame = bench.frames;
     return clearRect.apply(this, given);
   };
 
@@ -80,20 +81,21 @@
     return { taken, plots: canvases.length };
   };
 
-  /** Presses a key that zooms or moves; resolves to ms until all that it asks for has been drawn. */
+  /** Presses a key that zooms or moves; resolves to ms and frames until all that it asks for has been drawn. */
   bench.press = async (key) => {
     const quiet = 60; // nothing is drawn any more
     // Between two frames, at another phase each time.
     await frame();
     await new Promise((resolve) => setTimeout(resolve, ((bench.presses += 1) * 7) % 16));
     const begin = performance.now();
-    bench.last = begin;
+    const { frames } = bench;
+    Object.assign(bench, { last: begin, lastFrame: frames });
     document.body.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }));
     do {
       await painted();
       if (performance.now() - begin > 10_000) throw new Error(`${key} was not drawn`);
     } while (bench.waiting > 0 || performance.now() - bench.last < quiet);
-    return bench.last - begin;
+    return { taken: bench.last - begin, frames: bench.lastFrame - frames };
   };
 
   /** Clicks on a run of the list; resolves to ms until its curves have come and all are drawn. */

@@ -231,7 +231,7 @@ def test_a_zoom_asks_for_finer_curves(page: Page, server: Server, two: list[str]
     assert caught.value.suggested_filename == f"{two[0]}.html"
     assert "How to simulate it again" in caught.value.path().read_text()
     table = detail.get_by_role("region", name="Scopes of the run as numbers")
-    expect(table.locator("tbody th").first).to_have_text("4")
+    expect(table.locator("tbody th").first).to_have_text("5")
     page.keyboard.press("0")
     expect(table.locator("tbody th").first).to_have_text("0")
 

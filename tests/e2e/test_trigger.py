@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import time
 
+import httpx
 import numpy as np
 import pytest
 from playwright.sync_api import Locator, Page, expect
@@ -165,13 +166,13 @@ def test_a_session_is_captured_as_it_runs_and_the_capture_stands(
     kept = panel.get_by_role("button", name=re.compile("^r-"))
     run_id = kept.inner_text()
     turn = round(turns[2] / CONTROL_PERIOD)
-    answer = server.client.get(f"{API}/runs/{run_id}").json()
+    answer = httpx.get(f"{server.url}{API}/runs/{run_id}").json()
     assert (answer["tags"], answer["ticks"]) == (["capture"], round(LENGTH / CONTROL_PERIOD))
     assert answer["note"].startswith("Trigger: reversal of x.velocity_reference.\n")
-    listed = server.client.get(f"{API}/runs?q=tag:capture").json()["runs"]
+    listed = httpx.get(f"{server.url}{API}/runs?q=tag:capture").json()["runs"]
     assert len([each for each in listed if each["note"].endswith(answer["note"][-20:])]) == 3
-    file = server.client.get(
-        f"{API}/runs/{run_id}/telemetry?format=csv&columns=x.velocity_reference"
+    file = httpx.get(
+        f"{server.url}{API}/runs/{run_id}/telemetry?format=csv&columns=x.velocity_reference"
     )
     assert int(file.text.splitlines()[1].split(",")[0]) == turn - round(
         BEFORE * LENGTH / CONTROL_PERIOD
