@@ -22,6 +22,7 @@ examples:
   motionlab export r-abcdefghijkl circle.mat
   motionlab export r-abcdefghijkl circle.mcap --columns x.position_reference,A.x.following_error
   motionlab export run.parquet last.csv --from 2.5 --to 3
+  motionlab export run.parquet power.csv --columns 'power=A.x.thrust*A.x.velocity'
 
 docs/exchange.md describes the formats.
 """
@@ -50,7 +51,10 @@ def add(commands: Any) -> None:
         "file", metavar="FILE", help="file to write: .csv, .parquet, .mat, .mcap or .mf4"
     )
     parser.add_argument(
-        "--columns", metavar="A,B", default="", help="channels to write (default: all)"
+        "--columns",
+        metavar="A,B",
+        default="",
+        help="channels to write, or NAME=EXPRESSION (default: all channels)",
     )
     parser.add_argument(
         "--from", dest="start", metavar="S", type=float, help="first time, s (default: the first)"
@@ -100,9 +104,10 @@ def _export(options: argparse.Namespace) -> int:
     from motionlab.runs.exports import check_selection, export, within
     from motionlab.runs.selection import FORMATS, Selection
     from motionlab.store.files import check_target, complete_file
+    from motionlab.telemetry.expressions.columns import split_columns
 
     check_target(options.file, *(f".{name}" for name in FORMATS), loc="FILE")
-    columns = tuple(options.columns.split(",")) if options.columns else ()
+    columns = tuple(split_columns(options.columns)) if options.columns else ()
     with _source(options.run) as source:
         selection = within(source, Selection(columns), options.start, options.end)
         selection = check_selection(source, selection)

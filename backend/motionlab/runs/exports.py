@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.util import find_spec
@@ -17,12 +17,14 @@ import tomli_w
 from numpy.typing import NDArray
 from pyarrow import csv, parquet
 
+from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, FieldError
 from motionlab.runs.mcap_files import Extras, identifiers, write_mcap
 from motionlab.runs.run import RunDetail
-from motionlab.runs.selection import Selection
-from motionlab.runs.telemetry import check_columns
+from motionlab.runs.selection import ALL, Selection
+from motionlab.runs.telemetry import check_columns, read_columns
 from motionlab.store.files import failure
+from motionlab.telemetry.expressions.columns import is_math
 from motionlab.telemetry.recorder import ROWS, parquet_writer
 
 MAT_MAX = 2**31 - 2**20
@@ -47,17 +49,20 @@ class Source:
         Instant of time 0, seconds since 1970.
     about : dict of str to str
         Metadata: of the run, its scenario, seed and versions.
+    period : float
+        Time between samples, s.
     """
 
     file: parquet.ParquetFile
     created: float
     about: dict[str, str]
+    period: float = CONTROL_PERIOD
 
     @classmethod
     def of(cls, file: parquet.ParquetFile, run: RunDetail) -> Source:
         """Return the telemetry of a run."""
         own = {"run": run.id, "name": run.name, "kind": run.kind, "state": run.state}
-        return cls._with(file, run.created, own)
+        return cls._with(file, run.created, own, run.period)
 
     @classmethod
     def of_file(cls, path: Path) -> Source:
@@ -81,14 +86,26 @@ class Source:
             if created is None
             else datetime.fromisoformat(created.decode()).timestamp()
         )
-        return cls._with(file, instant, {})
+        return cls._with(file, instant, {}, _period(file))
 
     @classmethod
-    def _with(cls, file: parquet.ParquetFile, created: float, own: dict[str, str]) -> Source:
+    def _with(
+        cls, file: parquet.ParquetFile, created: float, own: dict[str, str], period: float
+    ) -> Source:
         kept = {k.decode(): v.decode() for k, v in (file.schema_arrow.metadata or {}).items()}
         kept.pop("ARROW:schema", None)
         when = datetime.fromtimestamp(created, UTC).isoformat()
-        return cls(file, created, kept | own | {"created": when})
+        return cls(file, created, kept | own | {"created": when}, period)
+
+
+def _period(file: parquet.ParquetFile) -> float:
+    """Return the time of a tick, of which no file says how long it is."""
+    ends = file.iter_batches(ROWS, columns=list(_ALWAYS), use_threads=False)
+    tick, time = 0, 0.0
+    for batch in ends:
+        if batch.num_rows:
+            tick, time = (batch[name][-1].as_py() for name in _ALWAYS)
+    return float(f"{time / tick:.12g}") if tick else CONTROL_PERIOD
 
 
 def check_selection(source: Source, selection: Selection) -> Selection:
@@ -97,14 +114,16 @@ def check_selection(source: Source, selection: Selection) -> Selection:
     Raises
     ------
     ConfigError
-        If a column is not there, or no sample lies in the range.
+        If a column is not there or cannot be computed, or no sample lies in the range.
     """
-    check_columns(source.file, selection.columns)
+    named = [name for name in selection.columns if name != ALL]
+    math = check_columns(source.file, named, source.period)
     schema, rows = source.file.schema_arrow, source.file.metadata.num_rows
-    wanted = set(selection.columns)
+    wanted = set(() if ALL in selection.columns else named)
     columns = tuple(
         name for name in schema.names if name not in _ALWAYS and (not wanted or name in wanted)
     )
+    columns += tuple(math)
     stop = rows if selection.stop is None else min(selection.stop, rows)
     if selection.start >= stop:
         bounds: dict[str, float] = {"minimum": 0, "exclusive_maximum": stop}
@@ -124,6 +143,12 @@ def size_of(selection: Selection, format: str) -> int:
     """
     _check_installed(format)
     return _FILE_SHARE[format] * memory_of(selection)
+
+
+def math_memory_of(selection: Selection) -> int:
+    """Return how many bytes the math channels of a checked selection are while it is written."""
+    assert selection.stop is not None
+    return 4 * (selection.stop - selection.start) * sum(map(is_math, selection.columns))
 
 
 def memory_of(selection: Selection) -> int:
@@ -171,6 +196,12 @@ def batches(source: Source, selection: Selection, rows: int = ROWS) -> Iterator[
     """Yield ``tick``, ``time`` and the columns of a selection, `rows` at a time at most."""
     file, metadata = source.file, source.file.metadata
     assert selection.stop is not None
+    math = check_columns(file, selection.columns, source.period)
+    schema = schema_of(source, selection)
+    computed = {
+        text: read_columns(file, [text], {text: each}, selection.start, selection.stop)[0]
+        for text, each in math.items()
+    }
     groups, first, row = [], 0, 0
     for group in range(metadata.num_row_groups):
         length = metadata.row_group(group).num_rows
@@ -178,38 +209,49 @@ def batches(source: Source, selection: Selection, rows: int = ROWS) -> Iterator[
             first = first if groups else row
             groups.append(group)
         row += length
-    names = [*_ALWAYS, *selection.columns]
+    names = [*_ALWAYS, *(name for name in selection.columns if name not in math)]
     row = first
     for batch in file.iter_batches(rows, groups, names, use_threads=False):
         begin, end = max(selection.start, row), min(selection.stop, row + batch.num_rows)
         if begin < end:
-            yield batch.select(names).slice(begin - row, end - begin)
+            kept = batch.select(names).slice(begin - row, end - begin)
+            part = slice(begin - selection.start, end - selection.start)
+            more = [pa.array(computed[text][part], from_pandas=True) for text in math]
+            yield pa.RecordBatch.from_arrays([*kept.columns, *more], schema=schema)
         row += batch.num_rows
 
 
-def _units(source: Source, columns: Sequence[str]) -> dict[str, str]:
+def schema_of(source: Source, selection: Selection) -> pa.Schema:
+    """Return name, type, unit and meaning of what `batches` yields."""
     schema = source.file.schema_arrow
-    metadata = {name: schema.field(name).metadata or {} for name in columns}
-    return {name: each.get(b"unit", b"").decode() for name, each in metadata.items()}
+    math = check_columns(source.file, selection.columns, source.period)
+    fields = [schema.field(name) for name in _ALWAYS]
+    for name in selection.columns:
+        if name in math:
+            about = {"unit": math[name].program.unit, "meaning": math[name].expression}
+            fields.append(pa.field(math[name].name, pa.float32(), metadata=about))
+        else:
+            fields.append(schema.field(name))
+    return pa.schema(fields)
+
+
+def _units(schema: pa.Schema) -> dict[str, str]:
+    return {field.name: (field.metadata or {}).get(b"unit", b"").decode() for field in schema}
 
 
 def _write_csv(source: Source, selection: Selection, path: Path) -> None:
-    schema = source.file.schema_arrow
-    names = [*_ALWAYS, *selection.columns]
-    fields = [
-        pa.field(f"{name} [{unit}]", schema.field(name).type)
-        for name, unit in _units(source, names).items()
-    ]
-    renamed = pa.schema(fields)
+    schema = schema_of(source, selection)
+    units = _units(schema)
+    renamed = pa.schema(
+        [pa.field(f"{each.name} [{units[each.name]}]", each.type) for each in schema]
+    )
     with csv.CSVWriter(path, renamed) as writer:
         for batch in batches(source, selection, _CSV_ROWS):
             writer.write(pa.RecordBatch.from_arrays(batch.columns, schema=renamed))
 
 
 def _write_parquet(source: Source, selection: Selection, path: Path) -> None:
-    schema = source.file.schema_arrow
-    names = [*_ALWAYS, *selection.columns]
-    fields = pa.schema([schema.field(name) for name in names], metadata=source.about)
+    fields = schema_of(source, selection).with_metadata(source.about)
     with parquet_writer(path, fields) as writer:
         for batch in batches(source, selection):
             whole = pa.RecordBatch.from_arrays(batch.columns, schema=fields)
@@ -233,15 +275,15 @@ def _write_mat(source: Source, selection: Selection, path: Path) -> None:
         )
     values = _whole(source, selection)
     tick, time = values.pop("tick"), values.pop("time")
-    fields = identifiers(selection.columns, _FIELD_MAX, _RESERVED)
-    units = _units(source, selection.columns).values()
+    fields = identifiers(list(values), _FIELD_MAX, _RESERVED)
+    units = [_units(schema_of(source, selection))[name] for name in values]
     labels = identifiers(list(source.about), _FIELD_MAX)
     content: dict[str, Any] = {
         "time": time,
         "tick": tick,
         "units": {"time": "s", "tick": "1"} | dict(zip(fields, units, strict=True)),
         "metadata": dict(zip(labels, source.about.values(), strict=True)),
-        "channels": np.array(selection.columns, dtype=object),
+        "channels": np.array(list(values), dtype=object),
         "fields": np.array(fields, dtype=object),
     } | dict(zip(fields, values.values(), strict=True))
     with path.open("wb") as file:
@@ -253,7 +295,8 @@ def _whole(source: Source, selection: Selection) -> dict[str, NDArray[Any]]:
     assert selection.stop is not None
     rows = selection.stop - selection.start
     values: dict[str, NDArray[Any]] = {"tick": np.empty(rows, np.int64), "time": np.empty(rows)}
-    values |= {name: np.empty(rows, np.float32) for name in selection.columns}
+    names = schema_of(source, selection).names[len(_ALWAYS) :]
+    values |= {name: np.empty(rows, np.float32) for name in names}
     row = 0
     for batch in batches(source, selection):
         part = slice(row, row + batch.num_rows)
@@ -271,11 +314,11 @@ def _write_mdf(source: Source, selection: Selection, path: Path) -> None:
 
     values = _whole(source, selection)
     time = values.pop("time")
-    schema = source.file.schema_arrow
+    schema = schema_of(source, selection)
     meanings = {
         name: (schema.field(name).metadata or {}).get(b"meaning", b"").decode() for name in values
     }
-    units = _units(source, [*values])
+    units = _units(schema)
     signals = [
         Signal(samples, time, units[name], name, comment=meanings[name])
         for name, samples in values.items()
@@ -319,7 +362,7 @@ def _write_mcap(source: Source, selection: Selection, path: Path) -> None:
         {name: text for name, text in source.about.items() if name != "scenario"},
         _scenario(source),
     )
-    units = _units(source, selection.columns)
+    units = dict(list(_units(schema_of(source, selection)).items())[len(_ALWAYS) :])
     with path.open("wb") as file:
         write_mcap(file, batches(source, selection), units, source.created, extras)
 

@@ -7,7 +7,7 @@ from typing import Annotated
 from pydantic import BaseModel, Field
 
 SCOPE = (
-    r"^[A-Za-z0-9_.%-]{1,200}!?~?(,[A-Za-z0-9_.%-]{1,200}!?~?){0,15}"
+    r"^[A-Za-z0-9_.%-]{1,800}!?~?(,[A-Za-z0-9_.%-]{1,800}!?~?){0,15}"
     r"(@[0-9.]{1,8})?(=[0-9.e+-]{1,24}:[0-9.e+-]{1,24})?$"
 )
 """Form of a scope: docs/lab.md, Layouts."""

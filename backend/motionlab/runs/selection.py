@@ -14,6 +14,9 @@ FORMATS = {
 }
 """Media types by format, which is also the ending of a file's name."""
 
+ALL = "*"
+"""Stands for all channels, beside expressions."""
+
 
 def formats() -> list[str]:
     """Return the formats that can be written here: MDF needs asammdf, an extra."""
@@ -27,7 +30,8 @@ class Selection:
     Attributes
     ----------
     columns : tuple of str
-        Names of channels, in the order of the file; all of them when empty.
+        Names of channels, in the order of the file, then expressions; all channels when empty or
+        where one is `ALL`.
     start, stop : int
         Samples [start, stop), counted from the first; `stop` None for all to the end.
     """

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -22,7 +22,8 @@ from motionlab.runs.files import read_ticks
 from motionlab.runs.in_effect import scenario_of
 from motionlab.runs.library import library
 from motionlab.runs.run import RunDetail
-from motionlab.runs.telemetry import check_columns
+from motionlab.runs.telemetry import check_columns, read_columns
+from motionlab.telemetry.expressions.columns import MathChannel
 
 
 def run_spectra(
@@ -35,7 +36,7 @@ def run_spectra(
     run_id : str
         The run.
     columns : sequence of str
-        Their names.
+        Their names, or expressions as ``name=expression``.
     start, stop : int or None
         Samples [start, stop); None is the end of the run.
     options : SpectrumOptions
@@ -59,21 +60,26 @@ def run_spectra(
         ends: dict[str, float] = {"exclusive_minimum": start, "maximum": start + SAMPLES_MAX}
         raise ConfigError(FieldError("to", "too few or too many samples", stop, bounds=ends))
     with library().files.open(run_id) as file:
-        check_columns(file, columns)
+        math = check_columns(file, columns, run.period)
         units = {column["name"]: column["unit"] for column in run.columns}
+        units |= {text: each.program.unit for text, each in math.items()}
         known = set(file.schema_arrow.names)
         taken = []
         for name in columns:
-            values = read_ticks(file, [name], start, stop)[0].astype(np.float64)
+            values = read_columns(file, [name], _only(math, name), start, stop)[0]
             speed = None
             error = error_of(name)
             if error and (velocity := f"{error[1]}.velocity_reference") in known:
                 reference = read_ticks(file, [velocity], start, stop)[0]
                 speed = float(np.nanmedian(np.abs(reference)))
-            samples = Samples(name, units[name], values, start)
+            samples = Samples(name, units[name], values.astype(np.float64), start)
             own = _loop(run, name, speed, start, stop)
             taken.append(take(samples, options, period=run.period, loop=own))
     return taken, run.period
+
+
+def _only(math: Mapping[str, MathChannel], name: str) -> dict[str, MathChannel]:
+    return {name: math[name]} if name in math else {}
 
 
 def _loop(run: RunDetail, column: str, speed: float | None, start: int, stop: int) -> OwnLoop | str:

@@ -2,41 +2,96 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from motionlab.errors import ConfigError, FieldError
-from motionlab.runs.files import read_ticks
+from motionlab.runs.files import column_descriptions, read_ticks
 from motionlab.telemetry.channels import stream_columns
+from motionlab.telemetry.expressions.columns import MathChannel, compile_columns
+from motionlab.telemetry.expressions.compile import Program
+from motionlab.telemetry.expressions.evaluate import BLOCK, Evaluation, reach
 from motionlab.telemetry.recording import Recording, as_recording
 
 if TYPE_CHECKING:
     from pyarrow import parquet
 
 
-def check_columns(file: parquet.ParquetFile, columns: Sequence[str]) -> None:
-    """Refuse columns that are not there or come twice.
+def check_columns(
+    file: parquet.ParquetFile, columns: Sequence[str], period: float
+) -> dict[str, MathChannel]:
+    """Refuse columns that are not there or come twice, and expressions that cannot be computed.
+
+    Parameters
+    ----------
+    file : ParquetFile
+        Telemetry of a run.
+    columns : sequence of str
+        Names of channels, and math channels as ``name=expression``.
+    period : float
+        Time between samples, s.
+
+    Returns
+    -------
+    dict of str to MathChannel
+        The math channels by their texts.
 
     Raises
     ------
     ConfigError
         Naming each.
     """
-    known = set(file.schema_arrow.names) - {"tick", "time"}
-    wrong = [
-        FieldError(f"columns.{i}", "no column of that name", name)
-        for i, name in enumerate(columns)
-        if name not in known
-    ]
-    wrong += [
-        FieldError(f"columns.{i}", "comes twice", name)
-        for i, name in enumerate(columns)
-        if name in columns[:i]
-    ]
-    if wrong:
-        raise ConfigError(*wrong)
+    units = {each["name"]: each["unit"] for each in column_descriptions(file.schema_arrow)}
+    return compile_columns(columns, units, period)
+
+
+def read_columns(
+    file: parquet.ParquetFile,
+    columns: Sequence[str],
+    math: Mapping[str, MathChannel],
+    start: int,
+    stop: int,
+) -> NDArray[np.float32]:
+    """Return samples [start, stop) of columns, those of `math` computed from the first sample on.
+
+    Parameters
+    ----------
+    file : ParquetFile
+        Telemetry of a run.
+    columns : sequence of str
+        Checked by `check_columns`, which returned `math`.
+    math : mapping of str to MathChannel
+        The math channels by their texts.
+    start, stop : int
+        Samples; cut to what there is.
+
+    Returns
+    -------
+    ndarray of float32, shape (columns, stop - start)
+        Missing samples are NaN.
+    """
+    if not math:
+        return read_ticks(file, columns, start, stop)
+    recorded = [name for name in columns if name not in math]
+    samples = dict(zip(recorded, read_ticks(file, recorded, start, stop), strict=True))
+    for text, each in math.items():
+        samples[text] = _computed(file, each.program, start, stop)
+    return np.stack([samples[name] for name in columns])
+
+
+def _computed(
+    file: parquet.ParquetFile, program: Program, start: int, stop: int
+) -> NDArray[np.float32]:
+    reached = reach(program)
+    begin = 0 if reached is None else max(0, start - reached)
+    evaluation = Evaluation(program)
+    parts = []
+    for first in range(begin, stop, BLOCK):
+        values = evaluation(read_ticks(file, program.channels, first, min(first + BLOCK, stop)))
+        parts.append(values[max(0, start - first) :])
+    return np.concatenate(parts)
 
 
 def recording(

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.runs.files import RunFiles, read_ticks
-from motionlab.runs.telemetry import check_columns
+from motionlab.runs.telemetry import check_columns, read_columns
 from motionlab.telemetry.decimate import extremes
+from motionlab.telemetry.expressions.columns import MathChannel
 
 if TYPE_CHECKING:
     from pyarrow import parquet
@@ -157,16 +159,18 @@ def grid(start: int, stop: int, points: int, ticks: int) -> Grid:
     return Grid(first, -(-(end - first) // (points * level)) * level, end, level)
 
 
-def window(
+def window(  # noqa: PLR0913 - which columns of which run, and how finely
     files: RunFiles,
     run_id: str,
     columns: Sequence[str],
     wanted: Grid,
     pyramids: Pyramids = PYRAMIDS,
+    *,
+    math: Mapping[str, MathChannel] | None = None,
 ) -> Window:
     """Return some columns of a run over the bins of a grid.
 
-    No spike is lost: a bin has its least and its largest sample.
+    No spike is lost: a bin has its least and its largest sample. Columns of `math` are computed.
 
     Raises
     ------
@@ -179,12 +183,15 @@ def window(
     missing = [name for name, pyramid in found.items() if pyramid is None]
     if missing or wanted.level == 1 or len(found) < len(columns):
         with files.open(run_id) as file:
-            check_columns(file, columns)
+            math = math or {}
+            check_columns(file, [name for name in columns if name not in math], CONTROL_PERIOD)
             if wanted.level == 1:
-                samples = read_ticks(file, columns, wanted.first, wanted.stop)
+                samples = read_columns(file, columns, math, wanted.first, wanted.stop)
                 return Window(wanted, *extremes(samples, wanted.bin))
-            for name, pyramid in zip(missing, _built(file, missing), strict=True):
-                found[name] = pyramid
+            recorded = [name for name in missing if name not in math]
+            built = dict(zip(recorded, _built(file, recorded), strict=True))
+            for name in missing:
+                found[name] = pyramid = built.get(name) or _computed(file, math[name])
                 pyramids.put(run_id, name, pyramid)
     low, high = np.empty((2, len(columns), wanted.bins), dtype=np.float32)
     level, per_bin = _LEVELS.index(wanted.level), wanted.bin // wanted.level
@@ -194,6 +201,14 @@ def window(
         low[row] = extremes(pyramid.low[level][None, part], per_bin)[0]
         high[row] = extremes(pyramid.high[level][None, part], per_bin)[1]
     return Window(wanted, low, high)
+
+
+def _computed(file: parquet.ParquetFile, math: MathChannel) -> Pyramid:
+    """Compute a whole math channel, and return its pyramid."""
+    samples = read_columns(file, [math.text], {math.text: math}, 0, file.metadata.num_rows)
+    low, high = extremes(samples, FACTOR)
+    upper = extremes(low, FACTOR)[0], extremes(high, FACTOR)[1]
+    return Pyramid((low[0], upper[0][0]), (high[0], upper[1][0]))
 
 
 def _built(file: parquet.ParquetFile, columns: Sequence[str]) -> list[Pyramid]:

@@ -26,6 +26,7 @@ from motionlab.service.routes.runs import RunId
 from motionlab.service.settings import Settings
 from motionlab.service.worker_answers import called
 from motionlab.service.workers.worker import Call
+from motionlab.telemetry.expressions.columns import split_columns
 
 router = APIRouter(prefix="/runs", tags=["runs"], route_class=JsonRoute)
 
@@ -44,7 +45,7 @@ class ExportQuery(BaseModel):
     columns: str = Field(
         default="",
         max_length=5_000,
-        description="Names of channels, comma between them; or all",
+        description="Channels, name=expression, or * for all channels, comma between them; or all",
         examples=["A.x.following_error,x.position_reference"],
     )
     start: int = Field(default=0, alias="from", ge=0, description="First sample", examples=[0])
@@ -102,7 +103,7 @@ async def get_run_telemetry(
 ) -> Response:
     """Return telemetry of a run as a file."""
     settings: Settings = request.app.state.settings
-    columns = tuple(wanted.columns.split(",")) if wanted.columns else ()
+    columns = tuple(split_columns(wanted.columns)) if wanted.columns else ()
     selection = Selection(columns, wanted.start, wanted.stop)
     planned = await called(request, _plan, run_id, selection, wanted.format, light=True)
     selection, size, name = planned.value
@@ -229,8 +230,10 @@ def _file_name(run: RunDetail, selection: Selection) -> str:
 
 
 def _write(call: Call, run_id: str, selection: Selection, path: str, format: str) -> None:
-    from motionlab.runs.exports import Source, export, memory_of
+    from motionlab.runs.exports import Source, export, math_memory_of, memory_of
 
+    if computed := math_memory_of(selection):
+        call.hold(computed)
     if format == "mat":  # written as a whole, the others by row groups
         call.hold(2 * memory_of(selection))
     run = library().complete(run_id)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
+import numpy as np
 from fastapi import APIRouter, Body, Depends, Query, Request, Response
 from fastapi import Path as PathParameter
 from pydantic import BaseModel, ConfigDict, Field
@@ -22,6 +23,10 @@ from motionlab.service.http.strict_json import JsonRoute
 from motionlab.service.live.run_recorder import RunRecorder
 from motionlab.service.worker_answers import ComputedResponse, called, computed
 from motionlab.service.workers.worker import Call
+from motionlab.telemetry.expressions.columns import compile_columns, split_columns
+
+_MATH_BYTES = 3 * np.float32().itemsize
+"""Bytes of a sample of a column while math channels are computed."""
 
 router = APIRouter(prefix="/runs", tags=["runs"], route_class=JsonRoute)
 
@@ -75,7 +80,7 @@ class WindowQuery(BaseModel):
 
     columns: str = Field(
         max_length=4000,
-        description="Names of channels, comma between them",
+        description="Names of channels or name=expression, comma between them; docs/expressions.md",
         examples=["A.x.following_error"],
     )
     start: int = Field(default=0, alias="from", ge=0, description="First sample")
@@ -234,18 +239,22 @@ def _entry(run: RunDetail) -> Run:
 
 
 def _window(call: Call, run_id: str, wanted: WindowQuery) -> bytes:
-    columns = wanted.columns.split(",")
+    columns = split_columns(wanted.columns)
     run = library().complete(run_id)
     start, stop = wanted.start, min(wanted.stop or run.ticks, run.ticks)
     if start >= stop:
         bounds: dict[str, float] = {"exclusive_maximum": stop}
         raise ConfigError(FieldError("from", "lies behind the end", start, bounds=bounds))
+    units = {column["name"]: column["unit"] for column in run.columns}
+    math = compile_columns(columns, units, run.period)
+    units |= {text: each.program.unit for text, each in math.items()}
     bins = grid(start, stop, wanted.points, run.ticks)
     size = 4 * len(columns) * (2 * bins.bins + (stop - start if bins.level == 1 else 0))
+    if math:
+        size += _MATH_BYTES * (run.ticks if bins.level > 1 else stop - start)
     if size > _UNHELD:
         call.hold(size)
-    found = window(library().files, run_id, columns, bins)
-    units = {column["name"]: column["unit"] for column in run.columns}
+    found = window(library().files, run_id, columns, bins, math=math)
     count = bins.bins
     time = {"start": bins.first * run.period, "step": bins.bin * run.period, "count": count}
     head = {

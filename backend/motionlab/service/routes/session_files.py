@@ -9,6 +9,8 @@ import numpy as np
 import tomli_w
 from fastapi import APIRouter, Query, Request, Response
 
+from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.runs.selection import ALL, Selection
 from motionlab.service.file_download import WRITE_SECONDS, file_download
 from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute
@@ -18,10 +20,13 @@ from motionlab.service.worker_answers import called
 from motionlab.service.workers.worker import Call
 from motionlab.simulation.result import metadata
 from motionlab.telemetry import recorder
-from motionlab.telemetry.recording import as_recording
+from motionlab.telemetry.channels import stream_columns
+from motionlab.telemetry.expressions.columns import compile_columns, split_columns
+from motionlab.telemetry.recording import Recording, as_recording
 
 router = APIRouter(prefix="/sessions", tags=["sessions"], route_class=JsonRoute)
 _SAMPLES = "samples.npy"
+_WHOLE = "whole.parquet"
 _FILE_SHARE = {"csv": 4, "parquet": 3}
 """Memory for writing a file, in sizes of the ring: a copy of it, a row group, and the file. The
 temporary folder may lie in memory.
@@ -62,13 +67,25 @@ async def get_telemetry(
     request: Request,
     session: FoundSession,
     format: Annotated[Literal["csv", "parquet"], Query()] = "parquet",
+    columns: Annotated[
+        str,
+        Query(
+            max_length=5000,
+            description="Channels, name=expression, * for all channels, comma between; or all",
+            examples=["A.x.following_error"],
+        ),
+    ] = "",
 ) -> Response:
     """Return the contents of the ring, 30 s at most, as a file."""
     about = metadata(session.prepared.scenario)
+    wanted = tuple(split_columns(columns)) if columns else ()
+    variants = session.prepared.scenario.variants
+    units = {name: each.unit for name, each in stream_columns(variants)}
+    compile_columns([name for name in wanted if name != ALL], units, CONTROL_PERIOD)
 
     async def write(path: Path) -> None:
         start, failed = await session.save(path.with_name(_SAMPLES))
-        arguments = (str(path), format, start, failed, about)
+        arguments = (str(path), format, (start, failed), about, wanted)
         (await called(request, _write, *arguments, seconds=WRITE_SECONDS)).close()
 
     return await file_download(
@@ -84,15 +101,37 @@ def _write(
     _: Call,
     path: str,
     format: str,
-    start: int,
-    failed: dict[str, int | None],
+    taken: tuple[int, dict[str, int | None]],
     about: dict[str, str],
+    columns: tuple[str, ...],
 ) -> None:
     """Write a file of the samples in its folder; runs in a worker."""
     data = np.load(Path(path).parent / _SAMPLES, mmap_mode="r")
     written = Path(path).with_suffix(f".{format}")
-    recorder.write(as_recording(start, data, failed), str(written), metadata=about)
+    start, failed = taken
+    recording = as_recording(start, data, failed)
+    if columns:
+        _write_columns(recording, written, about, columns)
+    else:
+        recorder.write(recording, str(written), metadata=about)
     written.rename(path)
+
+
+def _write_columns(
+    recording: Recording, path: Path, about: dict[str, str], columns: tuple[str, ...]
+) -> None:
+    from motionlab.runs.exports import (  # noqa: PLC0415 - a server starts without it
+        Source,
+        check_selection,
+        export,
+    )
+
+    whole = path.with_name(_WHOLE)
+    recorder.write(recording, str(whole), metadata=about)
+    source = Source.of_file(whole)
+    with source.file:
+        selection = check_selection(source, Selection(columns))
+        export(source, selection, path, path.suffix[1:])
 
 
 @router.get(

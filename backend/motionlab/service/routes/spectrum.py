@@ -29,6 +29,7 @@ from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute
 from motionlab.service.routes.runs import RunId
 from motionlab.service.worker_answers import computed
+from motionlab.telemetry.expressions.columns import TEXT_MAX, split_columns
 
 router = APIRouter(route_class=JsonRoute)
 
@@ -49,7 +50,7 @@ class SpectrumQuery(SpectrumOptions):
 
     columns: str = Field(
         max_length=4000,
-        description="Names of channels, comma between them",
+        description="Names of channels or name=expression, comma between them; docs/expressions.md",
         examples=["A.x.following_error"],
     )
     start: int = Field(default=0, alias="from", ge=0, description="First sample", examples=[1000])
@@ -63,7 +64,7 @@ class SampledColumn(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    name: str = Field(min_length=1, max_length=200, description="As in a run; any for others")
+    name: str = Field(min_length=1, max_length=TEXT_MAX, description="As in a run; any for others")
     unit: str = Field(max_length=40)
     values: list[Annotated[float, Field(allow_inf_nan=False, ge=-1e30, le=1e30)] | None] = Field(
         max_length=VALUES_MAX, description="At equal times; null where one is missing"
@@ -119,7 +120,7 @@ async def get_spectrum(request: Request, body: Annotated[SpectrumRequest, Body()
 
 
 def _of_run(run_id: str, wanted: SpectrumQuery) -> SpectrumDocument:
-    columns = wanted.columns.split(",")
+    columns = split_columns(wanted.columns)
     taken, period = run_spectra(run_id, columns, wanted.start, wanted.stop, wanted)
     return document(taken, wanted, period=period)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from functools import partial
 from typing import Annotated
 
 import numpy as np
@@ -26,6 +28,13 @@ from motionlab.simulation.result import document
 from motionlab.simulation.whatif import Extent, run_changed, ticks_at_most
 from motionlab.telemetry.channels import REFERENCES, stream_columns
 from motionlab.telemetry.decimate import min_max
+from motionlab.telemetry.expressions.columns import (
+    TEXT_MAX,
+    MathChannel,
+    compile_columns,
+    values_of,
+)
+from motionlab.telemetry.expressions.compile import CHANNELS_MAX
 from motionlab.telemetry.recording import Recording
 
 router = APIRouter(tags=["simulate"], route_class=JsonRoute)
@@ -35,11 +44,17 @@ _VALUE_BYTES = 2 * np.float32().itemsize
 _LATEST = 1e6
 """Latest time that curves may be asked of, s."""
 _COPIES = 3
+_MATH_COPIES = 2 * CHANNELS_MAX + 2
+"""Columns of the whole run that a math channel is computed from and in."""
 """Times that an answer is in memory: as arrays, as bytes, as the file that is sent."""
 
 # Which of them there are depends on the variants.
 ColumnName = Annotated[
-    str, Field(json_schema_extra={"pattern": r"^([A-Z]\.)?[xy]\.[a-z0-9_]+$", "maxLength": 64})
+    str,
+    Field(
+        max_length=TEXT_MAX,
+        json_schema_extra={"pattern": r"^(([A-Z]\.)?[xy]\.[a-z0-9_]+|[^=]*=.+)$"},
+    ),
 ]
 
 
@@ -56,7 +71,9 @@ class WhatIfRequest(ChangedScenario):
     )
 
     columns: list[ColumnName] = Field(
-        default_factory=list, max_length=512, description="Names as in the stream's hello"
+        default_factory=list,
+        max_length=512,
+        description="Names as in the stream's hello, or name=expression",
     )
     points: Whole = Field(
         default=1500, ge=10, le=500_000, strict=True, description="Bins of a curve at most"
@@ -109,7 +126,7 @@ async def what_if(request: Request, body: Annotated[WhatIfRequest, Body()]) -> R
 
 def _answer(call: Call, body: WhatIfRequest, bounds: Settings) -> bytes:
     prepared = prepare_request(body, bounds)
-    _check_columns(body, prepared)
+    math = compile_columns(body.columns, _units(prepared), CONTROL_PERIOD)
     start, stop = _stretch(body, prepared)
     curves = len(body.columns) * _bins(stop - start, body.points)[1] * _VALUE_BYTES
     if curves > bounds.answer_max:
@@ -125,21 +142,14 @@ def _answer(call: Call, body: WhatIfRequest, bounds: Settings) -> bytes:
         )
     extent = Extent(body.exact, bounds.direct_work_max, (start, stop))
     ticks = ticks_at_most(prepared, extent)
-    call.hold(prepared.recording_size(ticks) + _COPIES * curves)
+    whole = _MATH_COPIES * np.float32().itemsize * ticks if math else 0
+    call.hold(prepared.recording_size(ticks) + _COPIES * curves + whole)
     recording = run_changed(prepared, body.scenario, body.set, extent)
-    return _encoded(body, prepared, recording)
+    return _encoded(body, prepared, recording, math)
 
 
-def _check_columns(body: WhatIfRequest, prepared: Prepared) -> None:
-    known = dict(stream_columns(list(prepared.scenario.variants)))
-    wrong = []
-    for index, name in enumerate(body.columns):
-        if name not in known:
-            wrong.append(FieldError(f"columns.{index}", "no column of that name", name))
-        elif name in body.columns[:index]:
-            wrong.append(FieldError(f"columns.{index}", "comes twice", name))
-    if wrong:
-        raise ConfigError(*wrong)
+def _units(prepared: Prepared) -> dict[str, str]:
+    return {name: each.unit for name, each in stream_columns(list(prepared.scenario.variants))}
 
 
 def _stretch(body: WhatIfRequest, prepared: Prepared) -> tuple[int, int]:
@@ -169,8 +179,10 @@ def _bins(ticks: int, points: int) -> tuple[int, int]:
     return size, -(-ticks // size)
 
 
-def _encoded(body: WhatIfRequest, prepared: Prepared, recording: Recording) -> bytes:
-    known = dict(stream_columns(list(prepared.scenario.variants)))
+def _encoded(
+    body: WhatIfRequest, prepared: Prepared, recording: Recording, math: Mapping[str, MathChannel]
+) -> bytes:
+    units = _units(prepared) | {text: each.program.unit for text, each in math.items()}
     begin = recording.first_tick
     start, stop = _stretch(body, prepared)
     start = max(start, begin)
@@ -179,7 +191,13 @@ def _encoded(body: WhatIfRequest, prepared: Prepared, recording: Recording) -> b
     size, count = _bins(stop - start, body.points)
     curves = np.empty((len(body.columns), 2, count), dtype=np.float32)
     for curve, name in zip(curves, body.columns, strict=True):
-        column = _column(recording, name)[start - begin : stop - begin]
+        # From the first sample on, so that what is looked at changes no value.
+        whole = (
+            values_of(math[name], partial(_column, recording))
+            if name in math
+            else _column(recording, name)
+        )
+        column = whole[start - begin : stop - begin]
         low, high = min_max(np.asarray(column, dtype=np.float32)[np.newaxis], body.points)
         curve[0], curve[1] = low[0], high[0]
     head = {
@@ -192,7 +210,7 @@ def _encoded(body: WhatIfRequest, prepared: Prepared, recording: Recording) -> b
         "columns": [
             {
                 "name": name,
-                "unit": known[name].unit,
+                "unit": units[name],
                 "minimum": index * 2 * count,
                 "maximum": (index * 2 + 1) * count,
             }

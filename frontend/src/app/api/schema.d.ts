@@ -293,6 +293,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/expressions/check": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Check Expressions
+         * @description Return unit, channels and steps of math channels, or what is wrong with each.
+         */
+        post: operations["checkExpressions"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/trajectories/import": {
         parameters: {
             query?: never;
@@ -3283,6 +3303,38 @@ export interface components {
             points: number;
         };
         /**
+         * CheckedExpression
+         * @description A math channel that can be computed, or why it cannot.
+         */
+        CheckedExpression: {
+            /** Column */
+            column: string;
+            /**
+             * Name
+             * @description Its name, or else its expression
+             * @default
+             */
+            name: string;
+            /**
+             * Unit
+             * @default
+             */
+            unit: string;
+            /**
+             * Channels
+             * @description What it reads, each once
+             * @default []
+             */
+            channels: string[];
+            /**
+             * Steps
+             * @description docs/expressions.md
+             * @default []
+             */
+            steps: components["schemas"]["ProgramStep"][];
+            problem?: components["schemas"]["ExpressionProblem"] | null;
+        };
+        /**
          * Choice
          * @description A value that a field can take, and its label.
          */
@@ -5059,6 +5111,48 @@ export interface components {
              * @description Motions of this step
              */
             count: number;
+        };
+        /**
+         * ExpressionProblem
+         * @description What is wrong with a column, and with which of its characters [start, end).
+         */
+        ExpressionProblem: {
+            /** Message */
+            message: string;
+            /** Start */
+            start: number;
+            /** End */
+            end: number;
+        };
+        /**
+         * ExpressionsRequest
+         * @description Math channels, and whose channels they are of: a run's, or a scenario's variants.
+         * @example {
+         *       "columns": [
+         *         "error=hypot(B.x.following_error, B.y.following_error)"
+         *       ],
+         *       "variants": [
+         *         "A",
+         *         "B"
+         *       ]
+         *     }
+         */
+        ExpressionsRequest: {
+            /**
+             * Columns
+             * @description name=expression each; docs/expressions.md
+             */
+            columns: string[];
+            /**
+             * Variants
+             * @description Without a run
+             */
+            variants?: string[];
+            /**
+             * Run
+             * @description Identifier of a run
+             */
+            run?: string | null;
         };
         /**
          * FaultNow
@@ -9223,6 +9317,16 @@ export interface components {
             high: number;
         };
         /**
+         * ProgramStep
+         * @description An operation of a stack machine.
+         */
+        ProgramStep: {
+            /** Op */
+            op: string;
+            /** Values */
+            values: number[];
+        };
+        /**
          * Published
          * @description A pair of peaks that the paper prints, at 10 A.
          */
@@ -13085,7 +13189,7 @@ export interface components {
             };
             /**
              * Columns
-             * @description Names as in the stream's hello
+             * @description Names as in the stream's hello, or name=expression
              */
             columns?: string[];
             /**
@@ -14602,6 +14706,120 @@ export interface operations {
             };
             /** @description Forbidden */
             403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    checkExpressions: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ExpressionsRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CheckedExpression"][];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -16410,6 +16628,8 @@ export interface operations {
         parameters: {
             query?: {
                 format?: "csv" | "parquet";
+                /** @description Channels, name=expression, or * for all channels, comma between them; or all */
+                columns?: string;
             };
             header?: never;
             path: {
@@ -20564,7 +20784,7 @@ export interface operations {
             query?: {
                 /** @description docs/exchange.md describes each */
                 format?: "csv" | "parquet" | "mat" | "mcap" | "mf4";
-                /** @description Names of channels, comma between them; or all */
+                /** @description Channels, name=expression, or * for all channels, comma between them; or all */
                 columns?: string;
                 /** @description First sample */
                 from?: number;
@@ -21018,7 +21238,7 @@ export interface operations {
                 high?: number | null;
                 /** @description Points of a curve at most; fewer bins are all sent */
                 points?: number;
-                /** @description Names of channels, comma between them */
+                /** @description Names of channels or name=expression, comma between them; docs/expressions.md */
                 columns: string;
                 /** @description First sample */
                 from?: number;
@@ -22090,7 +22310,7 @@ export interface operations {
     getRunWindow: {
         parameters: {
             query: {
-                /** @description Names of channels, comma between them */
+                /** @description Names of channels or name=expression, comma between them; docs/expressions.md */
                 columns: string;
                 /** @description First sample */
                 from?: number;

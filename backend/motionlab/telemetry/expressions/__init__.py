@@ -1,0 +1,1 @@
+"""Math channels: checked expressions of channels, evaluated sample by sample."""
