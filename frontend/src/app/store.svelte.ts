@@ -7,6 +7,7 @@ import type { Changes, Metrics, Scenario, Value } from './api/types';
 import { Catalogue } from './catalogue.svelte';
 import { DriveLink } from './drive/drive-link.svelte';
 import { errorText, fileErrorText } from './error-text';
+import { Expressions } from './expressions/expressions.svelte';
 import { needsRestart } from './fields/fields.svelte';
 import { Refusals } from './fields/refusals.svelte';
 import { messages, type Action } from './messages.svelte';
@@ -35,6 +36,7 @@ export class Store {
   readonly catalogue = new Catalogue(this.api);
   readonly drive = new DriveLink(this.api);
   readonly session = new SessionStore(this.api);
+  readonly expressions = new Expressions(this.api);
   readonly metrics = new LiveMetrics(this.api, this.session);
   readonly refusals = new Refusals();
   readonly whatif = new WhatIf(this.api, (fields, detail) => this.refusals.take(fields, detail));

@@ -1,5 +1,6 @@
 /** What a scope shows of its channels: title, labels, colours and lines; and the layouts that ship. */
 
+import { isMath, mathLabel } from './math-column';
 import { differenceOf, type Channel } from './source';
 import { scopeWith, type ScopeSpec } from './scope-layout';
 import type { Trace, Traces } from './scope-chart';
@@ -53,6 +54,9 @@ const QUANTITIES: readonly Look[] = [
 ];
 
 function partsOf(column: string): Parts {
+  if (isMath(column)) {
+    return { column, variant: '', axis: '', quantity: mathLabel(column), reference: false };
+  }
   const [, variant = '', axis = '', name = column] =
     /^(?:([A-Z](?:-[A-Z])?)\.)?(?:([xy])\.)?(.+)$/.exec(column) ?? [];
   const reference = name.endsWith('_reference');
@@ -79,6 +83,10 @@ function capital(text: string): string {
 }
 
 function titleOf(parts: readonly Parts[]): string {
+  if (parts.every(({ column }) => isMath(column))) {
+    const [first = '', second, more] = parts.map((each) => each.quantity);
+    return `${first}${second === undefined ? '' : `, ${second}`}${more === undefined ? '' : ', …'}`;
+  }
   const axis = only(parts.map((each) => each.axis)) ?? '';
   const quantity = only(parts.map((each) => each.quantity));
   if (quantity !== null) return capital(`${words(quantity)} ${axis}`.trim());
@@ -91,7 +99,8 @@ function titleOf(parts: readonly Parts[]): string {
 }
 
 function labelOf(part: Parts, parts: readonly Parts[]): string {
-  const { variant, axis, quantity, reference } = part;
+  const { variant, axis, quantity, reference, column } = part;
+  if (isMath(column)) return quantity;
   const label: string[] = [];
   if (only(parts.map((each) => each.quantity)) === null) label.push(words(quantity));
   if (reference) label.push('reference');
@@ -106,6 +115,12 @@ function labelOf(part: Parts, parts: readonly Parts[]): string {
 /** The look of each channel of a scope, hidden or not, so that hiding one changes no other. */
 function lookOf(part: Parts, parts: readonly Parts[]): Look {
   const { variant, quantity, reference, axis } = part;
+  if (isMath(part.column)) {
+    // After those of the others, which keep theirs as math channels come and go.
+    const math = parts.filter(({ column }) => isMath(column)).map(({ column }) => column);
+    const others = parts.length - math.length;
+    return QUANTITIES[(others + math.indexOf(part.column)) % QUANTITIES.length] as Look;
+  }
   if (variant.includes('-')) return { ink: 'difference', dash: 'dash' };
   const letters = [...new Set(parts.filter(({ variant: of }) => of !== '').map((p) => p.variant))];
   const others = parts.filter((each) => each.variant === variant && !each.reference);
@@ -130,12 +145,15 @@ function lookOf(part: Parts, parts: readonly Parts[]): Look {
 /** Returns what a scope draws; channels of unknown unit have none. */
 export function scopeOf(spec: ScopeSpec, units: ReadonlyMap<string, string>, place = 0): Scope {
   const parts = spec.channels.map(partsOf);
+  // Math channels have names of their own, which say nothing of the others.
+  const recorded = parts.filter(({ column }) => !isMath(column));
+  const named = recorded.length > 0 ? recorded : parts;
   const all = parts.map((part): ScopeTrace => {
     const { column } = part;
     const source = differenceOf(column)?.minuend ?? column;
     return {
       column,
-      label: labelOf(part, parts),
+      label: labelOf(part, named),
       unit: units.get(source) ?? '1',
       hidden: spec.hidden.includes(column),
       ...(spec.own.includes(column) ? { own: true } : {}),
@@ -144,7 +162,7 @@ export function scopeOf(spec: ScopeSpec, units: ReadonlyMap<string, string>, pla
   });
   const errors = parts.every(({ quantity }) => quantity === 'following_error');
   return {
-    title: titleOf(parts),
+    title: titleOf(named),
     place,
     spec,
     unit: all[0]?.unit ?? '1',
@@ -161,6 +179,7 @@ export function unitsOf(channels: readonly Channel[]): ReadonlyMap<string, strin
 
 /** A channel in words: `Following error x of A`. */
 export function channelName(column: string): string {
+  if (isMath(column)) return mathLabel(column);
   const { variant, axis, quantity, reference } = partsOf(column);
   const what = `${words(quantity)}${reference ? ' reference' : ''} ${axis}`.trim();
   const phase = PHASE.test(quantity) ? 'current ' : '';

@@ -50,7 +50,7 @@ export function readLayout(text: string): ScopeSpec[] | null {
 }
 
 const SCOPE = /^([^@=]+)(?:@([\d.]+))?(?:=(-?[\d.e+-]+):(-?[\d.e+-]+))?$/;
-const CHANNEL = /^([\w.%-]{1,200}?)(!?)(~?)$/;
+const CHANNEL = /^([\w.%-]{1,800}?)(!?)(~?)$/;
 
 export function readScope(text: string): ScopeSpec | null {
   const [, names = '', high = '1', from, to] = SCOPE.exec(text) ?? [];
@@ -71,7 +71,7 @@ export function readScope(text: string): ScopeSpec | null {
   return Number.isFinite(size) ? { ...spec, size, hold } : null;
 }
 
-/** Channels of imported runs may have any name. */
+/** Channels of imported runs may have any name, and expressions any sign. */
 function escaped(name: string): string {
   return encodeURIComponent(name).replace(
     /[!~*'()]/g,

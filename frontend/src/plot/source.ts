@@ -41,6 +41,11 @@ export interface Channel {
   meaning?: string;
 }
 
+/** Whether a column is computed by an expression: `name=expression`. */
+export function isMath(column: string): boolean {
+  return column.includes('=');
+}
+
 /** A column computed from two others: a channel of one variant less that of another. */
 export interface ColumnDifference {
   name: string;
@@ -50,7 +55,7 @@ export interface ColumnDifference {
 
 /** The two columns that `A-B.x.thrust` is computed from; null of another name. */
 export function differenceOf(column: string): ColumnDifference | null {
-  const [, a, b, rest] = /^([A-Z])-([A-Z])\.(.+)$/.exec(column) ?? [];
+  const [, a, b, rest] = /^([A-Z])-([A-Z])\.([^=]+)$/.exec(column) ?? [];
   if (a === undefined || b === undefined || rest === undefined) return null;
   return { name: column, minuend: `${a}.${rest}`, subtrahend: `${b}.${rest}` };
 }

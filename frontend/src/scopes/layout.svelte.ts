@@ -102,6 +102,34 @@ export class Layout {
     }));
   }
 
+  /** Replaces a channel by another wherever it is shown. */
+  replaceChannel(channel: string, other: string): void {
+    const swap = (names: readonly string[]) =>
+      names
+        .map((name) => (name === channel ? other : name))
+        .filter((name, i, all) => all.indexOf(name) === i);
+    this.put(
+      this.scopes.map((spec) =>
+        spec.channels.includes(channel)
+          ? {
+              ...spec,
+              channels: swap(spec.channels),
+              hidden: swap(spec.hidden),
+              own: swap(spec.own),
+              hold: null,
+            }
+          : spec,
+      ),
+    );
+  }
+
+  /** Takes a channel from all scopes; one that shows nothing else goes with it, but the last. */
+  dropChannel(channel: string): void {
+    for (let place = this.scopes.length - 1; place >= 0; place--) {
+      if (this.scopes[place]?.channels.includes(channel)) this.removeChannel(place, channel);
+    }
+  }
+
   remove(place: number): void {
     if (this.scopes.length < 2) return;
     this.maximised = -1;

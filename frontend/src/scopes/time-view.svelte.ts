@@ -1,5 +1,8 @@
 /** What scopes show: curves over a stretch of time, cursors, and the readings at them. */
 
+import type { Whose } from '../app/expressions/expressions.svelte';
+import { app } from '../app/store.svelte';
+import { isMath, mathParts } from '../plot/math-column';
 import type { Pointer } from '../plot/chart-pointer';
 import { timeAt, type Range } from '../plot/range';
 import { columnsOf, scopeOf, unitsOf, type Scope } from '../plot/scope-catalog';
@@ -15,6 +18,7 @@ import {
 import type { Underlay } from '../plot/underlay';
 import type { Layout } from './layout.svelte';
 import type { Statistic } from './statistics';
+import { channelsOf } from './trigger/detector';
 import { Trigger } from './trigger/trigger.svelte';
 
 /** Shortest time axis, in samples. */
@@ -44,6 +48,29 @@ export abstract class TimeView {
 
   readonly trigger: Trigger = new Trigger(this);
 
+  /** The math channels of the layout and of the trigger. */
+  readonly math: readonly string[] = $derived.by(() => {
+    const drawn = this.layout.scopes.flatMap(({ channels }) => channels);
+    const watched = channelsOf(this.trigger.settings.conditions);
+    const all = [...drawn, ...watched].filter(isMath);
+    return all.filter((column, i) => all.indexOf(column) === i);
+  });
+
+  /** All channels, and those math channels that can be computed here. */
+  readonly known: readonly Channel[] = $derived.by(() => {
+    const computed = this.math.flatMap((name): Channel[] => {
+      const { problem, unit } = app.expressions.of(this.whose, name) ?? { problem: true };
+      return problem ? [] : [{ name, unit: unit ?? '1', meaning: mathParts(name).expression }];
+    });
+    return computed.length === 0 ? this.channels : [...this.channels, ...computed];
+  });
+
+  /** What a query of a file says of columns: nothing, or all channels and the math channels. */
+  readonly exported: string = $derived.by(() => {
+    const math = this.known.map(({ name }) => name).filter(isMath);
+    return math.length > 0 ? `&columns=${encodeURIComponent(['*', ...math].join())}` : '';
+  });
+
   abstract readonly layout: Layout;
   /** What the curves are drawn from; null while there is nothing. */
   abstract get source(): SampleSource | null;
@@ -56,6 +83,8 @@ export abstract class TimeView {
   /** All channels that can be shown. */
   abstract get channels(): readonly Channel[];
   abstract get variants(): readonly string[];
+  /** Whose channels expressions read. */
+  abstract get whose(): Whose;
   abstract get moments(): readonly Moment[];
   /** The stretch that metrics are of. */
   abstract get window(): Range | null;
@@ -64,7 +93,7 @@ export abstract class TimeView {
 
   /** The scopes of the layout that have a channel. */
   private readonly all: readonly Scope[] = $derived.by(() => {
-    const units = unitsOf(this.channels);
+    const units = unitsOf(this.known);
     return this.layout.scopes
       .map((spec, place) => scopeOf(units.size > 0 ? withKnown(spec, units) : spec, units, place))
       .filter(({ all }) => all.length > 0);

@@ -1,10 +1,11 @@
 /** Curves of one run from the server: the whole of it, what is looked at, and what is near that. */
 
-import { StillSource, type Range } from '../../plot/source';
+import { isMath, StillSource, type Range } from '../../plot/source';
 import { readCurves } from '../api/curves-answer';
 import type { RunDetail } from '../api/types';
 import { errorText } from '../error-text';
 import { LatestWins } from '../latest-wins';
+import { app } from '../store.svelte';
 import {
   BINS,
   EVERY,
@@ -48,9 +49,7 @@ export class RunSource {
 
   /** Chooses columns, those that the run has; whether others than before. */
   choose(wanted: readonly string[]): boolean {
-    const columns = this.run.columns.flatMap(({ name = '' }) =>
-      wanted.includes(name) ? [name] : [],
-    );
+    const columns = this.there(wanted);
     if (columns.join() === this.columns.join()) return false;
     this.columns = columns;
     return true;
@@ -81,9 +80,21 @@ export class RunSource {
 
   /** Every sample of a stretch of those columns that the run has. */
   async samples(wanted: readonly string[], range: Range): Promise<StillSource | null> {
-    const columns = wanted.filter((column) => this.run.columns.some(({ name }) => name === column));
+    const columns = this.there(wanted);
     if (columns.length === 0 || this.run.ticks === 0) return null;
     return this.curves(columns, { range, points: EVERY });
+  }
+
+  /** Of these columns, those that the run has, and the math channels that can be computed of it. */
+  private there(wanted: readonly string[]): string[] {
+    const whose = { run: this.run.id };
+    const math = wanted.filter(isMath);
+    if (math.length > 0) app.expressions.want(whose, math);
+    const computed = math.filter((column) => app.expressions.of(whose, column)?.problem === null);
+    const recorded = this.run.columns.flatMap(({ name = '' }) =>
+      wanted.includes(name) ? [name] : [],
+    );
+    return [...recorded, ...computed];
   }
 
   private async answer(part: Reading | null): Promise<void> {

@@ -5,6 +5,7 @@ import { at, atStart, equal, withChanges, without } from '../api/scenario-paths'
 import type { Axis, Changes, Scenario, SessionInfo, Value } from '../api/types';
 import { messages } from '../messages.svelte';
 import { fromAddress, setAddress } from '../storage';
+import type { Computed } from '../stream/ring';
 import { StreamClient, type Connection } from '../stream/stream-client';
 import {
   forget,
@@ -54,6 +55,7 @@ export class SessionStore {
   /** Of a motion on drives, which has one variant: the scenario that the controls go on showing. */
   private whole: Scenario | null = null;
   private subscription: readonly string[] = [];
+  private computed: readonly Computed[] = [];
   /** The channels there are, once the server has named them. */
   channels = $state.raw<readonly Channel[]>([]);
   /** Whether the last requested session was created; pending until the server has answered. */
@@ -187,8 +189,11 @@ export class SessionStore {
     return watchers <= own;
   }
 
-  subscribe(columns: readonly string[]): void {
+  /** Asks for columns, and computes others from them. */
+  subscribe(columns: readonly string[], computed: readonly Computed[] = []): void {
     this.subscription = columns;
+    this.computed = computed;
+    this.client?.compute(computed);
     this.client?.subscribe(this.streamed);
   }
 
@@ -338,6 +343,7 @@ export class SessionStore {
       },
       { seconds: KEPT, alive: () => this.alive(info.id) },
     );
+    this.client.compute(this.computed);
     this.client.subscribe(this.streamed);
     this.client.connect();
   }

@@ -6,6 +6,7 @@
  */
 
 import { differencesOf } from '../../plot/source';
+import { Evaluator, type Step } from '../expressions/evaluator';
 
 const BLOCK = 16;
 
@@ -13,6 +14,21 @@ interface Column {
   samples: Float32Array;
   minimum: Float32Array;
   maximum: Float32Array;
+}
+
+/** A column that is computed from others as samples come. */
+export interface Computed {
+  column: string;
+  channels: readonly string[];
+  steps: readonly Step[];
+}
+
+interface Computing {
+  column: Column;
+  sources: readonly Column[];
+  evaluator: Evaluator;
+  /** The tick to compute next. */
+  next: number;
 }
 
 /** Returns for how many ticks there is room if some seconds are to be kept. */
@@ -31,6 +47,9 @@ export class Ring {
   private readonly columns = new Map<string, Column>();
   private readonly order: Column[] = [];
   private readonly differences: [Column, Column, Column][] = [];
+  private readonly computed = new Map<string, Computing>();
+  /** Whether samples have changed that computed columns were computed from. */
+  private stale = false;
 
   /** @param capacity number of ticks, a multiple of 16 */
   constructor(
@@ -50,8 +69,27 @@ export class Ring {
     return this.columns.has(name);
   }
 
+  /** Computes these columns from now on, and from the samples that are there; no others. */
+  compute(list: readonly Computed[]): void {
+    const wanted = list.filter(({ channels }) => channels.every((name) => this.columns.has(name)));
+    for (const name of this.computed.keys()) {
+      if (wanted.some(({ column }) => column === name)) continue;
+      this.computed.delete(name);
+      this.columns.delete(name);
+    }
+    for (const { column: name, channels, steps } of wanted) {
+      if (this.columns.has(name)) continue;
+      const sources = channels.map((channel) => this.columns.get(channel) as Column);
+      const evaluator = new Evaluator(steps);
+      this.computed.set(name, { column: this.add(name), sources, evaluator, next: this.start });
+      this.version = ++writes;
+      this.stale = true;
+    }
+  }
+
   /** Returns one sample, or NaN where there is none. */
   at(name: string, tick: number): number {
+    if (this.stale) this.settle();
     if (tick < this.start || tick >= this.end) return Number.NaN;
     return this.columns.get(name)?.samples[tick % this.capacity] ?? Number.NaN;
   }
@@ -77,12 +115,14 @@ export class Ring {
       this.end = tick;
     }
     const first = Math.min(tick, this.end);
+    if (tick < this.end || empty) this.stale = true;
     if (tick > this.end) {
       for (const column of this.columns.values()) this.fill(column, this.end, tick);
     }
     this.store(tick, columns);
     this.end = Math.max(this.end, tick + count);
     this.start = Math.max(this.start, this.end - this.capacity);
+    if (!this.stale) for (const each of this.computed.values()) this.advance(each);
     for (const column of this.columns.values()) this.summarise(column, first, tick + count);
   }
 
@@ -97,6 +137,32 @@ export class Ring {
       columns.map((values) => values.subarray(from - tick, to - tick)),
     );
     for (const column of this.columns.values()) this.summarise(column, from, to);
+    this.stale = true;
+  }
+
+  /** Computes all that is computed anew, from the oldest sample on. */
+  private settle(): void {
+    this.stale = false;
+    for (const each of this.computed.values()) {
+      each.next = -1;
+      this.advance(each);
+      this.summarise(each.column, this.start, this.end);
+    }
+  }
+
+  /** Computes a column as far as there are samples. */
+  private advance(each: Computing): void {
+    const { sources, evaluator, column } = each;
+    if (each.next < this.start || each.next > this.end) {
+      evaluator.reset();
+      each.next = this.start;
+    }
+    let slot = 0;
+    const sample = (place: number) => (sources[place] as Column).samples[slot] as number;
+    for (; each.next < this.end; each.next++) {
+      slot = each.next % this.capacity;
+      column.samples[slot] = evaluator.next(sample);
+    }
   }
 
   /** Copies samples to their places and computes the differences there. */
@@ -127,6 +193,7 @@ export class Ring {
     minimum: Float32Array,
     maximum: Float32Array,
   ): void {
+    if (this.stale) this.settle();
     const column = this.columns.get(name);
     const blocks = size % BLOCK === 0 && from % BLOCK === 0;
     const step = blocks ? BLOCK : 1;

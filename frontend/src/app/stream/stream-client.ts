@@ -10,7 +10,7 @@ import { Backfill } from './backfill';
 import { Backoff } from './backoff';
 import { decodeFrame } from './frame';
 import type { Channel } from '../../plot/source';
-import { capacityFor, Ring } from './ring';
+import { capacityFor, Ring, type Computed } from './ring';
 
 export type Connection = 'connecting' | 'connected' | 'lost' | 'closed';
 
@@ -57,6 +57,7 @@ export class StreamClient {
   private socket: Socket | null = null;
   private timer: ReturnType<typeof setTimeout> | null = null;
   private subscription: readonly string[] = [];
+  private computed: readonly Computed[] = [];
   /** What the frames now coming in consist of; null until the server has confirmed. */
   private confirmed: readonly string[] | null = null;
   private wanted: readonly string[] | null = null;
@@ -102,6 +103,12 @@ export class StreamClient {
     this.subscription = columns;
     // One request at a time: a newer one is sent after the answer.
     if (this.greeted && !same && this.wanted === null) this.send();
+  }
+
+  /** Columns to compute from those that come. */
+  compute(computed: readonly Computed[]): void {
+    this.computed = computed;
+    this.ring.compute(computed);
   }
 
   /** Connections of this page to the session: a second one while skipped ticks are fetched. */
@@ -191,6 +198,7 @@ export class StreamClient {
         if (!same) {
           this.backfill.clear();
           this.ring = new Ring(this.capacity, message.columns);
+          this.ring.compute(this.computed);
         }
         this.backfill.resume();
         this.confirmed = wanted;

@@ -1,6 +1,7 @@
 /** The curves of one run: the whole of it, and whichever part is looked at, from the server. */
 
 import { AXES, type RunDetail } from '../../app/api/types';
+import type { Whose } from '../../app/expressions/expressions.svelte';
 import { RunSource } from '../../app/runs/run-source.svelte';
 import { markText } from '../../app/runs/run-text';
 import { Layout } from '../../scopes/layout.svelte';
@@ -37,6 +38,10 @@ export class RunCurves extends TimeView {
 
   get variants(): readonly string[] {
     return this.run.variants;
+  }
+
+  get whose(): Whose {
+    return { run: this.run.id };
   }
 
   get period(): number {

@@ -1,5 +1,6 @@
 /** What the scopes of the Lab show: the what-if or the running session. */
 
+import type { Checked, Whose } from '../../../app/expressions/expressions.svelte';
 import { AXES, type Axis } from '../../../app/api/types';
 import { nameOf } from '../../../app/fields/fields.svelte';
 import { LiveSource } from '../../../scopes/live-source';
@@ -11,6 +12,7 @@ import { gathered } from '../../../app/session/moments.svelte';
 import { load, save } from '../../../app/storage';
 import { app } from '../../../app/store.svelte';
 import { Ring } from '../../../app/stream/ring';
+import { isMath } from '../../../plot/math-column';
 import type { Range } from '../../../plot/range';
 import type { Moment } from '../../../plot/scope-chart';
 import type { Channel, SampleSource, StillSource } from '../../../plot/source';
@@ -92,6 +94,26 @@ class View extends TimeView {
   get variants(): readonly string[] {
     return app.variants;
   }
+
+  get whose(): Whose {
+    return { variants: app.variants };
+  }
+
+  /** Columns of the stream: all but those that are computed, and what these are computed from. */
+  readonly streamed: readonly string[] = $derived.by(() => {
+    const { columns, computed } = this;
+    if (!columns.some(isMath)) return columns;
+    const sources = computed.flatMap(({ channels }) => channels);
+    return [...new Set([...columns.filter((column) => !isMath(column)), ...sources])];
+  });
+
+  /** What is computed from the samples of the stream. */
+  readonly computed: readonly Checked[] = $derived.by(() =>
+    this.columns.flatMap((column) => {
+      const found = isMath(column) ? app.expressions.of(this.whose, column) : undefined;
+      return found && !found.problem ? [found] : [];
+    }),
+  );
 
   get period(): number {
     return app.session.moments.period;

@@ -1,0 +1,30 @@
+/** Columns that are computed from channels: `name=expression`, with or without a name. */
+
+/** Characters of a name and of an expression. */
+export const NAME_MAX = 40;
+export const EXPRESSION_MAX = 200;
+
+const LABEL_MAX = 32;
+
+export { isMath } from './source';
+
+export interface MathParts {
+  name: string;
+  expression: string;
+}
+
+export function mathParts(column: string): MathParts {
+  const at = column.indexOf('=');
+  return { name: column.slice(0, at).trim(), expression: column.slice(at + 1).trim() };
+}
+
+export function mathColumn({ name, expression }: MathParts): string {
+  return `${name.trim()}=${expression.trim()}`;
+}
+
+/** What a math channel is called where there is little room: its name, or how its expression begins. */
+export function mathLabel(column: string): string {
+  const { name, expression } = mathParts(column);
+  const text = name || expression;
+  return text.length > LABEL_MAX && name === '' ? `${text.slice(0, LABEL_MAX - 1)}…` : text;
+}
