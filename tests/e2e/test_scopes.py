@@ -12,7 +12,7 @@ from motionlab.config.load import load_scenario
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run
-from tests.e2e.actions import LONG, button, region
+from tests.e2e.actions import LONG, button, region, serious
 from tests.e2e.conftest import Server
 
 API = "/api/v1"
@@ -175,3 +175,74 @@ def test_measurements_are_those_of_the_samples(page: Page) -> None:
     expect(
         page.get_by_text(re.compile(r"Between the cursors: .* Δt 2.00 s, 1/Δt 0.500 Hz"))
     ).to_be_visible()
+
+
+def test_a_math_channel_is_written_measured_and_kept(page: Page, server: Server) -> None:
+    expect(region(page, "Metrics")).to_contain_text("exact", timeout=LONG)
+    page.get_by_role("combobox", name="Layout of the scopes").select_option("Paper figure")
+    button(page, "New scope")
+    channels = page.get_by_role("dialog", name="Channels")
+    channels.get_by_role("combobox", name="Find a channel").press_sequentially("=")
+    form = page.get_by_role("form", name="Math channel")
+    text = form.get_by_role("combobox", name="Expression")
+    text.fill("hypot(B.x.following_error, B.y.thrust)")
+    expect(form.get_by_role("status")).to_contain_text("not m and N", timeout=LONG)
+    expect(form.locator("mark")).to_have_text("B.y.thrust")
+    expect(form.get_by_role("button", name="Add to scope")).to_be_disabled()
+    for _ in "thrust)":
+        text.press("Backspace")
+    text.press_sequentially("foll")
+    text.press("ArrowDown")
+    text.press("Enter")
+    expect(text).to_have_value("hypot(B.x.following_error, B.y.following_error")
+    text.press_sequentially(")")
+    form.get_by_role("textbox", name="Name").fill("error")
+    expect(form.get_by_role("status")).to_have_text("Unit: m", timeout=LONG)
+    form.get_by_role("textbox", name="Name").press("Enter")
+    assert serious(page, '[aria-label="Channels"]') == []
+    page.keyboard.press("Escape")
+    page.keyboard.press("m")
+    page.keyboard.press("m")
+    shown = read_at_the_second_cursor(page)
+    prepared = prepare(load_scenario("circle"))
+    start, stop = prepared.window
+    tick = start + round(2 / 3 * (stop - start))
+    recording = run(prepared).variants["B"]
+    errors = [recording.channel("following_error", axis) for axis in "xy"]
+    near = 1e6 * np.hypot(*errors)[tick - 2 : tick + 3]
+    assert near.min() - 0.006 <= shown <= near.max() + 0.006
+    page.reload()
+    expect(region(page, "Metrics")).to_contain_text("exact", timeout=LONG)
+    page.keyboard.press("m")
+    page.keyboard.press("m")
+    assert read_at_the_second_cursor(page) == shown
+    it_is_computed_live_renamed_and_deleted(page, server)
+
+
+def it_is_computed_live_renamed_and_deleted(page: Page, server: Server) -> None:
+    page.keyboard.press("l")
+    page.get_by_role("button", name="Step").click()
+    live = page.get_by_role("region", name="error, live")
+    expect(live.locator("button.trace .value")).to_contain_text("m", timeout=LONG)
+    link = page.get_by_role("link", name="CSV ↓").get_attribute("href")
+    head = page.request.get(f"{server.url}{link}").text().splitlines()[0]
+    assert head.replace('"', "").endswith(",error [m]")
+    assert "B.y.thrust [N]" in head
+    # Renamed, then deleted, in the list of channels.
+    page.keyboard.press("/")
+    channels = page.get_by_role("dialog", name="Channels")
+    form = page.get_by_role("form", name="Math channel")
+    channels.get_by_role("button", name="Edit error").click()
+    form.get_by_role("textbox", name="Name").fill("distance")
+    expect(form.get_by_role("status")).to_have_text("Unit: m", timeout=LONG)
+    form.get_by_role("button", name="Change").click()
+    assert headings(page) == ["Following error x", "Following error y", "distance"]
+    channels.get_by_role("button", name="Delete distance").click()
+    assert headings(page) == ["Following error x", "Following error y"]
+
+
+def read_at_the_second_cursor(page: Page) -> float:
+    scope = page.get_by_role("region", name="error, what-if")
+    value = scope.locator("button.trace .value")
+    expect(value).to_contain_text("µm", timeout=LONG)
+    return float(value.inner_text().replace("µm", ""))

@@ -6,7 +6,10 @@ import httpx
 import pytest
 
 API = "/api/v1/layouts"
-SCOPES = ["A.x.following_error,B.x.following_error!~", "x.position_reference@2=-0.01:0.01"]
+SCOPES = [
+    "A.x.following_error,B.x.following_error!~,e%3Dmin%28A.x.K%2C%20B.x.K%29!",
+    "x.position_reference@2=-0.01:0.01",
+]
 
 
 @pytest.fixture

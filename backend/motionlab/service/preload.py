@@ -15,6 +15,7 @@ from motionlab.service.routes import trajectories
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run
+from motionlab.telemetry.expressions import evaluate
 
 
 def warm_up() -> None:
@@ -32,5 +33,6 @@ def load_the_rest() -> None:
     compute(Geometry(), "preview")
     for module in pkgutil.walk_packages(studies.__path__, "motionlab.studies."):
         importlib.import_module(module.name)
+    evaluate.warm_up()
     importlib.import_module("motionlab.runs.index")
     importlib.import_module("pyarrow.parquet")

@@ -7,7 +7,7 @@ gap, operations with memory begin anew.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable
 
 import numba
 import numpy as np
@@ -111,13 +111,10 @@ def evaluate(program: Program, samples: NDArray[np.float32]) -> NDArray[np.float
     return Evaluation(program)(samples)
 
 
-def evaluated(
-    program: Program, blocks: Iterable[NDArray[np.float32]]
-) -> Iterator[NDArray[np.float32]]:
-    """Yield the values of a record that comes in blocks."""
-    evaluation = Evaluation(program)
-    for block in blocks:
-        yield evaluation(block)
+def warm_up() -> None:
+    """Compile the operations with memory, or load them."""
+    steps = (Step("channel", (0,)), Step("filter", (0.0, 1.0, 0.0, 1.0)), Step("mean", (2,)))
+    evaluate(Program(("u",), "1", steps), np.zeros((1, 2), np.float32))
 
 
 def reach(program: Program) -> int | None:
