@@ -18,6 +18,7 @@ from tests.bench.command import command
 from tests.bench.controllers import controllers
 from tests.bench.coverage import coverage
 from tests.bench.drive import drive
+from tests.bench.expressions import expressions
 from tests.bench.hold import hold
 from tests.bench.identify import identify
 from tests.bench.instrument import instrument
@@ -65,6 +66,7 @@ _LAB: dict[str, Callable[[], Iterator[Row]]] = {
     "drive": drive,
     "runs": runs,
     "runs-index": runs_index,
+    "expressions": expressions,
 }
 
 

@@ -21,7 +21,7 @@ from motionlab.telemetry.expressions.parse import ExpressionError
 router = APIRouter(prefix="/expressions", tags=["expressions"], route_class=JsonRoute)
 
 _ASKED_MAX = 1000
-"""Characters of a column that is checked: longer ones than may be used are told so."""
+"""Characters of a column that is checked: more than may be used, so that the answer can say so."""
 
 
 class ExpressionsRequest(BaseModel):

@@ -16628,7 +16628,7 @@ export interface operations {
         parameters: {
             query?: {
                 format?: "csv" | "parquet";
-                /** @description Channels, name=expression, or * for all channels, comma between them; or all */
+                /** @description Channels, name=expression, * for all channels, comma between; or all */
                 columns?: string;
             };
             header?: never;
