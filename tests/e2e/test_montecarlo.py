@@ -5,12 +5,35 @@ from __future__ import annotations
 import re
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Locator, Page, expect
 
 from tests.e2e.actions import API, LONG, button, region, serious, set_field, until
 from tests.e2e.conftest import Server
 
 PATIENT = 120_000  # ms; the first study of a new model compiles its kernel
+
+
+def _decides_and_opens(page: Page, server: Server, panel: Locator) -> None:
+    """What decides is told as the server computed it; the worst motor shows its row in the Lab."""
+    jobs = page.request.get(f"{server.url}{API}/jobs").json()
+    job = next(each["id"] for each in jobs if each["kind"] == "monte-carlo")
+    study = page.request.get(f"{server.url}{API}/jobs/{job}").json()["result"]
+    names = [(each["path"], each["of"]) for each in study["parameters"]["x"]]
+    rho = study["variants"]["A"]["axes"]["x"]["correlations"]["max_abs_following_error"]
+    decides = panel.get_by_role("table", name="Rank correlations").locator("tbody tr")
+    stiction = decides.filter(has_text="stiction Fs").filter(has_not_text="deviation")
+    told = stiction.locator("td").first.inner_text().replace("\u2212", "-")
+    assert float(told) == pytest.approx(rho[names.index(("friction.F_s", "value"))], abs=6e-3)
+    worst = panel.get_by_role("table", name="Worst plants").locator("tr", has_text="B x")
+    largest = worst.locator("td").first.inner_text()
+    row = next(one for one in study["worst"] if (one["variant"], one["axis"]) == ("B", "x"))
+    assert float(largest) == pytest.approx(1e6 * row["value"], rel=6e-3)
+    worst.get_by_role("button").click()
+    expect(panel).to_contain_text(f"plant {row['case']} of this study, staged")
+    shown = region(page, "Metrics").locator("tr", has_text="max |ex|").locator("td").nth(1)
+    expect(shown).to_have_text(largest, timeout=LONG)
+    button(page, "Back to its own motor")
+    expect(panel).not_to_contain_text("of this study, staged")
 
 
 def test_bands_spec_and_stale_draft_survive_a_reload(page: Page, server: Server) -> None:
@@ -31,27 +54,8 @@ def test_bands_spec_and_stale_draft_survive_a_reload(page: Page, server: Server)
     ]
     assert medians[0] > 1.5 * medians[1]
 
-    # What decides is told as the server computed it; the worst motor shows its row in the Lab.
-    jobs = page.request.get(f"{server.url}{API}/jobs").json()
-    job = next(each["id"] for each in jobs if each["kind"] == "monte-carlo")
-    study = page.request.get(f"{server.url}{API}/jobs/{job}").json()["result"]
-    names = [(each["path"], each["of"]) for each in study["parameters"]["x"]]
-    rho = study["variants"]["A"]["axes"]["x"]["correlations"]["max_abs_following_error"]
-    decides = panel.get_by_role("table", name="Rank correlations").locator("tbody tr")
-    stiction = decides.filter(has_text="stiction Fs").filter(has_not_text="deviation")
-    told = stiction.locator("td").first.inner_text().replace("\u2212", "-")
-    assert float(told) == pytest.approx(rho[names.index(("friction.F_s", "value"))], abs=6e-3)
-    worst = panel.get_by_role("table", name="Worst plants").locator("tr", has_text="B x")
-    largest = worst.locator("td").first.inner_text()
-    row = next(one for one in study["worst"] if (one["variant"], one["axis"]) == ("B", "x"))
-    assert float(largest) == pytest.approx(1e6 * row["value"], rel=6e-3)
-    worst.get_by_role("button").click()
-    expect(panel).to_contain_text(f"plant {row['case']} of this study, staged")
-    shown = region(page, "Metrics").locator("tr", has_text="max |ex|").locator("td").nth(1)
-    expect(shown).to_have_text(largest, timeout=LONG)
+    _decides_and_opens(page, server, panel)
     expect(scope).to_contain_text("of 100 plants")
-    button(page, "Back to its own motor")
-    expect(panel).not_to_contain_text("of this study, staged")
 
     field = "Largest following error allowed on x, µm"
     set_field(page, field, "12")
