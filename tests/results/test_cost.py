@@ -97,5 +97,6 @@ def test_figures_are_those_of_the_channels_and_ratios_those_of_the_figures(circl
     assert other.ratios is not None
     assert one.ratios is None
     assert one.force_rate is not None
+    assert other.force_rate is not None
     assert other.ratios.force_rate == other.force_rate / one.force_rate
     assert other.ratios.saturated is None  # nothing is saturated

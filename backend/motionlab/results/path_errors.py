@@ -25,7 +25,7 @@ from motionlab.results.contouring import nearest
 Array = NDArray[np.float64]
 
 PEAKS = 5
-"""How many peaks are told."""
+"""Most peaks of a variant."""
 _PARTS = 200
 """Parts of the path, each of which may have a peak."""
 _DRAWN = 400
