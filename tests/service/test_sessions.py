@@ -239,7 +239,7 @@ def test_a_circle_that_is_not_for_ever_ends_at_rest(make_live: MakeLive) -> None
     assert live.state == "finished"
     assert_offline(live, played)
     assert abs(live.columns()["y.velocity_reference"][-1]) < 1e-4
-    window = live.get("metrics").json()["window"]
+    window = live.client.get(f"{live.path}/metrics").json()["window"]
     assert window == pytest.approx({"start": 3.1, "end": 6.1})  # the last lap, without its end
 
 
