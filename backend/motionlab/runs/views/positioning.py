@@ -194,9 +194,9 @@ def positioning(recorded: Recorded, asked: PositioningCycle, *, simulated: bool)
     if not groups:
         told = (
             f"rests at no target of {' or '.join(axes)} that is approached twice or more in each "
-            "direction; give its scenario, and a test cycle is simulated"
+            "direction; of a scenario a test cycle is simulated, as in the Lab"
         )
-        raise ConfigError(FieldError("run", told, recorded.end - recorded.start, unit="s"))
+        raise ConfigError(FieldError("run", told))
     instrument, note = _instrument(recorded, axis, asked.instrument)
     return Positioning(
         axis=axis,

@@ -74,12 +74,7 @@ export function overVelocity(axis: FrictionAxis, variant: string, at: number): P
         : []),
       ...forces(own.curves, own.curves.velocity, at),
     ],
-    marks: axis.motor
-      ? [
-          { axis: 'x', at: axis.motor.v_s, label: `v_s ${said(axis.motor.v_s, 'm/s')}` },
-          { axis: 'y', at: axis.motor.F_s, label: `F_s ${said(axis.motor.F_s, 'N')}` },
-        ]
-      : [],
+    marks: axis.motor ? [{ axis: 'x', at: axis.motor.v_s, label: 'vₛ' }] : [],
   };
 }
 
@@ -102,9 +97,9 @@ export function overDisplacement(
   }
   const found = own.figures?.breakaway ?? null;
   return {
-    title: 'After each reversal',
+    title: 'After reversals',
     x: { label: 'displacement since the turn', unit: 'm' },
-    y: { label: 'friction, in the new direction', unit: 'N' },
+    y: FORCE,
     series: forces(own.curves, presliding(axis, own.curves), at, axis.direction),
     marks: found === null ? [] : [{ axis: 'y', at: found, label: `breakaway ${said(found, 'N')}` }],
   };
@@ -123,12 +118,12 @@ export function overTime(axis: FrictionAxis, variant: string, at: number): Plott
   if (!curves) return null;
   const x = axis.time;
   return {
-    title: 'Bristle',
+    title: 'Bristle over time',
     x: { label: 'time', unit: 's', scale: { factor: 1, unit: 's' } },
     y: { label: 'deflection', unit: 'm' },
     series: [
-      { name: 'z', x, y: curves.bristle, ink: 'phase-b', width: 2, at },
-      { name: 'z*, estimate', x, y: curves.bristle_estimate, ink: 'phase-a', dash: 'dash', at },
+      { name: 'true', x, y: curves.bristle, ink: 'phase-b', width: 2, at },
+      { name: 'estimate', x, y: curves.bristle_estimate, ink: 'phase-a', dash: 'dash', at },
     ],
     marks: [],
     timed: true,
@@ -165,19 +160,25 @@ function range(all: readonly ArrayLike<number | null>[]): number {
   return high > low ? high - low : 1;
 }
 
-/** What is read at the marked point. */
+/** One legend for all plots, with what each force is at the marked point. */
+export function legend(plots: readonly Plotted[], at: number): { look: Series; value: string }[] {
+  return (plots[0]?.series ?? []).map((look) => ({
+    look,
+    value: look.at === undefined ? '' : `${digits(look.y[at] ?? Number.NaN)} N`,
+  }));
+}
+
+/** What else is read at the marked point. */
 export function readings(curves: Curves, at: number): Row[] {
-  const all: [string, string, Numbers | null, string][] = [
-    ['true friction', 'Friction of the motor', curves.friction, 'N'],
-    ['estimate', 'What the observer of the controller estimates', curves.estimate, 'N'],
-    ['compensation', 'What of it the force command holds', curves.compensation, 'N'],
+  const all: [string, string, Numbers, string][] = [
     ['velocity', 'True velocity', curves.velocity, 'm/s'],
+    ['position', 'True position', curves.position, 'm'],
     ['since the turn', 'Displacement since the last reversal', curves.displacement, 'm'],
     ['bristle z', 'Bristle state of the motor', curves.bristle, 'm'],
     ['estimate z*', 'Bristle state of the observer', curves.bristle_estimate, 'm'],
   ];
   return all.map(([name, title, values, unit]) => {
-    const { number, unit: shown } = quantity(values?.[at] ?? null, unit);
+    const { number, unit: shown } = quantity(values[at] ?? null, unit);
     return { name, title, unit: shown, cells: [number] };
   });
 }

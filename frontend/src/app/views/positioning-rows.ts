@@ -13,6 +13,22 @@ type Target = Variant['targets'][number];
 /** Below this a deviation is nothing: a tenth of a nanometre. */
 const LEAST = 1e-10;
 
+/** Places of the first and the last target, m. */
+export function ends(found: Positioning): number[] {
+  const places = Object.values(found.variants).flatMap(({ targets }) =>
+    targets.map(({ place }) => place),
+  );
+  return places.length === 0 ? [] : [Math.min(...places), Math.max(...places)];
+}
+
+/** Ends of the axis of targets, with room for their marks. */
+export function room(found: Positioning): { from?: number; to?: number } {
+  const [first, last] = ends(found);
+  if (first === undefined || last === undefined) return {};
+  const beside = 0.04 * (last - first) || 1e-3;
+  return { from: first - beside, to: last + beside };
+}
+
 /** Mean and 2 s of each direction over the target: solid upwards, dashed downwards. */
 export function deviationSeries(found: Positioning, names: readonly string[]): Series[] {
   return names.flatMap((name) => {

@@ -24,6 +24,7 @@ export const VIEWS: Readonly<Record<ViewName, View>> = {
     name: 'Cost',
     title: 'Energy, currents and forces, B beside A',
     load: () => import('./CostView.svelte'),
+  },
   friction: {
     name: 'Friction',
     title: 'True, estimated and compensated friction',
