@@ -123,6 +123,6 @@ def test_a_cycle_under_friction_equals_its_samples() -> None:
 )
 def test_a_cycle_that_does_not_fit_is_refused_by_name(change: dict[str, float], named: str) -> None:
     with pytest.raises(ConfigError) as caught:
-        cycled(load_scenario("circle", {}), PositioningCycle(**change))
+        cycled(load_scenario("circle", {}), PositioningCycle().model_copy(update=change))
     assert [error.loc for error in caught.value.errors] == [named]
     assert OVERRUN == 2e-3

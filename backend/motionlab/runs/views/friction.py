@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -296,11 +296,11 @@ def _stribeck(friction: FrictionConfig | None, velocities: Array) -> list[float]
 
 def _curves(drawn: dict[str, Array], picked: NDArray[np.int64]) -> FrictionCurves:
     away = drawn["displacement"][picked]
-    columns = {key: _rounded(values[picked]) for key, values in drawn.items()}
+    columns: dict[str, Any] = {key: _rounded(values[picked]) for key, values in drawn.items()}
     columns["displacement"] = [
         None if math.isnan(each) else round(each, 10) for each in away.tolist()
     ]
-    return FrictionCurves(**{"compensation": None, **columns})
+    return FrictionCurves(**({"compensation": None} | columns))
 
 
 def _rounded(values: Array) -> list[float]:

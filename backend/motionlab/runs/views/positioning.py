@@ -184,7 +184,7 @@ def positioning(recorded: Recorded, asked: PositioningCycle, *, simulated: bool)
         If it rests at no target approached twice or more in each direction.
     """
     period = recorded.period
-    axes = (asked.axis,) if asked.axis else AXES
+    axes: tuple[Axis, ...] = (asked.axis,) if asked.axis else ("x", "y")
     found = {
         axis: numbers.grouped(numbers.rests(recorded.needed(f"{axis}.position_reference"), period))
         for axis in axes
