@@ -297,10 +297,11 @@ def _stribeck(friction: FrictionConfig | None, velocities: Array) -> list[float]
 def _curves(drawn: dict[str, Array], picked: NDArray[np.int64]) -> FrictionCurves:
     away = drawn["displacement"][picked]
     columns: dict[str, Any] = {key: _rounded(values[picked]) for key, values in drawn.items()}
+    columns.setdefault("compensation", None)
     columns["displacement"] = [
         None if math.isnan(each) else round(each, 10) for each in away.tolist()
     ]
-    return FrictionCurves(**({"compensation": None} | columns))
+    return FrictionCurves(**columns)
 
 
 def _rounded(values: Array) -> list[float]:

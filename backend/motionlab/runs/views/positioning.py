@@ -20,6 +20,7 @@ from motionlab.runs.views.recorded import Recorded
 Array = NDArray[np.float64]
 Axis = Literal["x", "y"]
 Instrument = Literal["true", "encoder"]
+Group = tuple[float, list[numbers.Rest], list[numbers.Rest]]
 
 OVERRUN = 2e-3
 """How far beyond the outer targets the axis turns, m."""
@@ -185,11 +186,11 @@ def positioning(recorded: Recorded, asked: PositioningCycle, *, simulated: bool)
     """
     period = recorded.period
     axes: tuple[Axis, ...] = (asked.axis,) if asked.axis else ("x", "y")
-    found = {
+    found: dict[Axis, list[Group]] = {
         axis: numbers.grouped(numbers.rests(recorded.needed(f"{axis}.position_reference"), period))
         for axis in axes
     }
-    axis: Axis = max(found, key=lambda each: len(found[each]))
+    axis = max(found, key=lambda each: len(found[each]))
     groups = found[axis]
     if not groups:
         told = (
@@ -232,7 +233,7 @@ def _variant(
     recorded: Recorded,
     lane: str,
     instrument: Instrument,
-    groups: list[tuple[float, list[numbers.Rest], list[numbers.Rest]]],
+    groups: list[Group],
 ) -> PositioningVariant:
     channel = "position" if instrument == "true" else "following_error"
     values = recorded.column(f"{lane}.{channel}")
