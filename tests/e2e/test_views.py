@@ -104,6 +104,48 @@ def radial(of: dict[str, Array], variant: str, count: int) -> Array:
     return np.hypot(x, y) - R
 
 
+def friction_of(views: Locator, recorded: dict[str, Array]) -> None:
+    """Compare the friction anatomy with the samples, and move its point by keys and pointer."""
+    views.get_by_role("radio", name="Friction").click()
+    figures = views.get_by_role("table", name="Friction figures")
+    figures.wait_for()
+    for place, variant in enumerate("AB"):
+        true, estimate = (
+            recorded[f"{variant}.x.{name}"][-LAP:] for name in ("friction", "friction_estimate")
+        )
+        left = {"A": true, "B": true - estimate}[variant]
+        offline = {
+            "mismatch RMS": 1e3 * np.sqrt(np.mean((estimate - true) ** 2)),
+            "mismatch max": 1e3 * np.abs(estimate - true).max(),
+            "compensated": 100 * (1 - np.sqrt(np.mean(left**2) / np.mean(true**2))),
+        }
+        for name, value in offline.items():
+            shown = cells(figures, name)
+            assert shown[-1] == ("%" if name == "compensated" else "mN")
+            assert float(shown[place]) == pytest.approx(value, rel=6e-3, abs=1e-9), name
+    # One point on all plots: at the time shown, its values are those of the samples.
+    views.get_by_role("slider", name="Moment").press("End")
+    views.get_by_role("slider", name="Over velocity").press("ArrowLeft")
+    at_moment(views, recorded)
+    views.get_by_role("slider", name="Bristle over time").hover()
+    at_moment(views, recorded)
+
+
+def at_moment(views: Locator, recorded: dict[str, Array]) -> None:
+    moment = views.get_by_role("slider", name="Moment").get_attribute("aria-valuetext")
+    assert moment is not None
+    time = float(moment.removesuffix(" s"))  # to a millisecond: two samples
+    tick = round(time / 0.5e-3)
+    near = slice(tick - 2, tick + 3)
+    legend = views.get_by_role("list", name="Friction at the moment")
+    shown = legend.get_by_role("listitem").filter(has_text="true").inner_text()
+    value = float(shown.split()[-2].replace("\N{MINUS SIGN}", "-"))
+    assert np.abs(recorded["B.x.friction"][near] - value).min() < 6e-3
+    bristle = cells(views.get_by_role("table", name="At the moment"), "bristle z")
+    assert bristle[-1] == "µm"
+    assert np.abs(1e6 * recorded["B.x.bristle"][near] - float(bristle[0])).min() < 0.06
+
+
 def test_the_figures_of_a_ballbar_are_those_of_the_downloaded_recording(
     page: Page, server: Server, refusals: list[str]
 ) -> None:
@@ -130,6 +172,7 @@ def test_the_figures_of_a_ballbar_are_those_of_the_downloaded_recording(
     both = views.get_by_role("table", name="Both directions")
     assert float(cells(both, "G(b)")[1]) < 0.1 * float(cells(both, "G(b)")[0])
     contour_and_cost(views, recorded)
+    friction_of(views, recorded)
     assert serious(page, within='[aria-label="Views"]') == []
     page.request.delete(f"{server.url}{API}/runs/{run}")
 
@@ -149,6 +192,22 @@ def test_the_lab_has_the_ballbar_and_the_spectrum_of_what_it_shows(
     region(page, "Plane").get_by_role("radio", name="Views").click()
     views = region(page, "Views")
     expect(views.get_by_role("alert")).to_contain_text("s no circle")
+    views.get_by_role("radio", name="Positioning").click()
+    figures = views.get_by_role("table", name="Positioning figures")
+    figures.wait_for()
+    body = {"scenario": "circle", "axis": "x", "targets": 3, "runs": 2}
+    answer = page.request.post(f"{server.url}{API}/views/positioning", data=body).json()
+    for name, value in (("Targets", "3"), ("Runs", "2")):
+        field = views.get_by_role("textbox", name=name, exact=True)
+        field.fill(value)
+        field.press("Enter")
+    under = views.get_by_role("table", name="Targets under B")
+    expect(under.get_by_title("2 up, 2 down")).to_have_count(3)
+    for place, variant in enumerate("AB"):
+        offline = answer["variants"][variant]["figures"]
+        reversal = cells(figures, "B")
+        scale = {"µm": 1e6, "nm": 1e9}[reversal[-1]]
+        assert float(reversal[place]) == pytest.approx(scale * offline["B"], rel=6e-3)
     views.get_by_role("radio", name="Spectrum").click()
     peaks = views.get_by_role("region", name="Peaks")
     line = peaks.get_by_role("row").filter(has_text="line").first

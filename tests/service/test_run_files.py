@@ -284,6 +284,33 @@ def test_its_circle_is_as_round_as_its_recording(client: httpx.Client, run: RunD
     assert again == pytest.approx(way["F_max"], abs=2e-9)
 
 
+def test_its_friction_is_that_of_its_recording(client: httpx.Client, run: RunDetail) -> None:
+    body = {"run": run.id, "start": 0.0, "end": 2.0}
+    found = client.post(f"{API}/views/friction", json=body).raise_for_status().json()
+    with library().files.open(run.id) as file:
+        names = ("B.x.friction", "B.x.friction_estimate")
+        true, estimate = (file.read([name])[name].to_numpy()[:4000].astype(float) for name in names)
+    figures = found["axes"]["x"]["variants"]["B"]["figures"]
+    assert figures["mismatch_max"] == pytest.approx(np.abs(estimate - true).max(), rel=1e-6)
+    assert (found["note"], found["end"]) == ("", 2.0)
+
+
+def test_positioning_is_of_a_cycle_or_of_rests(client: httpx.Client, run: RunDetail) -> None:
+    body: dict[str, Any] = {"targets": 2, "runs": 2, "low": -0.01, "high": 0.01}
+    found = client.post(f"{API}/views/positioning", json=body).raise_for_status().json()
+    assert found["simulated"] is True
+    assert [len(each["up"]) for each in found["variants"]["A"]["targets"]] == [2, 2]
+    refused = {
+        "rests at no target": {"run": run.id},
+        "is of a run": body | {"start": 1.0},
+        "leaves no room": body | {"high": 0.2},
+        "too long for a view": body | {"targets": 50, "runs": 10},
+    }
+    for told, wrong in refused.items():
+        answer = client.post(f"{API}/views/positioning", json=wrong)
+        assert (answer.status_code, told in answer.text.lower()) == (422, True), answer.text
+
+
 def test_a_view_that_cannot_be_is_refused_by_name(client: httpx.Client) -> None:
     square = client.post(f"{API}/views/ballbar", json={"scenario": "rhombus"})
     assert square.status_code == 422

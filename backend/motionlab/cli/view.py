@@ -7,10 +7,12 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from motionlab.cli.exit_codes import DONE
+from motionlab.errors import ConfigError, FieldError
 from motionlab.runs.views.table import BY_NAME, VIEWS
 from motionlab.studies.options import add_json, add_set, source
 
 if TYPE_CHECKING:
+    from motionlab.runs.views.positioning import Positioning
     from motionlab.runs.views.recorded import Recorded
 
 EXAMPLES = """\
@@ -18,10 +20,13 @@ examples:
   motionlab view ballbar circle
   motionlab view ballbar circle-matched --set variants.B.controller.x.k_p=312000 --json
   motionlab view ballbar r-gpd6hecc7x3n --from 0 --to 10.5
+  motionlab view positioning circle-matched --axis y --targets 7 --runs 5
 
 docs/views.md defines every figure.
 """
 _RUN = "r-"
+_POSITIONING = "positioning"
+_CYCLE = ("axis", "targets", "runs", "dwell", "low", "high", "instrument")
 
 
 def add(commands: Any) -> None:
@@ -34,7 +39,8 @@ def add(commands: Any) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     told = "; ".join(f"{view.name}: {view.summary}" for view in VIEWS)
-    parser.add_argument("view", metavar="VIEW", choices=list(BY_NAME), help=told)
+    told += f"; {_POSITIONING}: Accuracy and repeatability at targets, ISO 230-2 style"
+    parser.add_argument("view", metavar="VIEW", choices=[*BY_NAME, _POSITIONING], help=told)
     parser.add_argument(
         "scenario",
         metavar="RUN|SCENARIO",
@@ -44,22 +50,61 @@ def add(commands: Any) -> None:
     parser.add_argument("--to", dest="end", metavar="S", type=float, help="end, s")
     add_set(parser, "change a field of the scenario (repeatable)")
     add_json(parser)
+    cycle = parser.add_argument_group(_POSITIONING, "the test cycle of a scenario, and its reading")
+    cycle.add_argument("--axis", choices=["x", "y"], help="which axis, default x")
+    cycle.add_argument("--targets", metavar="N", type=int, help="targets, default 5")
+    cycle.add_argument("--runs", metavar="N", type=int, help="runs each way, default 5")
+    cycle.add_argument("--dwell", metavar="S", type=float, help="rest at each, s, default 0.5")
+    cycle.add_argument("--low", metavar="M", type=float, help="first target, m")
+    cycle.add_argument("--high", metavar="M", type=float, help="last target, m")
+    cycle.add_argument("--instrument", choices=["true", "encoder"], help="default true")
     parser.set_defaults(command=_view)
 
 
 def _view(options: argparse.Namespace) -> int:
-    view = BY_NAME[options.view]
-    found = view.compute(_recorded(options, window=view.window))
-    print(
-        json.dumps(found.model_dump(mode="json")) if options.json else "\n".join(view.report(found))
-    )
+    asked = {name: getattr(options, name) for name in _CYCLE}
+    given = {name: value for name, value in asked.items() if value is not None}
+    if options.view == _POSITIONING:
+        found, lines = _positioning(options, given)
+    elif given:
+        told = f"is of the view {_POSITIONING}"
+        raise ConfigError(*(FieldError(f"--{name}", told, given[name]) for name in given))
+    else:
+        view = BY_NAME[options.view]
+        found = view.compute(_recorded(options, window=view.window))
+        lines = view.report(found)
+    print(json.dumps(found.model_dump(mode="json")) if options.json else "\n".join(lines))
     return DONE
+
+
+def _positioning(
+    options: argparse.Namespace, given: dict[str, Any]
+) -> tuple[Positioning, list[str]]:
+    from motionlab.config.changes import parse_assignments
+    from motionlab.config.load import load_scenario
+    from motionlab.config.validation_errors import checked
+    from motionlab.runs.views.positioning import PositioningCycle, cycled, positioning, report
+    from motionlab.runs.views.recorded import of_recording
+    from motionlab.simulation.prepare import prepare
+    from motionlab.simulation.run import run
+
+    asked = checked(PositioningCycle, given, _POSITIONING)
+    if options.scenario.startswith(_RUN):
+        found = positioning(_recorded(options, window=False), asked, simulated=False)
+        return found, report(found)
+    for name, time in (("--from", options.start), ("--to", options.end)):
+        if time is not None:
+            raise ConfigError(FieldError(name, "is of a run; a cycle is measured whole", time))
+    scenario = load_scenario(source(options), parse_assignments(options.assignments))
+    prepared = prepare(cycled(scenario, asked))
+    recorded = of_recording(run(prepared), prepared, 0, prepared.reference.ticks)
+    found = positioning(recorded, asked, simulated=True)
+    return found, report(found)
 
 
 def _recorded(options: argparse.Namespace, *, window: bool) -> Recorded:
     from motionlab.config.changes import parse_assignments
     from motionlab.config.load import load_scenario
-    from motionlab.errors import ConfigError, FieldError
     from motionlab.runs.views.recorded import of_run, of_scenario
     from motionlab.simulation.prepare import prepare
 

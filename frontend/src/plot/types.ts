@@ -50,6 +50,8 @@ export interface Series extends Look {
   error?: Numbers;
   low?: Numbers;
   high?: Numbers;
+  /** The point that is marked and read, in place of the one nearest to the cursor. */
+  at?: number;
 }
 
 /** The area between two curves. */

@@ -1,4 +1,7 @@
-"""All views; endpoints, ``motionlab view`` and the page offer what is listed here."""
+"""All views; endpoints, ``motionlab view`` and the page offer what is listed here.
+
+Beside them there is `motionlab.runs.views.positioning`, whose request has fields of its own.
+"""
 
 from __future__ import annotations
 
@@ -61,5 +64,6 @@ VIEWS: tuple[View, ...] = (
     View("ballbar", "Ballbar", "Circular test, radial deviation in both directions", False, 24),
     View("contouring", "Contouring", "Contour error beside tracking error", True, 48),
     View("cost", "Cost", "Energy, currents and forces of each variant beside the first", True, 24),
+    View("friction", "FrictionAnatomy", "Friction: true, estimated and compensated", True, 20),
 )
 BY_NAME: dict[str, View] = {view.name: view for view in VIEWS}

@@ -11,7 +11,14 @@ from pydantic import BaseModel, Field
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, FieldError
 from motionlab.runs.run import ID
-from motionlab.runs.views.recorded import of_run, of_scenario, ticks_needed
+from motionlab.runs.views.positioning import (
+    COLUMNS,
+    Positioning,
+    PositioningCycle,
+    cycled,
+    positioning,
+)
+from motionlab.runs.views.recorded import of_recording, of_run, of_scenario, ticks_needed
 from motionlab.runs.views.table import BY_NAME, VIEWS, View
 from motionlab.service.http.openapi_input import examples
 from motionlab.service.http.problems import responses
@@ -20,6 +27,7 @@ from motionlab.service.routes.simulate import ChangedScenario, prepare_request
 from motionlab.service.settings import Settings
 from motionlab.service.worker_answers import ComputedResponse, called, json_of
 from motionlab.service.workers.worker import Call
+from motionlab.simulation.run import run
 
 router = APIRouter(prefix="/views", tags=["simulate"], route_class=JsonRoute)
 
@@ -47,6 +55,12 @@ class ViewRequest(ChangedScenario):
     end: float | None = Field(
         default=None, ge=0.0, le=_TIME_MAX, allow_inf_nan=False, description="Its end, s"
     )
+
+
+class PositioningRequest(ViewRequest, PositioningCycle):
+    """A kept run that rests at targets, or a scenario whose motor goes through a test cycle."""
+
+    model_config = examples({"scenario": "circle-matched", "axis": "y", "targets": 7})
 
 
 def _endpoint(view: View) -> Callable[..., Coroutine[Any, Any, Response]]:
@@ -95,3 +109,37 @@ for _each in VIEWS:
         response_model=_each.document,
         responses=_REFUSED,
     )
+
+
+@router.post(
+    "/positioning", operation_id="viewPositioning", response_model=Positioning, responses=_REFUSED
+)
+async def view_positioning(
+    request: Request, body: Annotated[PositioningRequest, Body()]
+) -> Response:
+    """Return accuracy and repeatability of an axis, ISO 230-2 style; docs/views.md."""
+    bounds: Settings = request.app.state.settings.bounds
+    return ComputedResponse(await called(request, _positioned, body, bounds))
+
+
+def _positioned(call: Call, body: PositioningRequest, bounds: Settings) -> bytes:
+    return json_of(call, _positioning, (call, body, bounds))
+
+
+def _positioning(call: Call, body: PositioningRequest, bounds: Settings) -> Positioning:
+    if body.run is not None:
+        recorded = of_run(body.run, body.start, body.end, window=False)
+        call.hold(COLUMNS * recorded.column_size)
+        return positioning(recorded, body, simulated=False)
+    for name, time in (("start", body.start), ("end", body.end)):
+        if time is not None:
+            raise ConfigError(FieldError(name, "is of a run; a cycle is measured whole", time))
+    prepared = prepare_request(body, bounds, lambda scenario: cycled(scenario, body))
+    if prepared.duration > bounds.direct_max:
+        most = {"maximum": bounds.direct_max}
+        told = "the cycle is too long for a view: fewer runs or targets, or a shorter dwell"
+        raise ConfigError(FieldError("runs", told, prepared.duration, "", "s", most))
+    call.hold(prepared.recording_size())
+    recorded = of_recording(run(prepared), prepared, 0, prepared.reference.ticks)
+    call.hold(COLUMNS * recorded.column_size)
+    return positioning(recorded, body, simulated=True)

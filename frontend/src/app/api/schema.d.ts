@@ -1445,6 +1445,46 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/views/friction": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Friction: true, estimated and compensated
+         * @description Friction: true, estimated and compensated, of the window of the metrics by default; docs/views.md.
+         */
+        post: operations["viewFriction"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/views/positioning": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * View Positioning
+         * @description Return accuracy and repeatability of an axis, ISO 230-2 style; docs/views.md.
+         */
+        post: operations["viewPositioning"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/runs": {
         parameters: {
             query?: never;
@@ -5908,6 +5948,78 @@ export interface components {
             result?: components["schemas"]["FrequencySweepDocument"] | null;
         };
         /**
+         * FrictionAnatomy
+         * @description Friction of each axis that moves.
+         */
+        FrictionAnatomy: {
+            /**
+             * Start
+             * @description Of the stretch, s
+             */
+            start: number;
+            /**
+             * End
+             * @description Of the stretch, s
+             */
+            end: number;
+            /** Axes */
+            axes: {
+                [key: string]: components["schemas"]["FrictionAxis"];
+            };
+            /**
+             * Note
+             * @description What is not known, and why; empty where all is
+             */
+            note: string;
+        };
+        /**
+         * FrictionAxis
+         * @description One axis that moves.
+         */
+        FrictionAxis: {
+            /** @description Friction of the motor; null where it is off or not known */
+            motor: components["schemas"]["FrictionParameters"] | null;
+            /**
+             * Velocities
+             * @description Of the Stribeck curves, m/s
+             */
+            velocities: number[];
+            /**
+             * Stribeck
+             * @description Stribeck curve of the motor, N
+             */
+            stribeck: number[] | null;
+            /**
+             * Reached
+             * @description Largest true speed in the stretch, m/s
+             */
+            reached: number;
+            /**
+             * Presliding
+             * @description Displacement that presliding takes, m
+             */
+            presliding: number;
+            /**
+             * Reversals
+             * @description Of the reference, in the stretch
+             */
+            reversals: number;
+            /**
+             * Time
+             * @description Of the drawn samples, s
+             */
+            time: number[];
+            /**
+             * Direction
+             * @description Since the last reversal; 0 before the first
+             */
+            direction: number[];
+            /** Variants */
+            variants: {
+                [key: string]: components["schemas"]["FrictionVariant"];
+            };
+        };
+        /**
          * FrictionConfig
          * @description LuGre friction, eqs (20) to (22); the paper identifies its values in eqs (43) to (48).
          */
@@ -5948,6 +6060,144 @@ export interface components {
              * @description Stribeck velocity
              */
             v_s: number;
+        };
+        /**
+         * FrictionCurves
+         * @description Samples at the times of the axis.
+         */
+        FrictionCurves: {
+            /**
+             * Position
+             * @description m
+             */
+            position: number[];
+            /**
+             * Displacement
+             * @description Way from the last turn, in the direction of motion, m; null before the first
+             */
+            displacement: (number | null)[];
+            /**
+             * Velocity
+             * @description m/s
+             */
+            velocity: number[];
+            /**
+             * Friction
+             * @description N
+             */
+            friction: number[];
+            /**
+             * Estimate
+             * @description N
+             */
+            estimate: number[];
+            /**
+             * Compensation
+             * @description Estimate that is added to the force command, N; null where the controller in effect is not known
+             */
+            compensation: number[] | null;
+            /**
+             * Bristle
+             * @description m
+             */
+            bristle: number[];
+            /**
+             * Bristle Estimate
+             * @description m
+             */
+            bristle_estimate: number[];
+        };
+        /**
+         * FrictionFigures
+         * @description Figures of one axis under one variant, over the whole stretch.
+         */
+        FrictionFigures: {
+            /**
+             * Mismatch Rms
+             * @description RMS of estimated less true friction, N
+             */
+            mismatch_rms: number;
+            /**
+             * Mismatch Max
+             * @description Largest size of it, N
+             */
+            mismatch_max: number;
+            /**
+             * Compensated
+             * @description 1 - RMS(friction less compensation)/RMS(friction); null without friction, or where the controller in effect is not known
+             */
+            compensated: number | null;
+            /**
+             * Breakaway
+             * @description Largest friction in the new direction within presliding after a reversal, median, N
+             */
+            breakaway: number | null;
+            /**
+             * Breakaway Estimate
+             * @description The same of the estimate, N
+             */
+            breakaway_estimate: number | null;
+            /**
+             * Stiffness
+             * @description Slope of friction over displacement where friction crosses zero after a reversal, median, N/m
+             */
+            stiffness: number | null;
+            /**
+             * Stiffness Estimate
+             * @description The same of the estimate, N/m
+             */
+            stiffness_estimate: number | null;
+        };
+        /**
+         * FrictionParameters
+         * @description LuGre friction, eqs (20) to (22).
+         */
+        FrictionParameters: {
+            /**
+             * Sigma 0
+             * @description Bristle stiffness, N/m
+             */
+            sigma_0: number;
+            /**
+             * Sigma 1
+             * @description Bristle damping, N s/m
+             */
+            sigma_1: number;
+            /**
+             * Sigma 2
+             * @description Viscous friction, N s/m
+             */
+            sigma_2: number;
+            /**
+             * F C
+             * @description Coulomb friction, N
+             */
+            F_c: number;
+            /**
+             * F S
+             * @description Stiction, N
+             */
+            F_s: number;
+            /**
+             * V S
+             * @description Stribeck velocity, m/s
+             */
+            v_s: number;
+        };
+        /**
+         * FrictionVariant
+         * @description One variant; without figures and curves where it diverged.
+         */
+        FrictionVariant: {
+            /** @description Friction that the controller assumes; null where it is off or not known */
+            model: components["schemas"]["FrictionParameters"] | null;
+            /**
+             * Stribeck
+             * @description Its Stribeck curve, N
+             */
+            stribeck: number[] | null;
+            figures: components["schemas"]["FrictionFigures"] | null;
+            curves: components["schemas"]["FrictionCurves"] | null;
         };
         /**
          * GainBounds
@@ -9297,6 +9547,298 @@ export interface components {
              * @default true
              */
             for_ever: boolean;
+        };
+        /**
+         * Positioning
+         * @description Accuracy and repeatability, ISO 230-2 style.
+         */
+        Positioning: {
+            /**
+             * Axis
+             * @enum {string}
+             */
+            axis: "x" | "y";
+            /**
+             * Simulated
+             * @description A test cycle that was simulated, not a kept run
+             */
+            simulated: boolean;
+            /**
+             * Duration
+             * @description Of what was looked at, s
+             */
+            duration: number;
+            /**
+             * Instrument
+             * @enum {string}
+             */
+            instrument: "true" | "encoder";
+            /**
+             * Resolution
+             * @description Of the instrument, m: true positions are recorded in single precision; 0 where it is not known
+             */
+            resolution: number;
+            /** Variants */
+            variants: {
+                [key: string]: components["schemas"]["PositioningVariant"];
+            };
+            /**
+             * Note
+             * @description What is different from what was asked for; empty if nothing
+             */
+            note: string;
+        };
+        /**
+         * PositioningFigures
+         * @description Figures of the axis, k = 2.
+         */
+        PositioningFigures: {
+            /**
+             * A
+             * @description Bidirectional accuracy, m
+             */
+            A: number;
+            /**
+             * A Up
+             * @description Unidirectional accuracy, positive direction, m
+             */
+            A_up: number;
+            /**
+             * A Down
+             * @description Unidirectional accuracy, negative direction, m
+             */
+            A_down: number;
+            /**
+             * E
+             * @description Bidirectional systematic deviation, m
+             */
+            E: number;
+            /**
+             * E Up
+             * @description Unidirectional systematic deviation, positive direction, m
+             */
+            E_up: number;
+            /**
+             * E Down
+             * @description Unidirectional systematic deviation, negative direction, m
+             */
+            E_down: number;
+            /**
+             * M
+             * @description Range of the mean bidirectional deviation, m
+             */
+            M: number;
+            /**
+             * R
+             * @description Bidirectional repeatability, m
+             */
+            R: number;
+            /**
+             * R Up
+             * @description Unidirectional repeatability, positive direction, m
+             */
+            R_up: number;
+            /**
+             * R Down
+             * @description Unidirectional repeatability, negative direction, m
+             */
+            R_down: number;
+            /**
+             * B
+             * @description Reversal value: largest size of B_i, m
+             */
+            B: number;
+            /**
+             * B Mean
+             * @description Mean of B_i, m
+             */
+            B_mean: number;
+        };
+        /**
+         * PositioningRequest
+         * @description A kept run that rests at targets, or a scenario whose motor goes through a test cycle.
+         * @example {
+         *       "axis": "y",
+         *       "scenario": "circle-matched",
+         *       "targets": 7
+         *     }
+         */
+        PositioningRequest: {
+            /**
+             * Axis
+             * @description Which axis; left out: x, or of a run the one with more targets
+             */
+            axis?: ("x" | "y") | null;
+            /**
+             * Targets
+             * @description Targets of the cycle
+             * @default 5
+             */
+            targets: number;
+            /**
+             * Runs
+             * @description Approaches of each in each direction
+             * @default 5
+             */
+            runs: number;
+            /**
+             * Dwell
+             * @description Rest at each target, s; a position is the mean over its last 0.1 s, or half
+             * @default 0.5
+             */
+            dwell: number;
+            /**
+             * Low
+             * @description First target, m; left out: the end of the stroke less the overrun of 2 mm
+             */
+            low?: number | null;
+            /**
+             * High
+             * @description Last target, m; likewise
+             */
+            high?: number | null;
+            /**
+             * Instrument
+             * @description What measures: the true position, or the encoder
+             * @default true
+             * @enum {string}
+             */
+            instrument: "true" | "encoder";
+            /**
+             * Scenario
+             * @description Name of a shipped scenario, or its tables as in a TOML file; see /schema
+             * @default circle
+             */
+            scenario: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                /** @enum {string} */
+                base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                /**
+                 * Name
+                 * @description Short name
+                 * @default custom
+                 */
+                name: string;
+                /**
+                 * Title
+                 * @description One line for people
+                 * @default
+                 */
+                title: string;
+                /**
+                 * Description
+                 * @description What it shows and whose choice its numbers are
+                 * @default
+                 */
+                description: string;
+                /**
+                 * Seed
+                 * @description Seed of every noise source
+                 * @default 2019
+                 */
+                seed: number;
+                /**
+                 * Settling Band
+                 * @description Following error below which a move counts as settled
+                 * @default 0.000002
+                 */
+                settling_band: number;
+                /**
+                 * Divergence Error
+                 * @description Following error beyond which a variant has diverged
+                 * @default 0.02
+                 */
+                divergence_error: number;
+                plant?: string | Record<string, never>;
+                trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                variants?: {
+                    [key: string]: Record<string, never>;
+                };
+                load?: Record<string, never>;
+                schedule?: Record<string, never>[];
+                window?: Record<string, never> | null;
+            } | unknown | unknown);
+            /**
+             * Set
+             * @description Dotted path to value, SI; all applied together before validation
+             */
+            set?: {
+                [key: string]: unknown;
+            };
+            /**
+             * Run
+             * @description A kept run, in place of scenario and set
+             */
+            run?: string | null;
+            /**
+             * Start
+             * @description Begin of the stretch, s; without both ends, the window of the metrics
+             */
+            start?: number | null;
+            /**
+             * End
+             * @description Its end, s
+             */
+            end?: number | null;
+        };
+        /**
+         * PositioningTarget
+         * @description Deviations at one target, actual less target position.
+         */
+        PositioningTarget: {
+            /**
+             * Place
+             * @description Target position P_i, m
+             */
+            place: number;
+            /**
+             * Up
+             * @description x_ij of approaches in the positive direction, m
+             */
+            up: number[];
+            /**
+             * Down
+             * @description x_ij of approaches in the negative direction, m
+             */
+            down: number[];
+            /**
+             * Mean Up
+             * @description m
+             */
+            mean_up: number;
+            /**
+             * Mean Down
+             * @description m
+             */
+            mean_down: number;
+            /**
+             * S Up
+             * @description Standard deviation, positive direction, m
+             */
+            s_up: number;
+            /**
+             * S Down
+             * @description Standard deviation, negative direction, m
+             */
+            s_down: number;
+            /**
+             * Reversal
+             * @description B_i, m
+             */
+            reversal: number;
+            /**
+             * Repeatability
+             * @description Bidirectional repeatability R_i, m
+             */
+            repeatability: number;
+        };
+        /**
+         * PositioningVariant
+         * @description One variant; empty where it diverged.
+         */
+        PositioningVariant: {
+            /** Targets */
+            targets: components["schemas"]["PositioningTarget"][];
+            figures: components["schemas"]["PositioningFigures"] | null;
         };
         /**
          * Probability
@@ -21681,6 +22223,234 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Cost"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    viewFriction: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ViewRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FrictionAnatomy"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    viewPositioning: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PositioningRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Positioning"];
                 };
             };
             /** @description Bad Request */

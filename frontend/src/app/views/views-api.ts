@@ -17,6 +17,8 @@ type DocumentOf<Name extends ViewName> =
 export type Ballbar = DocumentOf<'ballbar'>;
 export type Contouring = DocumentOf<'contouring'>;
 export type Cost = DocumentOf<'cost'>;
+export type FrictionAnatomy = DocumentOf<'friction'>;
+export type Positioning = DocumentOf<'positioning'>;
 
 /** A kept run or a scenario, and which stretch of it, s. */
 export interface Subject {
@@ -25,6 +27,15 @@ export interface Subject {
   set?: Changes;
   start?: number;
   end?: number;
+}
+
+/** A test cycle of positioning; what is left out is the server's. */
+export interface Cycle {
+  targets?: number;
+  runs?: number;
+  dwell?: number;
+  low?: number | null;
+  high?: number | null;
 }
 
 /** Returns the question of a view, for any subject. */

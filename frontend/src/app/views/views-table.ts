@@ -25,4 +25,14 @@ export const VIEWS: Readonly<Record<ViewName, View>> = {
     title: 'Energy, currents and forces, B beside A',
     load: () => import('./CostView.svelte'),
   },
+  friction: {
+    name: 'Friction',
+    title: 'True, estimated and compensated friction',
+    load: () => import('./FrictionView.svelte'),
+  },
+  positioning: {
+    name: 'Positioning',
+    title: 'Accuracy and repeatability at targets, ISO 230-2 style',
+    load: () => import('./PositioningView.svelte'),
+  },
 };
