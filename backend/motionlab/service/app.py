@@ -58,6 +58,7 @@ from motionlab.service.routes import (
     spectrum,
     studies,
     trajectories,
+    view3d,
     views,
     whatif,
 )
@@ -79,6 +80,7 @@ _MODULES = (
     whatif,
     trajectories,
     sessions,
+    view3d,
     session_files,
     captures,
     loop,
