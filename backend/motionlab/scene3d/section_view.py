@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import viser
 
 from motionlab.scene3d.arrows import ForceArrows
 from motionlab.scene3d.colours import (
-    IRON,
+    CUT_IRON,
     PHASE_COLOURS,
     PHASES,
     STEEL,
@@ -23,6 +25,7 @@ from motionlab.scene3d.view_settings import ViewSettings
 
 _CARRIES = 0.05  # A, from where on a phase counts as carrying current
 _IDENTITY = (1.0, 0.0, 0.0, 0.0)
+_TEXT: dict[str, Any] = {"font_size_mode": "scene", "font_scene_height": 3.6e-3}
 _LABEL_EVERY = 6  # poses from one text to the next: five a second
 
 
@@ -66,7 +69,7 @@ class SectionView:
             f"{root}/iron",
             *arrays(section.iron()),
             **common,
-            batched_colors=linear(np.array(IRON)),
+            batched_colors=linear(np.array(CUT_IRON)),
         )
         self._coils = scene.add_batched_meshes_simple(
             f"{root}/coils", *arrays(section.windings()), **common, batched_colors=PHASE_COLOURS[0]
@@ -81,7 +84,11 @@ class SectionView:
         below = -14e-3
         self._labels = [
             scene.add_label(
-                f"{root}/phase{k}", name, position=(x, IN_FRONT, below), anchor="top-center"
+                f"{root}/phase{k}",
+                name,
+                position=(x, IN_FRONT, below),
+                anchor="top-center",
+                **_TEXT,
             )
             for k, (name, x) in enumerate(zip("abc", section.movers, strict=True))
         ]
@@ -90,6 +97,7 @@ class SectionView:
             f"gap {1e3 * section.axis.gap:g} mm",
             position=(-0.089, IN_FRONT, section.gap / 2),
             anchor="center-left",
+            **_TEXT,
         )
         self._levels: list[int] = []
 

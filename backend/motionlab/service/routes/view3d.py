@@ -50,7 +50,7 @@ class PhaseForcesAnswer(BaseModel):
     variants: dict[str, dict[str, MoverForces]] = Field(description="By variant and axis")
 
 
-class ViewRequest(BaseModel):
+class SceneViewRequest(BaseModel):
     """What a 3-D view shows."""
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False) | examples(
@@ -114,7 +114,7 @@ def get_phase_forces(session: FoundSession) -> PhaseForcesAnswer:
     responses=responses(400, 404, 413, 415, 422),
 )
 async def put_view(
-    request: Request, session: FoundSession, viewer: ViewerName, body: ViewRequest
+    request: Request, session: FoundSession, viewer: ViewerName, body: SceneViewRequest
 ) -> Response:
     """Choose what the 3-D view of this name shows; its page may connect later."""
     scene = request.app.state.scenes.find(session)

@@ -10227,6 +10227,61 @@ export interface components {
             };
         };
         /**
+         * SceneViewRequest
+         * @description What a 3-D view shows.
+         * @example {
+         *       "axis": "x",
+         *       "camera": "section",
+         *       "machine": "B",
+         *       "magnification": 200
+         *     }
+         */
+        SceneViewRequest: {
+            /**
+             * Camera
+             * @default overview
+             * @enum {string}
+             */
+            camera: "overview" | "top" | "side" | "section" | "follow";
+            /**
+             * Machine
+             * @description That is followed or cut
+             * @default A
+             */
+            machine: string;
+            /**
+             * Axis
+             * @description Of the section
+             * @default x
+             * @enum {string}
+             */
+            axis: "x" | "y";
+            /**
+             * Ghost
+             * @description Draw the second machine translucent in the frame of the first
+             * @default false
+             */
+            ghost: boolean;
+            /**
+             * Magnification
+             * @description Of errors, except in the section
+             * @default 1
+             */
+            magnification: number;
+            /**
+             * Arrows
+             * @description Forces that are drawn
+             * @default [
+             *       "thrust",
+             *       "phases",
+             *       "normal",
+             *       "friction",
+             *       "load"
+             *     ]
+             */
+            arrows: ("thrust" | "phases" | "normal" | "friction" | "load")[];
+        };
+        /**
          * ScopeLayout
          * @description A layout by its name.
          */
@@ -12360,6 +12415,93 @@ export interface components {
             value?: number | null;
         };
         /**
+         * ViewRequest
+         * @description A kept run, or a scenario that is simulated, and which stretch of it.
+         * @example {
+         *       "scenario": "circle",
+         *       "set": {
+         *         "variants.B.controller.x.k_p": 312000
+         *       }
+         *     }
+         */
+        ViewRequest: {
+            /**
+             * Scenario
+             * @description Name of a shipped scenario, or its tables as in a TOML file; see /schema
+             * @default circle
+             */
+            scenario: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                /** @enum {string} */
+                base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                /**
+                 * Name
+                 * @description Short name
+                 * @default custom
+                 */
+                name: string;
+                /**
+                 * Title
+                 * @description One line for people
+                 * @default
+                 */
+                title: string;
+                /**
+                 * Description
+                 * @description What it shows and whose choice its numbers are
+                 * @default
+                 */
+                description: string;
+                /**
+                 * Seed
+                 * @description Seed of every noise source
+                 * @default 2019
+                 */
+                seed: number;
+                /**
+                 * Settling Band
+                 * @description Following error below which a move counts as settled
+                 * @default 0.000002
+                 */
+                settling_band: number;
+                /**
+                 * Divergence Error
+                 * @description Following error beyond which a variant has diverged
+                 * @default 0.02
+                 */
+                divergence_error: number;
+                plant?: string | Record<string, never>;
+                trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                variants?: {
+                    [key: string]: Record<string, never>;
+                };
+                load?: Record<string, never>;
+                schedule?: Record<string, never>[];
+                window?: Record<string, never> | null;
+            } | unknown | unknown);
+            /**
+             * Set
+             * @description Dotted path to value, SI; all applied together before validation
+             */
+            set?: {
+                [key: string]: unknown;
+            };
+            /**
+             * Run
+             * @description A kept run, in place of scenario and set
+             */
+            run?: string | null;
+            /**
+             * Start
+             * @description Begin of the stretch, s; without both ends, the window of the metrics
+             */
+            start?: number | null;
+            /**
+             * End
+             * @description Its end, s
+             */
+            end?: number | null;
+        };
+        /**
          * Waypoints
          * @description Visit a list of points with one minimum-jerk edge between neighbours, stopping at each.
          */
@@ -12758,148 +12900,6 @@ export interface components {
              * @enum {string}
              */
             format: "csv" | "points" | "svg" | "gcode";
-        };
-        /**
-         * ViewRequest
-         * @description What a 3-D view shows.
-         * @example {
-         *       "axis": "x",
-         *       "camera": "section",
-         *       "machine": "B",
-         *       "magnification": 200
-         *     }
-         */
-        motionlab__service__routes__view3d__ViewRequest: {
-            /**
-             * Camera
-             * @default overview
-             * @enum {string}
-             */
-            camera: "overview" | "top" | "side" | "section" | "follow";
-            /**
-             * Machine
-             * @description That is followed or cut
-             * @default A
-             */
-            machine: string;
-            /**
-             * Axis
-             * @description Of the section
-             * @default x
-             * @enum {string}
-             */
-            axis: "x" | "y";
-            /**
-             * Ghost
-             * @description Draw the second machine translucent in the frame of the first
-             * @default false
-             */
-            ghost: boolean;
-            /**
-             * Magnification
-             * @description Of errors, except in the section
-             * @default 1
-             */
-            magnification: number;
-            /**
-             * Arrows
-             * @description Forces that are drawn
-             * @default [
-             *       "thrust",
-             *       "phases",
-             *       "normal",
-             *       "friction",
-             *       "load"
-             *     ]
-             */
-            arrows: ("thrust" | "phases" | "normal" | "friction" | "load")[];
-        };
-        /**
-         * ViewRequest
-         * @description A kept run, or a scenario that is simulated, and which stretch of it.
-         * @example {
-         *       "scenario": "circle",
-         *       "set": {
-         *         "variants.B.controller.x.k_p": 312000
-         *       }
-         *     }
-         */
-        motionlab__service__routes__views__ViewRequest: {
-            /**
-             * Scenario
-             * @description Name of a shipped scenario, or its tables as in a TOML file; see /schema
-             * @default circle
-             */
-            scenario: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
-                /** @enum {string} */
-                base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
-                /**
-                 * Name
-                 * @description Short name
-                 * @default custom
-                 */
-                name: string;
-                /**
-                 * Title
-                 * @description One line for people
-                 * @default
-                 */
-                title: string;
-                /**
-                 * Description
-                 * @description What it shows and whose choice its numbers are
-                 * @default
-                 */
-                description: string;
-                /**
-                 * Seed
-                 * @description Seed of every noise source
-                 * @default 2019
-                 */
-                seed: number;
-                /**
-                 * Settling Band
-                 * @description Following error below which a move counts as settled
-                 * @default 0.000002
-                 */
-                settling_band: number;
-                /**
-                 * Divergence Error
-                 * @description Following error beyond which a variant has diverged
-                 * @default 0.02
-                 */
-                divergence_error: number;
-                plant?: string | Record<string, never>;
-                trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
-                variants?: {
-                    [key: string]: Record<string, never>;
-                };
-                load?: Record<string, never>;
-                schedule?: Record<string, never>[];
-                window?: Record<string, never> | null;
-            } | unknown | unknown);
-            /**
-             * Set
-             * @description Dotted path to value, SI; all applied together before validation
-             */
-            set?: {
-                [key: string]: unknown;
-            };
-            /**
-             * Run
-             * @description A kept run, in place of scenario and set
-             */
-            run?: string | null;
-            /**
-             * Start
-             * @description Begin of the stretch, s; without both ends, the window of the metrics
-             */
-            start?: number | null;
-            /**
-             * End
-             * @description Its end, s
-             */
-            end?: number | null;
         };
         /**
          * Problem
@@ -15965,7 +15965,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["motionlab__service__routes__view3d__ViewRequest"];
+                "application/json": components["schemas"]["SceneViewRequest"];
             };
         };
         responses: {
@@ -20801,7 +20801,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["motionlab__service__routes__views__ViewRequest"];
+                "application/json": components["schemas"]["ViewRequest"];
             };
         };
         responses: {

@@ -1,7 +1,7 @@
 /** The 3-D view as a part of the page: without viser's own panel, notes and colours. */
 
 const PANEL = `
-  [class*='mantine-Notifications-root'], .mantine-Notifications-root { display: none !important }
+  [class*='mantine-Notifications-root'], [data-floating-window] { display: none !important }
 `;
 
 /** Hides what is viser's own in its document, and gives it the background of the page. */
