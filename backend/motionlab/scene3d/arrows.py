@@ -15,6 +15,9 @@ THRUST_SCALE = 8e-3
 NORMAL_SCALE = 0.8e-3
 """Length of an arrow of normal force, m/N: that force is about ten times larger."""
 
+_AWAY = np.array([[0.0, 0.0, -100.0], [0.0, 0.0, -100.1]], np.float32)
+"""Beyond what any camera shows."""
+
 
 class ForceArrows:
     """Some arrows in one node; what is shorter than its head is left out.
@@ -32,13 +35,11 @@ class ForceArrows:
     """
 
     def __init__(self, scene: viser.SceneApi, name: str, colours: Array, size: float) -> None:
-        self._colours = linear(colours)
         self._size = size
-        self._drawn = np.zeros(len(self._colours), bool)
         self._node = scene.add_arrows(
             name,
-            np.zeros((1, 2, 3), np.float32),
-            self._colours[:1],
+            np.tile(_AWAY, (len(colours), 1, 1)),
+            linear(colours),
             shaft_radius=0.26 * size,
             head_radius=0.64 * size,
             head_length=size,
@@ -49,9 +50,10 @@ class ForceArrows:
         """Draw the arrows from their starts, shape (n, 3), for those that are wanted."""
         with np.errstate(invalid="ignore"):
             long = wanted & (np.abs(vectors).sum(axis=1) > self._size)
-        if not np.array_equal(long, self._drawn):
-            self._drawn = long
-            self._node.visible = bool(long.any())
-            self._node.colors = self._colours[long]
-        if long.any():
-            self._node.points = np.stack([starts, starts + vectors], axis=1)[long]
+        visible = bool(long.any())
+        if visible != self._node.visible:
+            self._node.visible = visible
+        if visible:
+            points = np.stack([starts, starts + vectors], axis=1)
+            # Their number stays: viser takes colours and points in turn, and refuses a mismatch.
+            self._node.points = np.where(long[:, None, None], points, _AWAY).astype(np.float32)

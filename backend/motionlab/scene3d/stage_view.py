@@ -112,9 +112,13 @@ class StageView:
         self._levels: list[list[int]] = [[], []]
         self.place = (0.0, 0.0)
         self._aside = 0.0
+        self._ghost = False
 
     def set_ghost(self, ghost: bool) -> None:
         """Draw the machine translucent, without the stator that it shares with the first one."""
+        if ghost == self._ghost:
+            return  # viser builds a mesh anew even when its opacity stays
+        self._ghost = ghost
         self._stator.visible = not ghost
         for node in self._solid:
             node.opacity = _GHOST if ghost else None
