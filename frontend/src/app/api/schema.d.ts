@@ -729,6 +729,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/sessions/{session_id}/captures": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Keep Session Capture
+         * @description Keep a stretch of a session's latest 30 s as a run with every channel.
+         */
+        post: operations["keepCapture"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/loop": {
         parameters: {
             query?: never;
@@ -1395,10 +1415,50 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * View Ballbar
-         * @description Return the circular test of a run or a scenario, all of it by default; docs/views.md.
+         * Circular test, radial deviation in both directions
+         * @description Circular test, radial deviation in both directions, of all of a run or a scenario by default; docs/views.md.
          */
         post: operations["viewBallbar"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/views/contouring": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Contour error beside tracking error
+         * @description Contour error beside tracking error, of the window of the metrics by default; docs/views.md.
+         */
+        post: operations["viewContouring"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/views/cost": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Energy, currents and forces of each variant beside the first
+         * @description Energy, currents and forces of each variant beside the first, of the window of the metrics by default; docs/views.md.
+         */
+        post: operations["viewCost"];
         delete?: never;
         options?: never;
         head?: never;
@@ -2313,6 +2373,77 @@ export interface components {
             resonance: components["schemas"]["ResonanceConfig"];
         };
         /**
+         * AxisCost
+         * @description One axis of one variant; null is what cannot be computed.
+         */
+        AxisCost: {
+            /**
+             * Phases
+             * @description a, b and c
+             */
+            phases: {
+                [key: string]: components["schemas"]["PhaseCost"] | null;
+            };
+            /**
+             * Worst Phase
+             * @description Of the largest RMS current
+             */
+            worst_phase: string | null;
+            /**
+             * Copper
+             * @description Sum of the phases: J for each ohm, A^2 s
+             */
+            copper: number | null;
+            /**
+             * Current Peak
+             * @description Of all phases, A
+             */
+            current_peak: number | null;
+            /**
+             * Current Rms
+             * @description Of the worst phase, A
+             */
+            current_rms: number | null;
+            /**
+             * Thrust Work
+             * @description J
+             */
+            thrust_work: number | null;
+            /**
+             * Friction Work
+             * @description J
+             */
+            friction_work: number | null;
+            balance: components["schemas"]["EnergyBalance"] | null;
+            /**
+             * Force Peak
+             * @description Largest thrust, N
+             */
+            force_peak: number | null;
+            /**
+             * Force Rms
+             * @description Of the thrust, N
+             */
+            force_rms: number | null;
+            /**
+             * Force Rate
+             * @description RMS rate of the force command, N/s
+             */
+            force_rate: number | null;
+            /**
+             * Saturated
+             * @description Share of samples with a force or current limited
+             */
+            saturated: number | null;
+            /**
+             * Missing
+             * @description Channels that are not in the recording or have gaps
+             */
+            missing: string[];
+            /** @description null for the first variant */
+            ratios: components["schemas"]["CostRatios"] | null;
+        };
+        /**
          * AxisGlitches
          * @description The reversals of one axis.
          */
@@ -2379,12 +2510,19 @@ export interface components {
             k_d: number[];
             /**
              * Cost
-             * @description Row by row; null where it diverged
+             * @description Row by row, on the worst motor; null where it diverged
              */
             cost: (number | null)[][];
             /**
+             * Limits
+             * @description What a search can limit, by constraint, row by row, on the worst motor: gain_margin, phase_margin and Ms as a candidate has them, null where the loop is unstable, the first at most 1000 and the second at most pi; none of them for a law without linearisation; saturated and force, null where it diverged
+             */
+            limits?: {
+                [key: string]: (number | null)[][];
+            };
+            /**
              * Edge
-             * @description Lines of (k_p, k_d) on which the linearised loop is at the stability boundary
+             * @description Lines of (k_p, k_d) on which the linearised loop is at the stability boundary, on the scenario's own motor
              */
             edge: [
                 number,
@@ -2851,6 +2989,38 @@ export interface components {
             };
         };
         /**
+         * CaptureRequest
+         * @description A stretch of the latest 30 s of a session.
+         * @example {
+         *       "from_tick": 0,
+         *       "to_tick": 400
+         *     }
+         */
+        CaptureRequest: {
+            /**
+             * From Tick
+             * @description First tick
+             */
+            from_tick: number;
+            /**
+             * To Tick
+             * @description Tick after the last
+             */
+            to_tick: number;
+            /**
+             * Name
+             * @description Of the run
+             * @default
+             */
+            name: string;
+            /**
+             * Note
+             * @description Such as what triggered
+             * @default
+             */
+            note: string;
+        };
+        /**
          * Cause
          * @description A cause, and what the peak is without it.
          */
@@ -3224,8 +3394,14 @@ export interface components {
              */
             laps: number;
             /**
+             * for ever
+             * @description Whether a live session repeats it for ever; else it ends there after its laps too, as it does in runs, what-ifs and files
+             * @default true
+             */
+            for_ever: boolean;
+            /**
              * lead-in
-             * @description Time in which the phase rate is eased from rest to its full value; half a period when left out, 0 starts at full speed
+             * @description Time in which the phase rate is eased from rest to its full value, and, unless it is repeated for ever, back to rest after the last lap; half a period when left out, 0 starts at full speed
              * @default null
              */
             lead_in: number | null;
@@ -3742,6 +3918,62 @@ export interface components {
             force?: number | null;
         };
         /**
+         * ContourFigures
+         * @description Figures over the stretch.
+         */
+        ContourFigures: {
+            /**
+             * Contour Max
+             * @description Largest distance from the path, m
+             */
+            contour_max: number;
+            /**
+             * Contour Rms
+             * @description m
+             */
+            contour_rms: number;
+            /**
+             * Tracking Max
+             * @description Largest length of the following error, m
+             */
+            tracking_max: number;
+            /**
+             * Tracking Rms
+             * @description m
+             */
+            tracking_rms: number;
+            /**
+             * Along Max
+             * @description Largest following error along the path, m
+             */
+            along_max: number;
+            /**
+             * Along Rms
+             * @description m
+             */
+            along_rms: number;
+            /**
+             * Across Max
+             * @description Largest following error across the path, m
+             */
+            across_max: number;
+            /**
+             * Across Rms
+             * @description m
+             */
+            across_rms: number;
+            /**
+             * Lag Distance
+             * @description Mean lag along the path while it is followed, m
+             */
+            lag_distance: number;
+            /**
+             * Lag Time
+             * @description The same over the mean speed, s
+             */
+            lag_time: number;
+        };
+        /**
          * ContourMetrics
          * @description Distance from the path.
          */
@@ -3756,6 +3988,144 @@ export interface components {
              * @description root mean square of that distance
              */
             rms: number | null;
+        };
+        /**
+         * ContourPeak
+         * @description A peak of the contour error, and where the reference is then.
+         */
+        ContourPeak: {
+            /**
+             * Time
+             * @description s
+             */
+            time: number;
+            /**
+             * Arc
+             * @description Length of the path from the beginning of the stretch, m
+             */
+            arc: number;
+            /**
+             * X
+             * @description m
+             */
+            x: number;
+            /**
+             * Y
+             * @description m
+             */
+            y: number;
+            /**
+             * Contour
+             * @description Positive to the left of the path, m
+             */
+            contour: number;
+        };
+        /**
+         * ContourPoints
+         * @description Samples that are drawn: every extreme of contour and tracking error is among them.
+         */
+        ContourPoints: {
+            /**
+             * Time
+             * @description s
+             */
+            time: number[];
+            /**
+             * Arc
+             * @description m
+             */
+            arc: number[];
+            /**
+             * X
+             * @description Nearest point of the path, m
+             */
+            x: number[];
+            /**
+             * Y
+             * @description m
+             */
+            y: number[];
+            /**
+             * Off X
+             * @description Measured position less the nearest point, m
+             */
+            off_x: number[];
+            /**
+             * Off Y
+             * @description m
+             */
+            off_y: number[];
+            /**
+             * Contour
+             * @description m
+             */
+            contour: number[];
+            /**
+             * Tracking
+             * @description m
+             */
+            tracking: number[];
+            /**
+             * Along
+             * @description Positive where the mover is behind, m
+             */
+            along: number[];
+            /**
+             * Across
+             * @description Positive to the left, m
+             */
+            across: number[];
+        };
+        /**
+         * Contouring
+         * @description Contour error beside tracking error.
+         */
+        Contouring: {
+            /**
+             * Start
+             * @description s
+             */
+            start: number;
+            /**
+             * End
+             * @description s
+             */
+            end: number;
+            /**
+             * Length
+             * @description Of the path, m
+             */
+            length: number;
+            /**
+             * Path X
+             * @description Reference, some samples of it, m
+             */
+            path_x: number[];
+            /**
+             * Path Y
+             * @description m
+             */
+            path_y: number[];
+            /**
+             * Variants
+             * @description null where a sample of the following error is missing
+             */
+            variants: {
+                [key: string]: components["schemas"]["ContouringVariant"] | null;
+            };
+        };
+        /**
+         * ContouringVariant
+         * @description One variant.
+         */
+        ContouringVariant: {
+            figures: components["schemas"]["ContourFigures"];
+            /**
+             * Peaks
+             * @description Largest first
+             */
+            peaks: components["schemas"]["ContourPeak"][];
+            points: components["schemas"]["ContourPoints"];
         };
         /**
          * ControllerConfig
@@ -3849,6 +4219,87 @@ export interface components {
              * @description W; null without a resistance
              */
             power: number | null;
+        };
+        /**
+         * Cost
+         * @description What each variant cost over a stretch.
+         */
+        Cost: {
+            /**
+             * Start
+             * @description s
+             */
+            start: number;
+            /**
+             * End
+             * @description s
+             */
+            end: number;
+            /**
+             * Variants
+             * @description By axis
+             */
+            variants: {
+                [key: string]: {
+                    [key: string]: components["schemas"]["AxisCost"];
+                };
+            };
+            /**
+             * Note
+             * @description What is not known of the motor; empty where nothing is
+             */
+            note: string;
+        };
+        /**
+         * CostRatios
+         * @description Figures over those of the first variant.
+         */
+        CostRatios: {
+            /**
+             * Copper
+             * @description Over that of the first variant; null where that is nothing
+             */
+            copper: number | null;
+            /**
+             * Current Peak
+             * @description Over that of the first variant; null where that is nothing
+             */
+            current_peak: number | null;
+            /**
+             * Current Rms
+             * @description Over that of the first variant; null where that is nothing
+             */
+            current_rms: number | null;
+            /**
+             * Thrust Work
+             * @description Over that of the first variant; null where that is nothing
+             */
+            thrust_work: number | null;
+            /**
+             * Friction Work
+             * @description Over that of the first variant; null where that is nothing
+             */
+            friction_work: number | null;
+            /**
+             * Force Peak
+             * @description Over that of the first variant; null where that is nothing
+             */
+            force_peak: number | null;
+            /**
+             * Force Rms
+             * @description Over that of the first variant; null where that is nothing
+             */
+            force_rms: number | null;
+            /**
+             * Force Rate
+             * @description Over that of the first variant; null where that is nothing
+             */
+            force_rate: number | null;
+            /**
+             * Saturated
+             * @description Over that of the first variant; null where that is nothing
+             */
+            saturated: number | null;
         };
         /**
          * Deflection
@@ -4193,6 +4644,23 @@ export interface components {
             }[];
         };
         /**
+         * DrawnParameter
+         * @description A number of an axis of the plant that differs from case to case.
+         */
+        DrawnParameter: {
+            /**
+             * Path
+             * @description Dotted path below plant.x or plant.y
+             */
+            path: string;
+            /**
+             * Of
+             * @description deviation: size of its difference from the scenario's own, of what is drawn in logarithm of their ratio's logarithm
+             * @enum {string}
+             */
+            of: "value" | "deviation";
+        };
+        /**
          * DrawnPath
          * @description Follow a polyline or a smooth curve through points with a motion profile.
          *
@@ -4269,6 +4737,12 @@ export interface components {
              * @default 1
              */
             laps: number;
+            /**
+             * for ever
+             * @description Whether a live session repeats it for ever; else it ends there after its laps too, as it does in runs, what-ifs and files
+             * @default true
+             */
+            for_ever: boolean;
             /**
              * Dwell
              * @description Time at each stop, the first and the last included
@@ -4455,6 +4929,37 @@ export interface components {
              * @default 1250000
              */
             interface_rate: number;
+        };
+        /**
+         * EnergyBalance
+         * @description Mechanical energy, J: thrust = friction + load + kinetic + residual.
+         */
+        EnergyBalance: {
+            /**
+             * Thrust
+             * @description Work of the thrust, J
+             */
+            thrust: number;
+            /**
+             * Friction
+             * @description Work against friction, J
+             */
+            friction: number;
+            /**
+             * Load
+             * @description Work against load and pushes, J
+             */
+            load: number;
+            /**
+             * Kinetic
+             * @description Kinetic energy gained, J
+             */
+            kinetic: number;
+            /**
+             * Residual
+             * @description What sums over samples leave, J
+             */
+            residual: number;
         };
         /**
          * Erratum
@@ -5850,6 +6355,29 @@ export interface components {
             drive: boolean;
         };
         /**
+         * Histogram
+         * @description How many cases of each variant lie in which bin of a metric.
+         */
+        Histogram: {
+            /**
+             * Edges
+             * @description SI; a bin takes its lower edge, the last one both
+             */
+            edges: number[];
+            /**
+             * Log
+             * @description Whether the bins are equally wide in logarithm
+             */
+            log: boolean;
+            /**
+             * Counts
+             * @description By variant; a case without the metric is in no bin
+             */
+            counts: {
+                [key: string]: number[];
+            };
+        };
+        /**
          * IdentificationDocument
          * @description Identified friction of one or two axes.
          */
@@ -6444,6 +6972,11 @@ export interface components {
             seed: number;
             /** Plant */
             plant: string;
+            /**
+             * Plants
+             * @description Motors whose worst counts; the scenario's own is first
+             */
+            plants?: string[];
             /** Version */
             version: string;
             /**
@@ -7290,6 +7823,13 @@ export interface components {
              * @description Largest following error of each case, m; null where it diverged or could not follow
              */
             peaks: (number | null)[];
+            /**
+             * Correlations
+             * @description By metric, Spearman's rho with each of `parameters` over the cases that can follow; a case without the metric ranks above all others; null where either is the same in every case
+             */
+            correlations?: {
+                [key: string]: (number | null)[];
+            };
         };
         /**
          * MonteCarloDocument
@@ -7340,6 +7880,28 @@ export interface components {
             variants: {
                 [key: string]: components["schemas"]["MonteCarloVariant"];
             };
+            /**
+             * Histograms
+             * @description By axis and metric; null where all values are the same
+             */
+            histograms?: {
+                [key: string]: {
+                    [key: string]: components["schemas"]["Histogram"] | null;
+                };
+            };
+            /**
+             * Parameters
+             * @description By axis: what differs from case to case
+             */
+            parameters?: {
+                [key: string]: components["schemas"]["DrawnParameter"][];
+            };
+            /**
+             * Significant
+             * @description Size of rho that chance exceeds, for any of the parameters, in one of twenty studies
+             * @default 1
+             */
+            significant: number;
             /**
              * Improvement
              * @description By axis and metric: 1 - B/A of each case, of the first two variants
@@ -8291,6 +8853,27 @@ export interface components {
             spline_error: number;
         };
         /**
+         * PhaseCost
+         * @description One phase.
+         */
+        PhaseCost: {
+            /**
+             * Copper
+             * @description Integral of the squared current: J for each ohm, A^2 s
+             */
+            copper: number;
+            /**
+             * Peak
+             * @description Largest magnitude of the current, A
+             */
+            peak: number;
+            /**
+             * Rms
+             * @description Of the current, A
+             */
+            rms: number;
+        };
+        /**
          * PhaseForcesAnswer
          * @description Forces of each phase at the newest tick.
          */
@@ -8744,6 +9327,18 @@ export interface components {
              * @default 3
              */
             laps: number;
+            /**
+             * Dwell
+             * @description Time at each corner, besides that of the edges
+             * @default 0
+             */
+            dwell: number;
+            /**
+             * for ever
+             * @description Whether a live session repeats it for ever; else it ends there after its laps too, as it does in runs, what-ifs and files
+             * @default true
+             */
+            for_ever: boolean;
         };
         /**
          * Probability
@@ -10309,6 +10904,18 @@ export interface components {
              * @description The motions in their order
              */
             parts: (components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"])[];
+            /**
+             * Laps
+             * @description Times that all of it is done; more than once needs an end where it starts, and leaves the first out of metrics
+             * @default 1
+             */
+            laps: number;
+            /**
+             * for ever
+             * @description Whether a live session repeats it for ever; else it ends there after its laps too, as it does in runs, what-ifs and files
+             * @default true
+             */
+            for_ever: boolean;
         };
         /**
          * SessionInfo
@@ -10882,8 +11489,14 @@ export interface components {
              */
             cycles: number;
             /**
+             * for ever
+             * @description Whether a live session repeats it for ever; else it ends there after its laps too, as it does in runs, what-ifs and files
+             * @default true
+             */
+            for_ever: boolean;
+            /**
              * lead-in
-             * @description Time in which the phase rate is eased from rest to its full value; half a period when left out, 0 starts at full speed
+             * @description Time in which the phase rate is eased from rest to its full value, and, unless it is repeated for ever, back to rest after the last lap; half a period when left out, 0 starts at full speed
              * @default null
              */
             lead_in: number | null;
@@ -11540,6 +12153,18 @@ export interface components {
              */
             dwell: number;
             /**
+             * Laps
+             * @description Times that all of it is done; more than once needs an end where it starts, and leaves the first out of metrics
+             * @default 1
+             */
+            laps: number;
+            /**
+             * for ever
+             * @description Whether a live session repeats it for ever; else it ends there after its laps too, as it does in runs, what-ifs and files
+             * @default true
+             */
+            for_ever: boolean;
+            /**
              * max speed
              * @description Largest speed along the path
              * @default null
@@ -11607,6 +12232,18 @@ export interface components {
              * @default 3
              */
             laps: number;
+            /**
+             * Dwell
+             * @description Time at each corner, besides that of the edges
+             * @default 0
+             */
+            dwell: number;
+            /**
+             * for ever
+             * @description Whether a live session repeats it for ever; else it ends there after its laps too, as it does in runs, what-ifs and files
+             * @default true
+             */
+            for_ever: boolean;
         };
         /**
          * Step
@@ -12067,6 +12704,12 @@ export interface components {
              * @default 1
              */
             cycles: number;
+            /**
+             * for ever
+             * @description Whether a live session repeats it for ever; else it ends there after its laps too, as it does in runs, what-ifs and files
+             * @default true
+             */
+            for_ever: boolean;
         };
         /**
          * TuneDocument
@@ -12543,6 +13186,18 @@ export interface components {
                 number,
                 number
             ][];
+            /**
+             * Laps
+             * @description Times that all of it is done; more than once needs an end where it starts, and leaves the first out of metrics
+             * @default 1
+             */
+            laps: number;
+            /**
+             * for ever
+             * @description Whether a live session repeats it for ever; else it ends there after its laps too, as it does in runs, what-ifs and files
+             * @default true
+             */
+            for_ever: boolean;
         };
         /**
          * WhatIfRequest
@@ -12781,7 +13436,7 @@ export interface components {
             value: number | null;
             /**
              * Set
-             * @description Dotted path to value: changes that make the plant of this case
+             * @description Dotted path to value: changes that make the plant of this case, and what a time-optimal path is planned for, where the scenario leaves that out
              */
             set: {
                 [key: string]: unknown;
@@ -16275,6 +16930,124 @@ export interface operations {
             };
         };
     };
+    keepCapture: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Identifier of a session */
+                session_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["CaptureRequest"];
+            };
+        };
+        responses: {
+            /** @description The run that was kept */
+            201: {
+                headers: {
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Run"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Insufficient Storage */
+            507: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     getLoop: {
         parameters: {
             query?: never;
@@ -17198,6 +17971,12 @@ export interface operations {
                     /** @description Metrics window, at whose end a run ends; left out: the second lap of a motion that repeats, otherwise the scenario's own */
                     window?: components["schemas"]["WindowConfig"] | null;
                     /**
+                     * motors
+                     * @description Shipped motors on which the gains must do as well: the worst one counts
+                     * @default []
+                     */
+                    plants?: string[];
+                    /**
                      * limits
                      * @default {
                      *       "gain_margin": 2,
@@ -17228,12 +18007,6 @@ export interface operations {
                      * @default 200
                      */
                     evaluations?: number;
-                    /**
-                     * motors
-                     * @description Shipped motors on which the gains must do as well: the worst one counts
-                     * @default []
-                     */
-                    plants?: string[];
                 };
             };
         };
@@ -17429,6 +18202,12 @@ export interface operations {
                     bounds?: components["schemas"]["GainBounds"];
                     /** @description Metrics window, at whose end a run ends; left out: the second lap of a motion that repeats, otherwise the scenario's own */
                     window?: components["schemas"]["WindowConfig"] | null;
+                    /**
+                     * motors
+                     * @description Shipped motors on which the gains must do as well: the worst one counts
+                     * @default []
+                     */
+                    plants?: string[];
                     /**
                      * Points
                      * @description Gains along each side of the map
@@ -20812,6 +21591,234 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Ballbar"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    viewContouring: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ViewRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Contouring"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    viewCost: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ViewRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Cost"];
                 };
             };
             /** @description Bad Request */
