@@ -122,7 +122,7 @@ class StageView:
         self._stator.visible = not ghost
         for node in self._solid:
             node.opacity = _GHOST if ghost else None
-        lower = 0.028 if ghost else 0.0
+        lower = 0.075 if ghost else 0.0
         self._label.position = (0.0, -self._layout.half[1] - 0.035 - lower, 0.0)
         self._aside = _ASIDE if ghost else 0.0
 
