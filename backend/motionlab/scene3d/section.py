@@ -65,7 +65,7 @@ class Section:
     @property
     def movers(self) -> Array:
         """Middle of each mover along the axis, m, shape (3,)."""
-        return (np.arange(3) - 1.0) * _SPACING * self.axis.pitch
+        return np.array([-1.0, 0.0, 1.0]) * (_SPACING * self.axis.pitch)
 
     @property
     def poles(self) -> Array:

@@ -25,7 +25,7 @@ from motionlab.scene3d.view_settings import ViewSettings
 
 _CARRIES = 0.05  # A, from where on a phase counts as carrying current
 _IDENTITY = (1.0, 0.0, 0.0, 0.0)
-_TEXT: dict[str, Any] = {"font_size_mode": "scene", "font_scene_height": 3.6e-3}
+_TEXT: dict[str, Any] = {"font_size_mode": "scene", "font_scene_height": 2.4e-3}
 _LABEL_EVERY = 6  # poses from one text to the next: five a second
 
 
