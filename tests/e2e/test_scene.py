@@ -83,6 +83,7 @@ def test_the_stage_moves_and_comes_back_when_its_process_is_killed(
 ) -> None:
     before = scene_processes(server)
     stage.get_by_role("radio", name="3-D view").click()
+    stage.get_by_role("button", name="Numbers").click()  # more room for what moves
     until(stage, "the stage is drawn", lambda: shows_a_stage(stage))
     until(stage, "the stage stands still", lambda: not moves(stage))  # once all of it is there
     button(stage, "Play")

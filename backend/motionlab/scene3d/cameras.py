@@ -61,7 +61,7 @@ def camera_of(settings: ViewSettings, start: SceneDescription) -> Camera:
     match settings.camera:
         case "overview":
             direction = (-0.12, -1.0, 0.8)
-            return Camera(direction, 1.25 * wide, 1.2 * deep, middle=(0.0, -0.03, 0.0))
+            return Camera(direction, 1.15 * wide, 0.85 * deep, middle=(0.0, -0.03, 0.0))
         case "top":
             return Camera((0.0, -0.002, 1.0), wide, 1.25 * deep, middle=(0.0, -0.02, 0.0))
         case "side":
