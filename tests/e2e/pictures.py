@@ -88,18 +88,16 @@ def _lab(browser: Browser, server: Server) -> None:
 
 
 def _view3d(browser: Browser, server: Server) -> None:
-    """Play the rhombus until the traces are whole."""
-    page = browser.new_page(viewport={"width": 1200, "height": 600})
-    page.goto(server.url)
+    """Play the circle and cut through the x movers of B, over the whole page."""
+    page = browser.new_page(viewport={"width": 1440, "height": 720}, color_scheme="light")
+    page.goto(f"{server.url}/?view3d=section.B.x.filled")
     state(page, "paused")
-    region(page, "Scenario").get_by_role("combobox").first.select_option("rhombus")
-    expect(region(page, "Trajectory")).to_contain_text("polygon", timeout=LONG)
     page.keyboard.press("Space")
     state(page, "playing")
-    page.goto(f"{server.url}/scene/")
-    page.wait_for_timeout(9000)  # The trace is 4 s long; drawing in software is slow.
-    page.locator(".mantine-Notification-closeButton").first.click()
-    page.wait_for_timeout(2500)
+    page.locator("iframe:not([inert])").wait_for(timeout=LONG)
+    page.wait_for_timeout(9000)  # Drawing in software is slow.
+    page.keyboard.press("Space")
+    page.wait_for_timeout(3000)
     page.screenshot(path=DOCS / "3d-view.png")
     page.close()
 

@@ -83,6 +83,7 @@ def test_the_stage_moves_and_comes_back_when_its_process_is_killed(
 ) -> None:
     before = scene_processes(server)
     stage.get_by_role("radio", name="3-D view").click()
+    stage.get_by_role("button", name="Numbers").click()  # more room for what moves
     until(stage, "the stage is drawn", lambda: shows_a_stage(stage))
     until(stage, "the stage stands still", lambda: not moves(stage))  # once all of it is there
     button(stage, "Play")
@@ -136,12 +137,20 @@ def expect_stopped(page: Page) -> None:
 def test_esc_is_stop_after_a_click_in_the_stage(stage: Page) -> None:
     page = opened(stage)
     page.frame_locator("iframe").locator("canvas").first.wait_for(timeout=3 * LONG)
+    page.keyboard.press("F")  # over the whole page but for the top bar
+    size = page.evaluate("() => [innerWidth, innerHeight]")
+    box = page.get_by_role("region", name="Plane").bounding_box()
+    assert box == {"x": 0, "y": 44, "width": size[0], "height": size[1] - 44}
     page.locator("iframe").click(position={"x": 200, "y": 150})
     until(
         page, "the page has the focus", lambda: focused(page) == "BODY"
     )  # the mouse gives the focus back
     page.keyboard.press("Escape")
     expect_stopped(page)
+    page.get_by_role("radio", name="Section").click()
+    expect(page.get_by_role("table", name="Phases of A x now")).to_be_visible(timeout=LONG)
+    page.get_by_role("radio", name="Overview").click()
+    expect(page).to_have_url(re.compile("view3d=overview.A.x.filled"))
 
 
 def test_keys_act_while_the_stage_has_the_focus(

@@ -16,8 +16,9 @@ import pytest
 from viser import _viser
 from websockets.exceptions import ConnectionClosed
 
-from motionlab.scene3d import protocol, viewer_websockets
+from motionlab.scene3d import protocol, server, viewer_websockets
 from motionlab.scene3d.server import SceneServer
+from motionlab.scene3d.view_settings import ViewSettings
 from tests.scene3d.viewers import Viewer
 from tests.service.live import until
 from tests.service.servers import PATIENCE
@@ -124,24 +125,53 @@ def test_a_variant_that_diverged_stays_where_it_was(scene: SceneServer) -> None:
         assert np.isfinite(viewer.positions("/lab/A/y")["/lab/A/y"]).all()
 
 
-def test_a_button_moves_the_camera_of_its_viewer(scene: SceneServer) -> None:
-    with Viewer(address(scene), origin=ORIGIN) as viewer:
-        viewer.look()
-        buttons: dict[str, str] = {}
-        while "Top" not in buttons:
-            for message in viewer.window():
-                if message["type"] == "GuiButtonGroupMessage":
-                    buttons |= dict.fromkeys(message["props"]["options"], message["uuid"])
-        viewer.find("SetCameraPositionMessage")
-        viewer.drain(0.3)
-        viewer.send("GuiUpdateMessage", uuid=buttons["Top"], updates={"value": "Top"})
+VIEWER = "0123456789abcdef"
+
+
+def test_what_a_viewer_chose_reaches_it_alone(scene: SceneServer) -> None:
+    with (
+        Viewer(f"{address(scene)}/{VIEWER}", origin=ORIGIN).look() as viewer,
+        Viewer(address(scene), origin=ORIGIN).look(),
+    ):
+        watching(scene, 2)
+        scene.configure(VIEWER, ViewSettings(camera="top", ghost=True, magnification=200.0))
 
         def from_above() -> bool:
             told = [m for m in viewer.window() if m["type"] == "SetCameraPositionMessage"]
-            return any(m["position"][2] > 50.0 * np.hypot(*m["position"][:2]) for m in told)
+            return any(m["position"][2] > 20.0 * np.hypot(*m["position"][:2]) for m in told)
 
         until(from_above)  # after where it looked from at first
-    assert set(buttons) == {"Overview", "Top", "Side by side", "A", "B"}
+        views = {view.name: view for view in scene._views.values()}
+        assert views[VIEWER].settings.camera == "top"
+        assert views[""].settings == ViewSettings()
+        # B stands in the frame of A.
+        assert [stage.frame.position[0] for stage in views[VIEWER]._stages] == [0.0, 0.0]
+        assert views[""]._stages[1].frame.position[0] > 0.1
+
+        scene.show(pose(1.0))
+        error = pose(1.0)[0, 4:6] - pose(1.0)[0, :2]
+        drawn = pose(1.0)[0, :2] + 200.0 * error
+        reach = np.array([axis.stroke for axis in AXES])
+        expected = np.clip(drawn, -reach, reach)
+        assert views[VIEWER]._stages[0].place == pytest.approx(tuple(expected))
+        assert views[""]._stages[0].place == pytest.approx(tuple(pose(1.0)[0, 4:6]))
+
+
+def test_a_choice_is_kept_for_a_viewer_that_joins_later(scene: SceneServer) -> None:
+    scene.configure(VIEWER, ViewSettings(camera="section", machine="B", axis="y"))
+    for other in range(server.CHOICES_MAX - 1):
+        scene.configure(f"other{other:03}", ViewSettings())
+    with Viewer(f"{address(scene)}/{VIEWER}", origin=ORIGIN).look():
+        watching(scene, 1)
+        [view] = scene._views.values()
+        assert view.settings.machine == "B"
+        scene.show(pose(2.0))
+        assert list(view._sections) == ["y"]
+        assert view._sections["y"].frame.visible
+        assert not view._root.visible
+    assert len(scene._choices) == server.CHOICES_MAX
+    scene.configure("one-more", ViewSettings())
+    assert VIEWER not in scene._choices
 
 
 def test_the_process_ends_with_its_parents_pipe() -> None:
@@ -178,15 +208,12 @@ def update(uuid: object, updates: object) -> bytes:
         msgspec.msgpack.encode({"type": "ViewerCameraMessage"}),
         msgspec.msgpack.encode({"type": "GuiButtonHoldMessage", "uuid": 1, "frequency": {}}),
         update({"a": 1}, {"value": 1}),
-        update("of-the-panel", {"nothing": 1}),
     ],
-    ids=["text", "empty", "code", "list", "kind", "kinds", "camera", "hold", "uuid", "panel"],
+    ids=["text", "empty", "code", "list", "kind", "kinds", "camera", "hold", "uuid"],
 )
 def test_what_is_no_message_ends_its_own_connection_with_one_line(
     scene: SceneServer, caplog: pytest.LogCaptureFixture, message: str | bytes
 ) -> None:
-    if isinstance(message, bytes) and b"of-the-panel" in message:
-        message = update(next(iter(scene.server.gui._gui_input_handle_from_uuid)), {"nothing": 1})
     with (
         Viewer(address(scene), ORIGIN).look() as other,
         Viewer(address(scene), ORIGIN).look() as viewer,
@@ -205,17 +232,3 @@ def test_what_is_no_message_ends_its_own_connection_with_one_line(
     assert "\n" not in line.getMessage()
     assert line.exc_info is None
     assert "connection closed" in line.getMessage()
-
-
-def test_a_magnification_that_is_not_offered_changes_nothing(scene: SceneServer) -> None:
-    with Viewer(address(scene), ORIGIN).look() as viewer:
-        watching(scene, 1)
-        for uuid in list(scene.server.gui._gui_input_handle_from_uuid):
-            for value in ("1000000", "nan", "-1", "x"):
-                viewer.socket.send(update(uuid, {"value": value}))
-        (view,) = scene._views.values()
-        for uuid in list(scene.server.gui._gui_input_handle_from_uuid):
-            viewer.socket.send(update(uuid, {"value": "100"}))
-        seen = {view.magnification}
-        until(lambda: seen.add(view.magnification) or 100.0 in seen)
-        assert seen == {300.0, 100.0}

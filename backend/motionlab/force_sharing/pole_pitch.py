@@ -107,6 +107,31 @@ def forces_over(motor_map: MotorMap, *, position: ArrayLike, current: ArrayLike)
     return Forces(*_columns(sums, place.size))
 
 
+def forces_of_phases(
+    motor_map: MotorMap, *, position: ArrayLike, current: ArrayLike
+) -> tuple[Array, Array]:
+    """Return thrust and normal force of each phase alone; the map has no coupling between phases.
+
+    Parameters
+    ----------
+    motor_map : MotorMap
+        Of the plant or the controller, plain numbers.
+    position : array_like, shape (n,)
+        Positions, m.
+    current : array_like, shape (n, 3)
+        Phase currents, A.
+
+    Returns
+    -------
+    thrust, normal : ndarray, shape (n, 3)
+        N; their sums over the phases are those of `forces_over`.
+    """
+    place = np.repeat(np.asarray(position, dtype=float), 3)
+    alone = np.asarray(current, dtype=float)[:, :, None] * np.eye(3)
+    found = forces_over(motor_map, position=place, current=alone.reshape(-1, 3).T)
+    return found.thrust.reshape(-1, 3), found.normal.reshape(-1, 3)
+
+
 def _rows(*values: float) -> Array:
     return np.repeat(np.array(values, dtype=np.float64)[:, None], WIDTH, axis=1)
 

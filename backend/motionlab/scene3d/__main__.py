@@ -33,10 +33,15 @@ def main() -> None:
     scene = SceneServer(start)
     print(json.dumps({"port": scene.port}), file=answers, flush=True)
     width = protocol.width(len(start.variants))
+    forces = (len(start.variants), 2, 2, 3)
     while (message := protocol.read(sys.stdin.buffer)) is not None:
         match message:
             case (protocol.POSES, payload):
                 scene.show(np.frombuffer(payload, "<f4").reshape(-1, width))
+            case (protocol.FORCES, payload):
+                scene.forces = np.frombuffer(payload, "<f4").reshape(forces)
+            case (protocol.VIEW, payload):
+                scene.configure(*protocol.decode_view(payload))
             case (protocol.CLEAR, _):
                 scene.clear()
             case (kind, _):

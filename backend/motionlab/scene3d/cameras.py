@@ -8,9 +8,12 @@ import numpy as np
 
 from motionlab.scene3d.geometry import STAGE_GAP, TOP, Layout
 from motionlab.scene3d.protocol import SceneDescription
+from motionlab.scene3d.view_settings import ViewSettings
 
 FIELD_OF_VIEW = 0.6
 """Of the camera, from top to bottom, rad."""
+
+_FLAT = 0.08  # nearly parallel rays, rad
 
 
 @dataclass(frozen=True)
@@ -25,42 +28,46 @@ class Camera:
         Width and height that must fit into the picture, m.
     middle : tuple of float
         Target, m.
-    follows : int or None
-        The stage whose tool point stays in the middle.
+    field_of_view : float
+        From top to bottom, rad.
     """
 
     direction: tuple[float, float, float]
     wide: float
     tall: float
     middle: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    follows: int | None = None
+    field_of_view: float = FIELD_OF_VIEW
 
     def position(self, aspect: float) -> tuple[float, float, float]:
         """Return the camera position for a viewport of this width over height, m."""
         direction = np.array(self.direction) / np.linalg.norm(self.direction)
-        distance = max(self.tall, self.wide / aspect) / (2.0 * np.tan(FIELD_OF_VIEW / 2.0))
-        x, y, z = distance * direction + self.middle
+        half = max(self.tall, self.wide / aspect) / 2.0
+        x, y, z = half / np.tan(self.field_of_view / 2.0) * direction + self.middle
         return float(x), float(y), float(z)
 
 
-def stage_offsets(stages: int, layout: Layout) -> list[float]:
-    """Return the x of each stage's middle: side by side about the origin, m."""
-    pitch = 2 * layout.rail + STAGE_GAP
+def stage_offsets(stages: int, layout: Layout, *, ghost: bool = False) -> list[float]:
+    """Return the x of each stage's middle, m: side by side about the origin, or all there."""
+    pitch = 0.0 if ghost else 2 * layout.rail + STAGE_GAP
     return [(i - (stages - 1) / 2) * pitch for i in range(stages)]
 
 
-def presets(start: SceneDescription) -> dict[str, Camera]:
-    """Return the camera presets by their names on the buttons."""
+def camera_of(settings: ViewSettings, start: SceneDescription) -> Camera:
+    """Return the preset that a viewer has chosen."""
     layout = Layout.of(start.axes)
-    wide = 2.2 * layout.rail * len(start.variants) + STAGE_GAP
+    stages = 1 if settings.ghost else len(start.variants)
+    wide = 2.2 * layout.rail * stages + STAGE_GAP
     deep = 2.0 * layout.half[1]
-    cameras = {
-        "Overview": Camera((-0.12, -1.0, 0.8), 1.25 * wide, 1.2 * deep, middle=(0.0, -0.03, 0.0)),
-        "Top": Camera((0.0, -0.002, 1.0), wide, 1.4 * deep),
-        "Side by side": Camera((0.0, -1.0, 0.28), 1.15 * wide, 0.6 * deep),
-    }
-    for index, name in enumerate(start.variants):
-        cameras[name] = Camera(
-            (-0.25, -1.0, 0.85), 0.3, 0.22, middle=(0.0, 0.0, TOP), follows=index
-        )
-    return cameras
+    match settings.camera:
+        case "overview":
+            direction = (-0.12, -1.0, 0.8)
+            return Camera(direction, 1.15 * wide, 0.85 * deep, middle=(0.0, -0.03, 0.0))
+        case "top":
+            return Camera((0.0, -0.002, 1.0), wide, 1.25 * deep, middle=(0.0, -0.02, 0.0))
+        case "side":
+            return Camera((0.0, -1.0, 0.1), 1.1 * wide, 0.26, middle=(0.0, 0.0, TOP))
+        case "section":
+            middle = (0.0, 0.0, 0.012)
+            return Camera((0.0, -1.0, 0.0), 0.18, 0.068, middle, field_of_view=_FLAT)
+        case "follow":
+            return Camera((-0.25, -1.0, 0.85), 0.3, 0.22, middle=(0.0, 0.0, TOP))

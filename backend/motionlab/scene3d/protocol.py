@@ -1,7 +1,7 @@
 """Messages between the web process and a 3-D view's process, through a pipe.
 
 A message is a kind, one byte, a length, uint32 little-endian, and so many bytes: JSON for the
-description, float32 for poses.
+description and for what a viewer chose, float32 for poses and forces.
 """
 
 from __future__ import annotations
@@ -14,10 +14,13 @@ from typing import Any, BinaryIO, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from motionlab.scene3d.view_settings import ViewSettings
+
 Values = NDArray[np.float32]
 
-START, POSES, CLEAR = b"S", b"P", b"C"
-"""Kinds: description of the scene; newer poses, shape (poses, width); reset of the trace."""
+START, POSES, FORCES, CLEAR, VIEW = b"S", b"P", b"F", b"C", b"V"
+"""Kinds: description of the scene; newer poses, shape (poses, width); forces of each phase at the
+newest pose, which follows; reset of the trace; choices of a viewer."""
 
 SHARED = ("position_reference", "load_force")
 OWN = ("position", "thrust", "friction")
@@ -46,11 +49,14 @@ class DrawnAxis:
         Pole pitch tau, m.
     offset : float
         Shift of the force map against the encoder, m.
+    gap : float
+        Air gap, m.
     """
 
     stroke: float
     pitch: float
     offset: float
+    gap: float = 0.3e-3
 
 
 @dataclass(frozen=True)
@@ -99,6 +105,25 @@ def column_names(variants: list[str]) -> list[str]:
     return shared + [f"{name}.{column}" for name in variants for column in forces + currents]
 
 
+def positions_and_currents(pose: Values) -> tuple[Values, Values]:
+    """Return what forces of phases follow from.
+
+    Parameters
+    ----------
+    pose : ndarray, shape (width,)
+        One pose.
+
+    Returns
+    -------
+    position : ndarray, shape (variants, 2)
+        m.
+    currents : ndarray, shape (variants, 2, 3)
+        A.
+    """
+    own = pose[2 * len(SHARED) :].reshape(-1, 2 * (len(OWN) + len(CURRENTS)))
+    return own[:, :2], own[:, 2 * len(OWN) :].reshape(-1, 2, 3)
+
+
 def message(kind: bytes, payload: bytes = b"") -> bytes:
     """Return a message."""
     return _HEADER.pack(kind, len(payload)) + payload
@@ -107,6 +132,28 @@ def message(kind: bytes, payload: bytes = b"") -> bytes:
 def poses(values: Values) -> bytes:
     """Return the message of some poses, shape (poses, width), oldest first."""
     return message(POSES, np.ascontiguousarray(values, dtype="<f4").tobytes())
+
+
+def forces(values: Values) -> bytes:
+    """Return the message of each phase's forces, N.
+
+    Parameters
+    ----------
+    values : ndarray, shape (variants, 2, 2, 3)
+        Of each variant and axis, thrust and normal force of its three phases.
+    """
+    return message(FORCES, np.ascontiguousarray(values, dtype="<f4").tobytes())
+
+
+def view(viewer: str, settings: ViewSettings) -> bytes:
+    """Return the message of what a viewer chose."""
+    return message(VIEW, viewer.encode() + b"\n" + settings.encode())
+
+
+def decode_view(payload: bytes) -> tuple[str, ViewSettings]:
+    """Return the viewer and what it chose."""
+    viewer, _, told = payload.partition(b"\n")
+    return viewer.decode(), ViewSettings.decode(json.loads(told))
 
 
 def read(pipe: BinaryIO) -> tuple[bytes, bytes] | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import functools
 import hmac
 import http
@@ -16,15 +17,17 @@ import websockets.asyncio.server
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
-from motionlab.scene3d.cameras import FIELD_OF_VIEW, presets
+from motionlab.scene3d.cameras import FIELD_OF_VIEW, camera_of
 from motionlab.scene3d.protocol import RATE, TRAIL_SECONDS, SceneDescription, Values
-from motionlab.scene3d.view import FORCE_SCALE, View
-from motionlab.scene3d.viewer_websockets import contained
+from motionlab.scene3d.view import View
+from motionlab.scene3d.view_settings import ViewSettings
+from motionlab.scene3d.viewer_websockets import contained, viewer_name
 
 SEND_BUFFER = 64 * 1024
 """Bytes that a slow viewer can leave unread in the kernel."""
 
-MAGNIFICATIONS = ("1", "100", "300", "1000")
+CHOICES_MAX = 64
+"""Viewers whose choices are kept, the latest."""
 
 
 class LabServer(viser.ViserServer):
@@ -75,21 +78,29 @@ class SceneServer:
     ----------
     start : SceneDescription
         What is shown.
+
+    Attributes
+    ----------
+    forces : ndarray, shape (variants, 2, 2, 3)
+        Thrust and normal force of each variant, axis and phase at the pose that is shown next, N.
     """
 
     def __init__(self, start: SceneDescription) -> None:
         self._start = start
         self._trail: Values = np.empty((0, 0), np.float32)
+        self.forces: Values = np.zeros((len(start.variants), 2, 2, 3), np.float32)
+        self._choices: dict[str, ViewSettings] = {}
         self._views: dict[int, View] = {}
         self._lock = threading.Lock()
         self.server = open_server(start)
-        self._presets = presets(start)
         camera = self.server.initial_camera
         camera.fov = FIELD_OF_VIEW
         camera.near, camera.far = 0.01, 20.0
-        camera.position = np.array(self._presets["Overview"].position(2.0))
+        camera.position = np.array(camera_of(ViewSettings(), start).position(2.0))
         camera.look_at = np.zeros(3)
-        self._add_controls()
+        gui = self.server.gui
+        gui.configure_theme(control_width="small", show_logo=False, show_share_button=False)
+        gui.main_panel.minimize()
         self.server.on_client_connect(self._join)
         self.server.on_client_disconnect(self._leave)
 
@@ -109,59 +120,45 @@ class SceneServer:
                 self._trail = np.concatenate([self._trail, poses])[-kept:]
             self._forget_gone()
             for view in self._views.values():
-                view.show(self._trail, complete=again or len(poses) > 1)
+                view.show(self._trail, self.forces, complete=again or len(poses) > 1)
 
     def clear(self) -> None:
         """Clear the trace."""
         with self._lock:
             self._trail = self._trail[:0]
 
-    def _add_controls(self) -> None:
-        gui = self.server.gui
-        gui.configure_theme(control_width="small", show_logo=False, show_share_button=False)
-        whole = [name for name, preset in self._presets.items() if preset.follows is None]
-        followed = [name for name, preset in self._presets.items() if preset.follows is not None]
-        for label, names in (("Camera", whole), ("Follow", followed)):
-            gui.add_button_group(label, names).on_click(self._look)
-        chosen = gui.add_dropdown(
-            "Errors x", MAGNIFICATIONS, initial_value="300", hint="In the trace only"
-        )
-
-        @chosen.on_update
-        def _(event: viser.GuiEvent[Any]) -> None:
-            self._magnify(event)
-
-        gui.main_panel.minimize()
-        gui.add_markdown(
-            "Windings glow with their phase's current. Arrows: thrust in the stage's colour, "
-            f"friction grey, load violet; 10 N = {FORCE_SCALE * 1e4:g} mm."
-        )
-
-    def _look(self, event: viser.GuiEvent[Any]) -> None:
-        view = None if event.client_id is None else self._views.get(event.client_id)
-        if view is not None:
-            with self._lock:
-                view.look(self._presets[event.target.value])
-                if len(self._trail):
-                    view.show(self._trail)
-
-    def _magnify(self, event: viser.GuiEvent[Any]) -> None:
-        chosen = event.target.value
-        if chosen not in MAGNIFICATIONS:  # viser accepts any value from a viewer
-            return
+    def configure(self, viewer: str, settings: ViewSettings) -> None:
+        """Show what the viewer of a name has chosen, now and whenever it connects."""
         with self._lock:
+            self._choices.pop(viewer, None)
+            self._choices[viewer] = settings
+            while len(self._choices) > CHOICES_MAX:
+                self._choices.pop(next(iter(self._choices)))
+            self._forget_gone()
             for view in self._views.values():
-                view.magnification = float(chosen)
-                if len(self._trail):
-                    view.show(self._trail)
+                if view.name == viewer:
+                    view.apply(settings)
+                    self._show(view)
 
-    def _join(self, client: viser.ClientHandle) -> None:
+    def _show(self, view: View) -> None:
+        if len(self._trail):
+            view.show(self._trail, self.forces)
+
+    async def _join(self, client: viser.ClientHandle) -> None:
+        # Its name is known in the context of its connection alone.
+        await asyncio.to_thread(self._add, client, viewer_name())
+
+    def _add(self, client: viser.ClientHandle, name: str) -> None:
         with self._lock:
-            view = View(client, self._start)
+            view = View(client, name, self._start, self._choices.get(name, ViewSettings()))
             self._views[client.client_id] = view
-            view.look(self._presets["Overview"])
-            if len(self._trail):
-                view.show(self._trail)
+            self._show(view)
+
+        @client.camera.on_update
+        def _(_: viser.CameraHandle) -> None:
+            if view.resized():
+                with self._lock:
+                    view.look()
 
     def _leave(self, _client: viser.ClientHandle) -> None:
         with self._lock:

@@ -32,6 +32,13 @@ class _Visit:
 _visit: ContextVar[_Visit | None] = ContextVar("visit", default=None)
 
 
+def viewer_name() -> str:
+    """Return the name in the address by which the viewer at hand has connected, or none."""
+    visit = _visit.get()
+    request = None if visit is None else visit.connection.request
+    return "" if request is None else request.path.strip("/")
+
+
 def contained(handler: Handler) -> Handler:
     """Return a handler of connections, any failure of which closes its own with a line in the log.
 

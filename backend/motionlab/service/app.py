@@ -59,6 +59,7 @@ from motionlab.service.routes import (
     spectrum,
     studies,
     trajectories,
+    view3d,
     views,
     whatif,
 )
@@ -81,6 +82,7 @@ _MODULES = (
     expressions,
     trajectories,
     sessions,
+    view3d,
     session_files,
     captures,
     loop,

@@ -85,6 +85,11 @@ export class PlaneView {
     });
   }
 
+  /** Chooses the factor without drawing. */
+  measure(source: SampleSource, range: Range): void {
+    this.read(source, range, []);
+  }
+
   /** Fills reference and movers; the movers hold errors until the factor is known. */
   private read(source: SampleSource, range: Range, underlays: readonly PathUnderlay[]): void {
     const bins = source.cut(range.from, range.to, POINTS);

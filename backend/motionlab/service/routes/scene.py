@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
+
 from fastapi import APIRouter, HTTPException, Request, Response, WebSocket
 from starlette.requests import HTTPConnection
 
 from motionlab.service.live.session import Session
 from motionlab.service.live.stream import refuse
+from motionlab.service.routes.view3d import VIEWER
 from motionlab.service.view3d import proxy
 from motionlab.service.view3d.process import Scene
 
@@ -31,6 +34,7 @@ async def _scene(connection: HTTPConnection, session_id: str | None) -> Scene:
 @router.api_route("/", methods=["GET", "HEAD"])
 @router.api_route("/{session_id}", methods=["GET", "HEAD"])
 @router.api_route("/{session_id}/", methods=["GET", "HEAD"])
+@router.api_route("/{session_id}/{viewer}/", methods=["GET", "HEAD"])
 async def get_scene(request: Request, session_id: str | None = None) -> Response:
     """Return the page of a scene, started if need be; HEAD only starts it.
 
@@ -58,8 +62,13 @@ async def get_scene(request: Request, session_id: str | None = None) -> Response
 @router.websocket("/")
 @router.websocket("/{session_id}")
 @router.websocket("/{session_id}/")
-async def watch(websocket: WebSocket, session_id: str | None = None) -> None:
-    """Carry a viewer's websocket."""
+@router.websocket("/{session_id}/{viewer}")
+async def watch(
+    websocket: WebSocket,
+    session_id: str | None = None,
+    viewer: str = "",
+) -> None:
+    """Carry a viewer's websocket; one with a name shows what was chosen for it."""
     try:
         scene = await _scene(websocket, session_id)
         scene.enter()
@@ -67,6 +76,6 @@ async def watch(websocket: WebSocket, session_id: str | None = None) -> None:
         await refuse(websocket, str(error.detail))
         return
     try:
-        await proxy.carry(websocket, scene)
+        await proxy.carry(websocket, scene, viewer if re.fullmatch(VIEWER, viewer) else "")
     finally:
         scene.leave()

@@ -17,8 +17,10 @@ from motionlab.config.plant import PlantConfig
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.kernel.force_maps import pole_pitch
 from motionlab.scene3d import protocol
+from motionlab.scene3d.view_settings import ViewSettings
 from motionlab.service.live.notification import Listener
 from motionlab.service.live.session import Session
+from motionlab.service.view3d.phase_forces import PhaseForces, air_gap
 
 VIEWERS_MAX = 8
 """Viewers of one scene."""
@@ -56,6 +58,7 @@ class Scene:
         self._ended = False
         variants = [] if session is None else session.variants[:VARIANTS_MAX]
         self._rows = np.empty(0, np.intp)
+        self._forces: tuple[PlantConfig, PhaseForces] | None = None
         if session is not None:
             rows = {name: row for row, (name, _) in enumerate(session.history.columns)}
             self._rows = np.array([rows[name] for name in protocol.column_names(variants)])
@@ -132,6 +135,10 @@ class Scene:
             self._feeding.cancel()
             self._feeding = None
 
+    def configure(self, viewer: str, settings: ViewSettings) -> None:
+        """Tell the process what a viewer chose, who may still have to connect."""
+        self._write(protocol.view(viewer, settings))
+
     async def end(self) -> None:
         """End the process; its viewers are disconnected."""
         self._ended = True
@@ -147,6 +154,7 @@ class Scene:
         listener = Listener()
         session.listeners.add(listener)
         try:
+            await asyncio.to_thread(self._forces_of, session, self._at_rest(session)[0])  # loads it
             self._write(protocol.message(protocol.CLEAR) + self._past())
             while not session.closed:
                 await listener.wake.wait()
@@ -170,7 +178,18 @@ class Scene:
         ring = session.history.ring
         if ring.end == ring.first:
             return b""
-        return protocol.poses(ring.read(self._rows, ring.end - 1, ring.end).T)
+        return self._with_forces(session, ring.read(self._rows, ring.end - 1, ring.end).T)
+
+    def _with_forces(self, session: Session, poses: protocol.Values) -> bytes:
+        return protocol.forces(self._forces_of(session, poses[-1])) + protocol.poses(poses)
+
+    def _forces_of(self, session: Session, pose: protocol.Values) -> protocol.Values:
+        """Return the forces of each phase at a pose, by the force maps in effect."""
+        plant = session.simulation.scenario.plant
+        if self._forces is None or self._forces[0] is not plant:
+            self._forces = plant, PhaseForces(plant)
+        position, currents = protocol.positions_and_currents(pose)
+        return self._forces[1].at(position, currents).astype(np.float32)
 
     def _past(self) -> bytes:
         """Return the poses of the last seconds, or where the motor rests before its first tick."""
@@ -178,11 +197,11 @@ class Scene:
             return protocol.poses(np.zeros((1, protocol.width(VARIANTS_MAX)), np.float32))
         ring = self.session.history.ring
         if ring.end == ring.first:
-            return protocol.poses(self._at_rest(self.session))
+            return self._with_forces(self.session, self._at_rest(self.session))
         span = round(protocol.TRAIL_SECONDS * protocol.RATE) * _POSE_TICKS
         first = max(ring.first, ring.end - 1 - span)
         past = ring.read(self._rows, first, ring.end)[:, ::-1][:, ::_POSE_TICKS][:, ::-1]
-        return protocol.poses(past.T)
+        return self._with_forces(self.session, past.T)
 
     def _at_rest(self, session: Session) -> protocol.Values:
         """Return the pose at the trajectory's first place, without current."""
@@ -220,7 +239,12 @@ class Scene:
 
 def _axes(plant: PlantConfig) -> tuple[protocol.DrawnAxis, protocol.DrawnAxis]:
     x, y = (
-        protocol.DrawnAxis(axis.stroke, pole_pitch(axis.force_map), axis.force_map.offset)
+        protocol.DrawnAxis(
+            axis.stroke,
+            pole_pitch(axis.force_map),
+            axis.force_map.offset,
+            air_gap(axis.force_map),
+        )
         for axis in (plant.x, plant.y)
     )
     return x, y

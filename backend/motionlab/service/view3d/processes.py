@@ -69,6 +69,11 @@ class Scenes:
             raise
         return scene
 
+    def find(self, session: Session) -> Scene | None:
+        """Return the scene of a session that is shown already, without starting one."""
+        scene = self._scenes.get(session.id)
+        return scene if scene is not None and not scene.starting and scene.alive else None
+
     def drop(self, scene: Scene) -> None:
         """End a scene without waiting for it; the next request starts another one."""
         self._scenes = {key: kept for key, kept in self._scenes.items() if kept is not scene}

@@ -97,11 +97,21 @@ async def _get(scene: Scene, asked: str) -> tuple[int, Headers, bytes]:
         writer.close()
 
 
-async def carry(websocket: WebSocket, scene: Scene) -> None:
-    """Carry one viewer's websocket until either side ends it."""
+async def carry(websocket: WebSocket, scene: Scene, viewer: str = "") -> None:
+    """Carry one viewer's websocket until either side ends it.
+
+    Parameters
+    ----------
+    websocket : WebSocket
+        Of the viewer.
+    scene : Scene
+        What it watches.
+    viewer : str, optional
+        Name by which the process finds what it chose.
+    """
     offered = [Subprotocol(name) for name in websocket.scope.get("subprotocols", [])]
     try:
-        upstream = await _connect(scene, offered)
+        upstream = await _connect(scene, viewer, offered)
     except (OSError, InvalidHandshake):
         await websocket.close(_TRY_AGAIN, "the scene's process does not answer")
         return
@@ -126,7 +136,7 @@ async def carry(websocket: WebSocket, scene: Scene) -> None:
         upstream.transport.abort()  # its close handshake would wait for data never read
 
 
-async def _connect(scene: Scene, offered: list[Subprotocol]) -> ClientConnection:
+async def _connect(scene: Scene, viewer: str, offered: list[Subprotocol]) -> ClientConnection:
     """Return a websocket to a 3-D view's process with a small receive buffer."""
     link = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     try:
@@ -134,7 +144,7 @@ async def _connect(scene: Scene, offered: list[Subprotocol]) -> ClientConnection
         link.setblocking(False)
         await asyncio.get_running_loop().sock_connect(link, ("127.0.0.1", scene.port))
         return await connect(
-            f"ws://127.0.0.1:{scene.port}/",
+            f"ws://127.0.0.1:{scene.port}/{viewer}",
             sock=link,
             origin=Origin(scene.origin),
             subprotocols=offered or None,

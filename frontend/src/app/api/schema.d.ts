@@ -649,6 +649,46 @@ export interface paths {
         patch: operations["changeParameters"];
         trace?: never;
     };
+    "/api/v1/sessions/{session_id}/phase-forces": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Phase Forces
+         * @description Return thrust and normal force of each phase at the newest tick, by the plant's force map.
+         */
+        get: operations["getPhaseForces"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/sessions/{session_id}/view3d/{viewer}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Put View
+         * @description Choose what the 3-D view of this name shows; its page may connect later.
+         */
+        put: operations["putView3d"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/sessions/{session_id}/metrics": {
         parameters: {
             query?: never;
@@ -8458,6 +8498,73 @@ export interface components {
             notes: string[];
         };
         /**
+         * MoverForces
+         * @description The movers of one axis at the newest tick, SI; null where there is no number.
+         */
+        MoverForces: {
+            /**
+             * Position
+             * @description True position, m
+             */
+            position: number | null;
+            /**
+             * Following Error
+             * @description Reference less measured position, m
+             */
+            following_error: number | null;
+            /**
+             * Thrust
+             * @description N
+             */
+            thrust: number | null;
+            /**
+             * Normal Force
+             * @description Of the three phases, N
+             */
+            normal_force: number | null;
+            /**
+             * Friction
+             * @description True friction, N
+             */
+            friction: number | null;
+            /**
+             * Current
+             * @description Of phases a, b, c, A
+             */
+            current: [
+                number | null,
+                number | null,
+                number | null
+            ];
+            /**
+             * Phase Thrust
+             * @description Of phases a, b, c, N
+             */
+            phase_thrust: [
+                number | null,
+                number | null,
+                number | null
+            ];
+            /**
+             * Phase Normal Force
+             * @description Of phases a, b, c, N
+             */
+            phase_normal_force: [
+                number | null,
+                number | null,
+                number | null
+            ];
+            /**
+             * To Aligned
+             * @description From each phase to its nearest aligned position, m
+             */
+            to_aligned: [
+                number | null,
+                number | null,
+                number | null
+            ];
+        };
+        /**
          * MoverPlace
          * @description One mover below the platform.
          */
@@ -9109,6 +9216,35 @@ export interface components {
              * @description Of the current, A
              */
             rms: number;
+        };
+        /**
+         * PhaseForcesAnswer
+         * @description Forces of each phase at the newest tick.
+         */
+        PhaseForcesAnswer: {
+            /** Tick */
+            tick: number;
+            /**
+             * Time
+             * @description s
+             */
+            time: number;
+            /**
+             * Air Gap
+             * @description Of each axis, constant in the simulation, m
+             */
+            air_gap: {
+                [key: string]: number;
+            };
+            /**
+             * Variants
+             * @description By variant and axis
+             */
+            variants: {
+                [key: string]: {
+                    [key: string]: components["schemas"]["MoverForces"];
+                };
+            };
         };
         /**
          * Place
@@ -11330,6 +11466,61 @@ export interface components {
             contour: {
                 [key: string]: components["schemas"]["MetricEntry"];
             };
+        };
+        /**
+         * SceneViewRequest
+         * @description What a 3-D view shows.
+         * @example {
+         *       "axis": "x",
+         *       "camera": "section",
+         *       "machine": "B",
+         *       "magnification": 200
+         *     }
+         */
+        SceneViewRequest: {
+            /**
+             * Camera
+             * @default overview
+             * @enum {string}
+             */
+            camera: "overview" | "top" | "side" | "section" | "follow";
+            /**
+             * Machine
+             * @description That is followed or cut
+             * @default A
+             */
+            machine: string;
+            /**
+             * Axis
+             * @description Of the section
+             * @default x
+             * @enum {string}
+             */
+            axis: "x" | "y";
+            /**
+             * Ghost
+             * @description Draw the second machine translucent in the frame of the first
+             * @default false
+             */
+            ghost: boolean;
+            /**
+             * Magnification
+             * @description Of errors, except in the section
+             * @default 1
+             */
+            magnification: number;
+            /**
+             * Arrows
+             * @description Forces that are drawn
+             * @default [
+             *       "thrust",
+             *       "phases",
+             *       "normal",
+             *       "friction",
+             *       "load"
+             *     ]
+             */
+            arrows: ("thrust" | "phases" | "normal" | "friction" | "load")[];
         };
         /**
          * ScopeLayout
@@ -17062,6 +17253,173 @@ export interface operations {
             };
             /** @description Conflict */
             409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getPhaseForces: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Identifier of a session */
+                session_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PhaseForcesAnswer"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    putView3d: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The page's name of its view */
+                viewer: string;
+                /** @description Identifier of a session */
+                session_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SceneViewRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
                 headers: {
                     [name: string]: unknown;
                 };

@@ -3,6 +3,7 @@
 import type { KeyTable } from '../../app/keys';
 import { app } from '../../app/store.svelte';
 import { parts } from './parts.svelte';
+import { scene } from './scene3d/scene.svelte';
 import { view } from './scopes/view.svelte';
 
 const FASTER = 1.25;
@@ -35,6 +36,8 @@ export const LAB_KEYS: KeyTable = {
     { keys: 'v', does: 'Readings tell the value, mean, RMS, peak to peak, std' },
     { keys: '0', does: 'Reset zoom and cursors' },
     { keys: 'o', does: 'Overlay runs' },
+    { keys: 'F', does: '3-D view over the whole page, or back' },
+    { keys: 'c', does: 'Next camera of the 3-D view' },
     { keys: 'f', does: 'Value axes follow the data, or hold' },
   ],
 };
@@ -98,6 +101,8 @@ export function labActions(): Record<string, () => void> {
     '>': () => view.nudgeCursor(CURSOR_STEP),
     v: () => view.nextStatistic(),
     o: () => void parts.chooseRuns(),
+    F: () => scene.fill(),
+    c: () => void (scene.tab === 'view3d' && scene.nextCamera()),
     f: () => (view.follow = !view.follow),
   };
 }
