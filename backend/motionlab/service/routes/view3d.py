@@ -1,4 +1,4 @@
-"""What stands beside the 3-D view: forces of each phase, and what a viewer has chosen."""
+"""Forces of each phase for the 3-D view, and the choices of its viewers."""
 
 from __future__ import annotations
 
