@@ -60,7 +60,10 @@ class ViewRequest(ChangedScenario):
 class PositioningRequest(ViewRequest, PositioningCycle):
     """A kept run that rests at targets, or a scenario whose motor goes through a test cycle."""
 
-    model_config = examples({"scenario": "circle-matched", "axis": "y", "targets": 7})
+    model_config = examples(
+        {"scenario": "circle-matched", "axis": "y", "targets": 3, "runs": 2}
+        | {"dwell": 0.2, "low": -0.01, "high": 0.01}
+    )
 
 
 def _endpoint(view: View) -> Callable[..., Coroutine[Any, Any, Response]]:

@@ -9795,8 +9795,12 @@ export interface components {
          * @description A kept run that rests at targets, or a scenario whose motor goes through a test cycle.
          * @example {
          *       "axis": "y",
+         *       "dwell": 0.2,
+         *       "high": 0.01,
+         *       "low": -0.01,
+         *       "runs": 2,
          *       "scenario": "circle-matched",
-         *       "targets": 7
+         *       "targets": 3
          *     }
          */
         PositioningRequest: {
