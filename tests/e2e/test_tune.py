@@ -76,7 +76,7 @@ def test_search_reload_compare_apply_and_undo(tune: Page) -> None:
 def test_progress_is_shown_and_a_search_is_cancelled(tune: Page) -> None:
     page = tune
     set_field(page, "evaluations of a start", "2000")
-    set_field(page, "starts", "16")
+    set_field(page, "starts", "8")
     set_field(page, "end of the window, s", "9")
     button(page, "Search gains")
     panel = region(page, "Search")
