@@ -157,7 +157,7 @@ def test_what_is_known_of_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_what_cannot_be_simulated_again() -> None:
     kept = keep()
-    with pytest.raises(NotReplayable, match="measurement"):
+    with pytest.raises(NotReplayable, match="no scenario"):
         again(kept.model_copy(update={"scenario_document": None}))
     with pytest.raises(NotReplayable, match=r"no\.such"):
         again(kept.model_copy(update={"scenario_document": {"no.such": 1}}))

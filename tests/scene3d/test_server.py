@@ -24,6 +24,9 @@ from tests.service.live import until
 from tests.service.servers import PATIENCE
 from tests.service.test_view3d import refused
 
+# As in the scene's own process: a viewer may leave while something is written to it.
+pytestmark = pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection:UserWarning")
+
 ORIGIN = "lab://this-test"
 AXES = (protocol.DrawnAxis(0.085, 7.2e-3, 0.0), protocol.DrawnAxis(0.145, 7.2e-3, 0.0))
 START = protocol.SceneDescription(
@@ -158,6 +161,7 @@ def test_what_a_viewer_chose_reaches_it_alone(scene: SceneServer) -> None:
 
 
 def test_a_choice_is_kept_for_a_viewer_that_joins_later(scene: SceneServer) -> None:
+    watching(scene, 0)
     scene.configure(VIEWER, ViewSettings(camera="section", machine="B", axis="y"))
     for other in range(server.CHOICES_MAX - 1):
         scene.configure(f"other{other:03}", ViewSettings())
