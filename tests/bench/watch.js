@@ -1,7 +1,31 @@
 // Put before the page's own scripts: notes answers of what-ifs, and which canvases are drawn after.
 (() => {
-  const bench = { answers: 0, drawn: new Set(), last: 0, frames: 0, curves: 0, waiting: 0, presses: 0 };
+  const bench = {
+    answers: 0,
+    loops: 0,
+    drawn: new Set(),
+    last: 0,
+    frames: 0,
+    curves: 0,
+    waiting: 0,
+    presses: 0,
+    arrivals: [],
+  };
   window.bench = bench;
+
+  // When which tick of the session had come; docs/stream.md has the header of a frame.
+  const Socket = window.WebSocket;
+  window.WebSocket = class extends Socket {
+    constructor(...given) {
+      super(...given);
+      this.addEventListener('message', ({ data }) => {
+        if (!(data instanceof ArrayBuffer) || data.byteLength < 24) return;
+        const header = new DataView(data);
+        const end = Number(header.getBigUint64(16, true)) + header.getUint32(12, true);
+        bench.arrivals.push([performance.now(), end]);
+      });
+    }
+  };
 
   const fetched = window.fetch;
   window.fetch = async (...given) => {
@@ -17,6 +41,7 @@
         return buffer;
       };
     }
+    if (String(given[0]).endsWith('/loop')) bench.loops += 1;
     const body = given[1]?.body;
     // What the page asks for once the controls rest is not an answer to an event.
     if (!String(given[0]).endsWith('/whatif') || JSON.parse(body).exact) return response;
@@ -57,28 +82,38 @@
     });
   };
 
-  /** Moves a slider `times` times; resolves to ms from each event until every plot is redrawn. */
+  const asking = () => document.querySelector('[data-testid=margins][aria-busy=true]');
+
+  /** Moves a slider `times` times; resolves to ms from each event until every plot, and until every margin is new. */
   bench.slide = async (label, times) => {
     const slider = document.querySelector(`input[type=range][aria-label="${label}"]`);
     const canvases = [...document.querySelectorAll('canvas')].filter(shown);
     const home = slider.valueAsNumber;
     const taken = [];
+    const margins = [];
     for (let i = 0; i < times; i++) {
       // Between two frames, at another phase each time.
       await frame();
       await new Promise((resolve) => setTimeout(resolve, (i * 7) % 16));
-      const { answers } = bench;
+      const { answers, loops } = bench;
       const begin = performance.now();
       slider.value = String(home + 0.1 * Math.sin((i + 1) * 2.4));
       slider.dispatchEvent(new Event('input', { bubbles: true }));
-      while (bench.answers === answers || canvases.some((canvas) => !bench.drawn.has(canvas))) {
+      const drawn = () =>
+        bench.answers > answers && canvases.every((canvas) => bench.drawn.has(canvas));
+      let [plots, margin] = [0, 0];
+      while (!plots || !margin) {
         await painted();
-        if (performance.now() - begin > 10_000) throw new Error(`event ${i} without an answer`);
+        const now = performance.now() - begin;
+        if (!plots && drawn()) plots = now;
+        if (!margin && bench.loops > loops && !asking()) margin = now;
+        if (now > 10_000) throw new Error(`event ${i} without an answer`);
       }
-      taken.push(performance.now() - begin);
+      taken.push(plots);
+      margins.push(margin);
     }
     slider.dispatchEvent(new Event('change', { bubbles: true }));
-    return { taken, plots: canvases.length };
+    return { taken, margins, plots: canvases.length };
   };
 
   /** Presses a key that zooms or moves; resolves to ms and frames until all that it asks for has been drawn. */
@@ -96,6 +131,20 @@
       if (performance.now() - begin > 10_000) throw new Error(`${key} was not drawn`);
     } while (bench.waiting > 0 || performance.now() - bench.last < quiet);
     return { taken: bench.last - begin, frames: bench.lastFrame - frames };
+  };
+
+  /** Waits for captures of an armed trigger; resolves to the times of their triggers, s, and when each was on screen, ms. */
+  bench.captured = async (times) => {
+    const found = [];
+    const began = performance.now();
+    while (found.length < times) {
+      await painted();
+      const now = performance.now();
+      const [, at] = /at\s([\d.]+) s/.exec(document.querySelector('.trigger .count')?.innerText) ?? [];
+      if (at && found.at(-1)?.[0] !== Number(at)) found.push([Number(at), now]);
+      if (now - began > 60_000) throw new Error(`${found.length} captures in a minute`);
+    }
+    return { found, arrivals: bench.arrivals };
   };
 
   /** Clicks on a run of the list; resolves to ms until its curves have come and all are drawn. */
