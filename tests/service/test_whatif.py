@@ -13,8 +13,12 @@ from numpy.typing import NDArray
 
 from motionlab.config.load import load_scenario
 from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.service.routes import whatif
+from motionlab.service.routes.whatif import WhatIfRequest
+from motionlab.service.settings import Settings
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run
+from motionlab.simulation.whatif import run_changed
 
 ERROR = "B.x.following_error"
 CIRCLE = {"scenario": "circle", "columns": [ERROR]}
@@ -69,6 +73,41 @@ def test_a_long_run_is_read_from_where_it_was_simulated(client: httpx.Client) ->
     head, exact = asked(client, **FIG5, start=89.0, end=91.0, exact=True)
     assert (head["how"], head["time"]["count"]) == ("whole", 1334)
     assert np.abs(exact).max() > 1e-5
+
+
+class Alone:
+    """A call without a server: whatever it holds is there."""
+
+    def hold(self, size: int) -> None:
+        assert size >= 0
+
+
+def test_a_closer_look_needs_no_other_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    runs: list[Any] = []
+
+    def counted(*arguments: Any) -> Any:
+        runs.append(arguments)
+        return run_changed(*arguments)
+
+    monkeypatch.setattr(whatif, "run_changed", counted)
+
+    def looked(**body: Any) -> bytes:
+        request = WhatIfRequest(exact=True, **(CIRCLE | body))
+        return whatif._answer(Alone(), request, Settings())  # pyright: ignore[reportArgumentType]
+
+    stretches = [{"start": 2.0, "end": 2.5}, {"start": 0.0, "end": 10.0, "points": 100}]
+    found = [looked(**stretch) for stretch in stretches]
+    assert len(runs) == 1
+    monkeypatch.setattr(whatif, "_LAST", whatif._Last())
+    assert [looked(**stretch) for stretch in reversed(stretches)] == found[::-1]
+    assert len(runs) == 2
+    # Another column, another value: another run.
+    assert looked(columns=["A.x.following_error"]) != found[0]
+    changed = looked(set={"variants.B.controller.x.k_p": 300000.0}, start=2.0, end=2.5)
+    assert changed != found[0]
+    assert len(runs) == 4
+    assert looked(set={"variants.B.controller.x.k_p": 300000.0}, start=2.0, end=2.5) == changed
+    assert len(runs) == 4
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,8 @@ import { ApiError, type Api } from '../api/client';
 import type { Changes, ProblemField, Scenario } from '../api/types';
 import { errorText } from '../error-text';
 import { LatestWins } from '../latest-wins';
+import { within } from '../runs/run-range';
+import { SeenCurves } from '../runs/seen-curves';
 import { Backoff } from '../stream/backoff';
 import { readAnswer, type Preview } from './whatif-answer';
 
@@ -59,8 +61,10 @@ export class WhatIf {
   took = $state(0);
   /** Why the last request is repeated. */
   reason = $state('');
-  /** Finer curves of some of the whole. */
-  private part = $state.raw<Answered | null>(null);
+  /** What has come of the newest question's run from its start: the whole, and finer curves of parts. */
+  private seen = $state.raw(new SeenCurves());
+  /** Counts what has come, for those who look at `seen`. */
+  private readings = $state(0);
   /** What is looked at. */
   private range: Range | null = null;
   private readonly queue = new LatestWins<Job>((job) => this.run(job));
@@ -86,15 +90,13 @@ export class WhatIf {
     return this.answer && { from: 0, to: this.answer.duration };
   }
 
-  /** The finest curves there are of a stretch of time; of the newest question only. */
+  /** The curves to draw a stretch of time from; of the newest question only. */
   over(range: Range): SampleSource | null {
-    const { answer, whole, part } = this;
+    void this.readings;
+    const { answer, whole } = this;
     if (!answer) return null;
-    const close = part?.question === answer.question ? part.source : null;
-    if (close && close.start <= range.from && close.start + close.last * close.step >= range.to) {
-      return close;
-    }
-    return whole?.question === answer.question ? whole.source : answer.source;
+    if (whole?.question !== answer.question) return answer.source;
+    return this.seen.best(answer.question.columns, range, fineOf(range, whole)) ?? whole.source;
   }
 
   /** Asks for curves soon, and for exact ones once the questions stop. `zoom` is the part looked at. */
@@ -114,8 +116,8 @@ export class WhatIf {
     this.range = range;
     const { whole, answer } = this;
     if (this.standing !== 'exact' || !whole || whole.question !== answer?.question) return;
-    if (!this.coarse(range)) return;
-    const { from, to } = range;
+    const { from, to } = within(range, whole) ?? range;
+    if (this.seen.has(whole.question.columns, { from, to }, fineOf(range, whole))) return;
     const more = MARGIN * (to - from);
     const wider = { from: Math.max(0, from - more), to: Math.min(whole.duration, to + more) };
     this.push({ question: whole.question, what: 'part', range: wider });
@@ -132,12 +134,9 @@ export class WhatIf {
     return readAnswer(buffer).source;
   }
 
-  /** Whether the curves that there are of a range have fewer bins than a scope has pixels. */
-  private coarse({ from, to }: Range): boolean {
-    const source = this.over({ from, to });
-    const { whole } = this;
-    if (!source || !whole) return false;
-    return source.step > 1.5 * whole.period && (to - from) / source.step < COARSE;
+  private keep({ question, source }: Answered): void {
+    this.seen.put(question.columns, source);
+    this.readings += 1;
   }
 
   /** Queues a job, in place of one that waits for its repetition. */
@@ -159,12 +158,15 @@ export class WhatIf {
       const buffer = await this.api.whatif({ ...question, ...stretch, points, exact }, signal);
       const answer = { ...readAnswer(buffer), question };
       if (what === 'part') {
-        if (question === this.whole?.question) this.part = answer;
+        if (question === this.whole?.question) this.keep(answer);
         return;
       }
       this.answer = answer;
-      if (exact) this.whole = answer;
-      else this.took = performance.now() - begin;
+      if (exact) {
+        this.whole = answer;
+        this.seen = new SeenCurves();
+        this.keep(answer);
+      } else this.took = performance.now() - begin;
       // Too long a scenario never runs from its start: its preview is final.
       if (exact && this.rest === null && !this.queue.superseded) {
         this.standing = 'exact';
@@ -194,6 +196,11 @@ export class WhatIf {
 
 /** Later than any scenario ends, s. */
 const LATEST = 1e6;
+
+/** The largest bin with which a stretch of time is drawn as finely as there are pixels, s. */
+function fineOf({ from, to }: Range, { period }: Preview): number {
+  return Math.max(1.5 * period, (to - from) / COARSE);
+}
 
 function stretchOf(range: Range | null): { start?: number; end?: number } {
   return range ? { start: range.from, end: range.to } : {};

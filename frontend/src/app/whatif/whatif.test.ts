@@ -1,4 +1,5 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from 'vitest';
+import { StillSource } from '../../plot/source';
 import { ApiError, UNREACHABLE, type Api } from '../api/client';
 import type { Scenario } from '../api/types';
 import { readAnswer } from './whatif-answer';
@@ -32,7 +33,7 @@ function answering(...outcomes: ApiError[]) {
 
 beforeEach(() => {
   vi.useFakeTimers();
-  vi.mocked(readAnswer).mockReturnValue({} as ReturnType<typeof readAnswer>);
+  vi.mocked(readAnswer).mockReturnValue({ source: { last: 0 } } as ReturnType<typeof readAnswer>);
 });
 afterEach(() => void vi.useRealTimers());
 
@@ -70,6 +71,36 @@ describe('a what-if that the server has no room for', () => {
     expect(asked.map(([k_p]) => k_p)).toEqual([1, 2, 2]);
     expect(whatif.standing).toBe('exact');
   });
+});
+
+it('a stretch that was looked at is not asked for again', async () => {
+  const [duration, period] = [240, 5e-4];
+  const { whatif, asked } = answering();
+  const answered = (start: number, end: number, bins: number) => {
+    const source = new StillSource(start, (end - start) / bins, bins, new Map());
+    const answer = { source, duration, period } as ReturnType<typeof readAnswer>;
+    vi.mocked(readAnswer).mockReturnValue(answer);
+    return source;
+  };
+  const whole = answered(0, duration, 20_000);
+  whatif.ask(question(1));
+  await vi.advanceTimersByTimeAsync(1000);
+  const [close, far] = [
+    { from: 100, to: 102 },
+    { from: 0, to: 240 },
+  ];
+  expect(whatif.over(close)).toBe(whole);
+  const part = answered(99, 103, 8000);
+  whatif.look(close);
+  await vi.advanceTimersByTimeAsync(10);
+  expect(whatif.over(close)).toBe(part);
+  expect(asked.length).toBe(3);
+  whatif.look(far);
+  expect(whatif.over(far)).toBe(whole);
+  whatif.look(close);
+  await vi.advanceTimersByTimeAsync(10);
+  expect(whatif.over(close)).toBe(part);
+  expect(asked.length).toBe(3);
 });
 
 it('a what-if that is refused is not asked again', async () => {
