@@ -5,7 +5,7 @@ PYTHON ?= python3
 PORT ?= 8000
 LOCK_FLAGS ?=
 CORES := $(shell nproc)
-WORKERS := $(shell echo $$(( $(CORES) + 1 )))
+WORKERS := $(shell echo $$(( 2 * $(CORES) )))
 
 PY := .venv/bin/python
 # A slow network, or one that drops a connection now and then, must not end a first setup. Python
@@ -37,7 +37,7 @@ help: ## Show the targets
 setup: $(SETUP_STAMP) ## Create .venv with everything needed to run and test
 	@echo "Ready: .venv/bin/motionlab --help"
 
-# Kernels first, once for all; then files on all cores and one more, since many tests wait; then
+# Kernels first, once for all; then files on twice as many processes as cores, since many tests wait; then
 # browsers, one on each core; then, by itself, what keeps time. 5 is pytest's "no tests were selected".
 test: $(SETUP_STAMP) $(PAGE) ## Run the tests (PYTEST_ARGS="-k circle" for some of them)
 	@frontend/npm test --silent
