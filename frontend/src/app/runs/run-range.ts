@@ -28,10 +28,7 @@ export function samplesOf({ from, to }: Range, { ticks, period }: Length) {
 }
 
 /** The part of a stretch of time that lies within a run; null where none does. */
-export function within(
-  { from, to }: Range,
-  { duration }: Pick<Length, 'duration'>,
-): Range | null {
+export function within({ from, to }: Range, { duration }: Pick<Length, 'duration'>): Range | null {
   const part = { from: Math.max(0, from), to: Math.min(duration, to) };
   return part.to > part.from ? part : null;
 }
