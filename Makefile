@@ -38,7 +38,7 @@ setup: $(SETUP_STAMP) ## Create .venv with everything needed to run and test
 	@echo "Ready: .venv/bin/motionlab --help"
 
 # Kernels first, once for all; then files on twice as many processes as cores, since many tests wait; then
-# browsers, one on each core; then, by itself, what keeps time. 5 is pytest's "no tests were selected".
+# browsers, one on each core; then, apart from all that, what keeps time. 5 is pytest's "no tests were selected".
 test: $(SETUP_STAMP) $(PAGE) ## Run the tests (PYTEST_ARGS="-k circle" for some of them)
 	@frontend/npm test --silent
 	@$(PY) -m motionlab.simulation.precompile & kernels=$$!; \
@@ -49,7 +49,7 @@ test: $(SETUP_STAMP) $(PAGE) ## Run the tests (PYTEST_ARGS="-k circle" for some 
 	}; \
 	run -m "not browser and not realtime" -n $(WORKERS) --dist loadfile --no-loadscope-reorder && \
 	run -m "browser and not realtime" -n $(CORES) --dist loadfile --no-loadscope-reorder $(if $(PYTEST_ARGS),,tests/e2e) && \
-	run -m realtime $(if $(PYTEST_ARGS),,tests/drive tests/e2e); \
+	run -m realtime -n $(CORES) --dist loadfile --no-loadscope-reorder $(if $(PYTEST_ARGS),,tests/drive tests/e2e); \
 	exit $$result
 
 browser: ## Install Debian's Chromium, and what drives it, for the browser tests (as root)
