@@ -152,7 +152,7 @@ def test_measurements_are_those_of_the_samples(page: Page) -> None:
     page.get_by_role("combobox", name="Layout of the scopes").select_option("Paper figure")
     page.keyboard.press("M")
     table = region(page, "Measurements as numbers")
-    row = table.get_by_role("row", name="Following error x A")
+    row = table.get_by_role("row", name="Following error x of A")
     expect(row).to_contain_text("15.2", timeout=LONG)
     prepared = prepare(load_scenario("circle"))
     start, stop = prepared.window

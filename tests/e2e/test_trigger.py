@@ -59,10 +59,10 @@ def test_the_glitch_is_found_and_its_height_is_the_recording_s(page: Page) -> No
         part = error[turn - before : turn - before + count]
         wanted = 1e6 * float(np.ptp(part))
         end = time.monotonic() + 1e-3 * LONG
-        read = readings(page, "Following error x A")
+        read = readings(page, "Following error x of A")
         while float(read["p-p"]) != pytest.approx(wanted, rel=0.006) and time.monotonic() < end:
             page.wait_for_timeout(100)  # readings change a few times a second
-            read = readings(page, "Following error x A")
+            read = readings(page, "Following error x of A")
         assert read["unit"] == "µm"
         assert float(read["p-p"]) == pytest.approx(wanted, rel=0.006)
         assert float(read["most"]) == pytest.approx(1e6 * part.max(), rel=0.006)

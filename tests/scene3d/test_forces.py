@@ -7,7 +7,7 @@ import pytest
 
 from motionlab.config.load import load_scenario
 from motionlab.scene3d import arrows, protocol, section
-from motionlab.scene3d.cameras import camera_of, stage_offsets
+from motionlab.scene3d.cameras import Camera, camera_of, label_place, stage_offsets
 from motionlab.scene3d.geometry import TOP, Layout
 from motionlab.scene3d.pose import DrawnVariant
 from motionlab.scene3d.section import Section
@@ -117,3 +117,29 @@ def test_what_a_camera_shows_fits_its_picture(camera, aspect: float) -> None:
     if camera == "section":  # straight onto the cut, with nearly parallel rays
         assert shown.direction == (0.0, -1.0, 0.0)
         assert shown.field_of_view < 0.1
+
+
+@pytest.mark.parametrize("camera", ["overview", "top", "side"])
+@pytest.mark.parametrize("ghost", [False, True])
+@pytest.mark.parametrize("aspect", [1.2, 1.7, 2.4, 3.4])
+def test_names_of_both_machines_are_in_the_picture(camera, ghost: bool, aspect: float) -> None:
+    layout = Layout.of(AXES)
+    shown = camera_of(ViewSettings(camera=camera, ghost=ghost), START)
+    for index, x in enumerate(stage_offsets(2, layout, ghost=ghost)):
+        y = label_place(layout, ghost=ghost and index > 0)
+        across, up = _in_picture(shown, aspect, (x, y, 0.0))
+        assert abs(across) < 0.85
+        assert -0.92 < up < 0.0
+
+
+def _in_picture(camera: Camera, aspect: float, place: tuple[float, float, float]) -> tuple:
+    """Return where a place appears, 1 at the right and at the upper edge."""
+    at = np.array(camera.position(aspect))
+    ahead = camera.middle - at
+    ahead /= np.linalg.norm(ahead)
+    right = np.cross(ahead, (0.0, 0.0, 1.0))
+    right /= np.linalg.norm(right)
+    up = np.cross(right, ahead)
+    away = place - at
+    half = np.tan(camera.field_of_view / 2) * (away @ ahead)
+    return away @ right / (half * aspect), away @ up / half

@@ -14,6 +14,8 @@ FIELD_OF_VIEW = 0.6
 """Of the camera, from top to bottom, rad."""
 
 _FLAT = 0.08  # nearly parallel rays, rad
+_LABEL = 0.035  # from the stator to the name of a machine, m
+_GHOST_LABEL = 0.075  # from there to the name of a ghost, m
 
 
 @dataclass(frozen=True)
@@ -52,20 +54,27 @@ def stage_offsets(stages: int, layout: Layout, *, ghost: bool = False) -> list[f
     return [(i - (stages - 1) / 2) * pitch for i in range(stages)]
 
 
+def label_place(layout: Layout, *, ghost: bool = False) -> float:
+    """Return the y of a machine's name, m: in front of its stator, a ghost's below the other's."""
+    return -layout.half[1] - _LABEL - (_GHOST_LABEL if ghost else 0.0)
+
+
 def camera_of(settings: ViewSettings, start: SceneDescription) -> Camera:
     """Return the preset that a viewer has chosen."""
     layout = Layout.of(start.axes)
     stages = 1 if settings.ghost else len(start.variants)
     wide = 2.2 * layout.rail * stages + STAGE_GAP
-    deep = 2.0 * layout.half[1]
+    lower = _GHOST_LABEL if settings.ghost else 0.0
+    deep = 2.0 * layout.half[1] + lower
     match settings.camera:
         case "overview":
             direction = (-0.12, -1.0, 0.8)
-            return Camera(direction, 1.15 * wide, 0.85 * deep, middle=(0.0, -0.03, 0.0))
+            return Camera(direction, 1.25 * wide, 1.06 * deep, middle=(0.0, -0.06 - lower / 2, 0.0))
         case "top":
-            return Camera((0.0, -0.002, 1.0), wide, 1.25 * deep, middle=(0.0, -0.02, 0.0))
+            middle = (0.0, -0.02 - lower / 2, 0.0)
+            return Camera((0.0, -0.002, 1.0), wide, 1.25 * deep, middle)
         case "side":
-            return Camera((0.0, -1.0, 0.1), 1.1 * wide, 0.26, middle=(0.0, 0.0, TOP))
+            return Camera((0.0, -1.0, 0.1), 1.1 * wide, 0.36, middle=(0.0, 0.0, TOP))
         case "section":
             middle = (0.0, 0.0, 0.012)
             return Camera((0.0, -1.0, 0.0), 0.18, 0.068, middle, field_of_view=_FLAT)

@@ -7,6 +7,7 @@ import viser
 from viser._messages import SetPositionMessage
 
 from motionlab.scene3d.arrows import NORMAL_SCALE, THRUST_SCALE, ForceArrows
+from motionlab.scene3d.cameras import label_place
 from motionlab.scene3d.colours import (
     ACCENTS,
     BED,
@@ -101,7 +102,7 @@ class StageView:
         self._label = scene.add_label(
             f"{root}/name",
             f"{name}  {label}".strip(),
-            position=(0, -layout.half[1] - 0.035, 0.0),
+            position=(0.0, label_place(layout), 0.0),
             anchor="top-center",
             font_screen_scale=1.1,
         )
@@ -122,8 +123,7 @@ class StageView:
         self._stator.visible = not ghost
         for node in self._solid:
             node.opacity = _GHOST if ghost else None
-        lower = 0.075 if ghost else 0.0
-        self._label.position = (0.0, -self._layout.half[1] - 0.035 - lower, 0.0)
+        self._label.position = (0.0, label_place(self._layout, ghost=ghost), 0.0)
         self._aside = _ASIDE if ghost else 0.0
 
     def show(self, variant: DrawnVariant, magnification: float) -> None:

@@ -13,7 +13,8 @@ export interface PolarCurve extends Look {
 
 /** Of the shorter half of the canvas: the ring of the least deviation, and that of the largest. */
 const INNER = 0.38;
-/** Room for the angles around it, and between the numbers of two rings, CSS pixels. */
+/** Room for the angles beside and above it, and between the numbers of two rings, CSS pixels. */
+const SIDE = 34;
 const LETTERS = 18;
 const LINE = 12;
 const RINGS = 4;
@@ -28,7 +29,7 @@ export function drawPolar(canvas: Canvas, curves: readonly PolarCurve[], radius:
   const step = niceStep((Math.max(0, ...all) - Math.min(0, ...all)) / RINGS);
   const low = Math.floor(Math.min(0, ...all) / step) * step;
   const high = Math.max(step, Math.ceil(Math.max(0, ...all) / step) * step);
-  const half = Math.max(1, Math.min(width, height) / 2 - LETTERS);
+  const half = Math.max(1, Math.min(width / 2 - SIDE, height / 2 - LETTERS));
   const [x0, y0] = [width / 2, height / 2];
   const perMetre = ((1 - INNER) * half) / (high - low);
   const ring = (value: number) => INNER * half + (value - low) * perMetre;

@@ -75,7 +75,7 @@ const PHASE = /^current(_command)?_([abc])$/;
 function words(quantity: string): string {
   const [, command, phase] = PHASE.exec(quantity) ?? [];
   if (phase !== undefined) return command ? `${phase} command` : phase;
-  return quantity.replaceAll('_', ' ');
+  return quantity.replace(/^pd_/, 'PD_').replaceAll('_', ' ');
 }
 
 function capital(text: string): string {

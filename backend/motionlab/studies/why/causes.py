@@ -168,7 +168,7 @@ CAUSES = (
     CauseKind("load", "external load", "no external load", _load),
     CauseKind(
         "compensation",
-        "feedback alone",
+        "friction compensation",
         "friction compensation switched off: below 0, it helps",
         _alone,
     ),
