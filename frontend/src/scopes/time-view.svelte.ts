@@ -17,6 +17,7 @@ import {
 } from '../plot/source';
 import type { Underlay } from '../plot/underlay';
 import type { Layout } from './layout.svelte';
+import type { Peak } from './peaks';
 import type { Statistic } from './statistics';
 import { channelsOf } from './trigger/detector';
 import { Trigger } from './trigger/trigger.svelte';
@@ -141,6 +142,9 @@ export abstract class TimeView {
   readonly note?: (scope: Scope) => string;
   /** Why a trace has no samples; empty where it should have. */
   readonly missing?: (column: string) => string;
+
+  /** What asks why there is a peak, at which the last cursor stands; null where that cannot be told. */
+  readonly whyOf?: (peak: Peak) => (() => void) | null;
 
   /** Which of several states the curves are of, as a name says it: `live`. */
   get state(): string {

@@ -15,6 +15,11 @@ test('every word has to occur, in name or place', () => {
   expect(matching(ALL, 'nothing')).toEqual([]);
 });
 
+test('words of the hint count too', () => {
+  const keep = { ...command('Keep', 'Trigger'), about: 'Keep this capture as a run' };
+  expect(matching([...ALL, keep], 'capture run')).toEqual([keep]);
+});
+
 test('what begins with the first word comes first', () => {
   expect(matching(ALL, 'thrust').map(({ name }) => name)).toEqual([
     'Thrust of the map',

@@ -1,5 +1,7 @@
 /** The circular test as curves and tables. */
 
+import { AxisScale } from '../../plot/axis-scale';
+import type { CurveData } from '../../plot/plot-menu';
 import type { PolarCurve } from '../../plot/polar';
 import { looksOf } from '../../plot/variant-looks';
 import { row, type Row } from './rows';
@@ -28,6 +30,25 @@ export function polarCurves(found: Ballbar, names: readonly string[], shown: Sho
         dash: way === 'cw' ? ('dash' as const) : ('solid' as const),
       })),
   );
+}
+
+const ANGLE = { label: 'angle', unit: '°', scale: { factor: 1, unit: '°' } };
+const DEVIATION = { label: 'radial deviation', unit: 'm' };
+
+/** The curves over the angle, as a table has them. */
+export function polarData(curves: readonly PolarCurve[]): CurveData {
+  const all = curves.flatMap(({ values }) => values);
+  const [low, high] = [Math.min(0, ...all), Math.max(0, ...all)];
+  return {
+    series: curves.map(({ name, values }) => ({
+      name,
+      x: values.map((_, i) => (360 * (i + 0.5)) / values.length),
+      y: values,
+    })),
+    bands: [],
+    x: new AxisScale(ANGLE, 0, 360, [0, 360]),
+    y: new AxisScale(DEVIATION, low, high, [0, 1]),
+  };
 }
 
 export function heads(found: Ballbar, names: readonly string[]): Head[] {

@@ -4,6 +4,7 @@ import type * as drive from './drive/part';
 import type * as study from './montecarlo/part';
 import type * as why from './why/part';
 import type * as overlay from './overlay/part';
+import type { Axis } from '../../app/api/types';
 import { app } from '../../app/store.svelte';
 import { fromAddress, load } from '../../app/storage';
 
@@ -35,11 +36,18 @@ class Parts {
       this.drive ??= await import('./drive/part');
     });
 
-  /** Asks why the error peaks, and opens the sheet that says so. */
-  askWhy = () =>
+  /** Whether causes can be taken away: what a drive measures is not simulated. */
+  get canAskWhy(): boolean {
+    return app.scenario !== null && app.session.variant === '';
+  }
+
+  /** Asks why the error peaks, of whom and on which axis, and opens the sheet that says so. */
+  askWhy = (of?: { variant: string; axis: Axis }) =>
     app.try(async () => {
       this.why ??= await import('./why/part');
-      this.why.why.open = true;
+      const { why } = this.why;
+      if (of) [why.variant, why.axis] = [of.variant, of.axis];
+      why.open = true;
     });
 
   /** Opens the sheet with runs to draw behind the curves. */

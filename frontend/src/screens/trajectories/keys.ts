@@ -6,7 +6,10 @@ export const TRAJECTORY_KEYS: KeyTable = {
   keys: [
     { keys: 'Ctrl+Z', does: 'Undo' },
     { keys: 'Ctrl+Y', does: 'Redo; Ctrl+Shift+Z too' },
-    { keys: 'Tab', does: 'Next point of the plane, with shift the one before' },
+    {
+      keys: 'Tab',
+      does: 'Next point of the plane, with shift the one before; from several to their tools',
+    },
     { keys: 'Ctrl+A', does: 'Select all points' },
     { keys: '] [', does: 'Select the next point too; the last one no longer' },
     { keys: 'Arrows', does: 'Move what is selected by 1 mm, with shift 0.1 mm; else the path' },

@@ -253,8 +253,9 @@ export class Hand {
     editor.chosen = new Set(all);
   }
 
-  /** Goes from point to point; past the last one the focus leaves the plane. */
+  /** Goes from point to point; past the last one, or from several to their tools, the focus leaves. */
   private tab(event: KeyboardEvent, path: DrawnPath, selected: number | null): void {
+    if (this.editor.chosen.size > 1) return;
     const count = path.points.length;
     const next = event.shiftKey
       ? selected === null

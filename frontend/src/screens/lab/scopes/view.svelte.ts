@@ -5,6 +5,7 @@ import { AXES, type Axis } from '../../../app/api/types';
 import { nameOf } from '../../../app/fields/fields.svelte';
 import { LiveSource } from '../../../scopes/live-source';
 import { Layout } from '../../../scopes/layout.svelte';
+import type { Peak } from '../../../scopes/peaks';
 import { STATISTICS, type Statistic } from '../../../scopes/statistics';
 import type { Capture } from '../../../scopes/trigger/captures';
 import { TimeView } from '../../../scopes/time-view.svelte';
@@ -35,6 +36,7 @@ const DRAG = 1;
 
 const NO_RING = new Ring(0, []);
 
+const FOLLOWING_ERROR = /^([A-Z])\.([xy])\.following_error$/;
 const SIMULATED_ONLY =
   /^[A-Z]\.[xy]\.(position|velocity|acceleration|friction|bristle|thrust|normal_force)$/;
 
@@ -218,6 +220,12 @@ class View extends TimeView {
     const study = parts.study?.study;
     const banded = (study?.behind(scope, this.source) ?? []).length > 0;
     return banded ? `▒ 5–95 %, min–max of ${study?.result?.cases} plants` : '';
+  };
+
+  override readonly whyOf = ({ column }: Peak): (() => void) | null => {
+    const [, variant, axis] = FOLLOWING_ERROR.exec(column) ?? [];
+    if (!variant || !axis || !parts.canAskWhy) return null;
+    return () => void parts.askWhy({ variant, axis: axis as Axis });
   };
 
   /** On drives nothing measures the true state of the machine. */

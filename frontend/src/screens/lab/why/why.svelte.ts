@@ -18,6 +18,9 @@ export interface WhyQuestion {
 
 class WhyStore {
   open = $state(false);
+  /** Whose error; empty for the second variant, or the only one. */
+  variant = $state('');
+  axis = $state<Axis | 'worse'>('worse');
   answer = $state.raw<Why | null>(null);
   problem = $state('');
   asking = $state(false);
