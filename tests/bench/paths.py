@@ -213,7 +213,7 @@ _DRAG = """moves => new Promise(done => {
   const step = () => {
     i += 1;
     moved = performance.now();
-    send('pointermove', grip[0] - (i % 40), grip[1] + (i % 23));
+    send('pointermove', grip[0] - 3 * (i % 14), grip[1] + (i % 23));
     if (i < moves) requestAnimationFrame(step);
     else {
       send('pointerup', ...grip);

@@ -199,6 +199,20 @@ def test_curvature_of_a_spline_is_continuous_at_its_points():
         assert before[2] == pytest.approx(after[2], rel=1e-4, abs=1e-3)
 
 
+def test_a_place_on_a_spline_does_not_depend_on_the_places_asked_for_with_it():
+    bent = [(0.0, 0.0), (0.01, 0.02), (0.04, 0.01), (0.02, -0.03)]
+    curve = spline(bent, closed=True)
+    q = np.linspace(0.0, curve.length, 500)
+    order = np.random.default_rng(1).permutation(len(q))
+    together = curve.path(q)
+    mixed = curve.path(q[order])
+    for whole, found in zip(together, mixed, strict=True):
+        assert np.array_equal(whole[order], found)
+    for k in (0, 7, 250, 499):
+        for whole, found in zip(together, curve.path(q[k : k + 1]), strict=True):
+            assert np.array_equal(whole[k], found[0])
+
+
 def test_a_spline_that_turns_on_the_spot_stays_finite():
     ref = reference(points=[[0.0, 0.0], [0.02, 0.0], [0.0, 0.0]], geometry="spline")
     for samples in (ref.position, ref.velocity, ref.acceleration):

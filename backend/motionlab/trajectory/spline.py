@@ -240,10 +240,10 @@ def _natural(knots: Array, corners: Array, ends: Sequence[int]) -> Array:
 
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
-def _pace(cubic: Array, edge: int, u: float) -> float:
-    """Return d(arc length)/d(parameter) at u of an edge."""
-    x = cubic[1, edge, 0] + u * (2.0 * cubic[2, edge, 0] + u * (3.0 * cubic[3, edge, 0]))
-    y = cubic[1, edge, 1] + u * (2.0 * cubic[2, edge, 1] + u * (3.0 * cubic[3, edge, 1]))
+def _pace(cubic: Array, u: float) -> float:
+    """Return d(arc length)/d(parameter) at u of an edge with coefficients (4, 2)."""
+    x = cubic[1, 0] + u * (2.0 * cubic[2, 0] + u * (3.0 * cubic[3, 0]))
+    y = cubic[1, 1] + u * (2.0 * cubic[2, 1] + u * (3.0 * cubic[3, 1]))
     return math.sqrt(x * x + y * y)
 
 
@@ -253,7 +253,7 @@ def _slope(cubic: Array, u: Array) -> Array:
     slope = np.empty(u.shape)
     for edge in range(len(u)):
         for k in range(u.shape[1]):
-            slope[edge, k] = _pace(cubic, edge, u[edge, k])
+            slope[edge, k] = _pace(cubic[:, edge], u[edge, k])
     return slope
 
 
@@ -277,16 +277,6 @@ def _table(cubic: Array, knots: Array, nodes: int) -> tuple[Array, Array, Array]
 
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
-def _arc(cubic: Array, edge: int, start: float, end: float) -> float:
-    """Return the arc length between two parameters of an edge."""
-    half = 0.5 * (end - start)
-    arc = 0.0
-    for i in range(len(_ABSCISSAE)):
-        arc += _WEIGHTS[i] * _pace(cubic, edge, start + half * (1.0 + _ABSCISSAE[i]))
-    return half * arc
-
-
-@numba.njit(error_model="numpy", nogil=True, cache=True)
 def _follow(  # noqa: PLR0913, PLR0917 - the tables of a spline
     cubic: Array,
     knots: Array,
@@ -300,34 +290,68 @@ def _follow(  # noqa: PLR0913, PLR0917 - the tables of a spline
     n = len(q)
     place, tangent, bend = np.empty((n, 2)), np.empty((n, 2)), np.empty((n, 2))
     node = locate(arc_lengths, q)
+    u, start, rest = np.empty(n), np.empty(n), np.empty(n)
     slowest = _SLOWEST * arc_lengths[-1] / knots[-1]
-    for k in range(n):
-        i = node[k]
-        edge = i // nodes
-        width = arc_lengths[i + 1] - arc_lengths[i]
-        rise = parameters[i + 1] - parameters[i]
-        # Where the spline is almost at rest, the slopes would make the cubic overshoot: 3 is
-        # monotone.
-        start = min(pace[i, 0] * width, 3.0 * rise)
-        end = min(pace[i, 1] * width, 3.0 * rise)
-        r = min(max((q[k] - arc_lengths[i]) / width, 0.0), 1.0)
-        way = start + r * (3.0 * rise - 2.0 * start - end + r * (start + end - 2.0 * rise))
-        u_0 = float(parameters[i] - knots[edge])
-        u = u_0 + r * way
+    k = 0
+    while k < n:
+        # Places on one edge share its coefficients: loops over them work on several at once.
+        edge = node[k] // nodes
+        first = k
+        while k < n and edge * nodes <= node[k] < (edge + 1) * nodes:
+            i = node[k]
+            width = arc_lengths[i + 1] - arc_lengths[i]
+            rise = parameters[i + 1] - parameters[i]
+            # Where the spline is almost at rest, the slopes would make the cubic overshoot: 3 is
+            # monotone.
+            a, b = min(pace[i, 0] * width, 3.0 * rise), min(pace[i, 1] * width, 3.0 * rise)
+            r = min(max((q[k] - arc_lengths[i]) / width, 0.0), 1.0)
+            start[k] = parameters[i] - knots[edge]
+            rest[k] = rise
+            u[k] = start[k] + r * (a + r * (3.0 * rise - 2.0 * a - b + r * (a + b - 2.0 * rise)))
+            k += 1
+        here = slice(first, k)
         # One step of Newton: near a narrow bend the cubic alone is off by some thousandths.
-        arc, slope = _arc(cubic, edge, u_0, u), _pace(cubic, edge, u)
-        if slope > slowest:
-            last = u_0 + rise
-            u = min(max(u - (arc_lengths[i] + arc - q[k]) / slope, u_0), last)
-        for axis in range(2):
-            a, b = cubic[0, edge, axis], cubic[1, edge, axis]
-            c, d = cubic[2, edge, axis], cubic[3, edge, axis]
-            place[k, axis] = a + u * (b + u * (c + u * d))
-            tangent[k, axis] = b + u * (2.0 * c + u * (3.0 * d))
-            bend[k, axis] = 2.0 * c + 6.0 * d * u
-        speed = max(np.hypot(tangent[k, 0], tangent[k, 1]), slowest)
-        tangent[k] /= speed
-        along = bend[k, 0] * tangent[k, 0] + bend[k, 1] * tangent[k, 1]
-        for axis in range(2):
-            bend[k, axis] = (bend[k, axis] - along * tangent[k, axis]) / speed**2
+        arcs, slopes = _arcs(cubic[:, edge], start[here], u[here])
+        for j in range(first, k):
+            if slopes[j - first] > slowest:
+                off = arc_lengths[node[j]] + arcs[j - first] - q[j]
+                last = start[j] + rest[j]
+                u[j] = min(max(u[j] - off / slopes[j - first], start[j]), last)
+        _bent(cubic[:, edge], u[here], slowest, place[here], tangent[here], bend[here])
     return place, tangent, bend
+
+
+@numba.njit(error_model="numpy", nogil=True, cache=True)
+def _arcs(cubic: Array, start: Array, end: Array) -> tuple[Array, Array]:
+    """Return the arc length between parameters of an edge, and its derivative at their ends."""
+    n = len(end)
+    half, arc, slope = np.empty(n), np.zeros(n), np.empty(n)
+    for k in range(n):
+        half[k] = 0.5 * (end[k] - start[k])
+    for i in range(len(_ABSCISSAE)):
+        for k in range(n):
+            arc[k] += _WEIGHTS[i] * _pace(cubic, start[k] + half[k] * (1.0 + _ABSCISSAE[i]))
+    for k in range(n):
+        arc[k] *= half[k]
+        slope[k] = _pace(cubic, end[k])
+    return arc, slope
+
+
+@numba.njit(error_model="numpy", nogil=True, cache=True)
+def _bent(  # noqa: PLR0913, PLR0917 - where the results go
+    cubic: Array, u: Array, slowest: float, place: Array, tangent: Array, bend: Array
+) -> None:
+    """Set position, unit tangent and curvature at parameters u of an edge."""
+    for axis in range(2):
+        a, b, c, d = cubic[0, axis], cubic[1, axis], cubic[2, axis], cubic[3, axis]
+        for k in range(len(u)):
+            place[k, axis] = a + u[k] * (b + u[k] * (c + u[k] * d))
+            tangent[k, axis] = b + u[k] * (2.0 * c + u[k] * (3.0 * d))
+            bend[k, axis] = 2.0 * c + 6.0 * d * u[k]
+    for k in range(len(u)):
+        speed = max(np.hypot(tangent[k, 0], tangent[k, 1]), slowest)
+        x, y = tangent[k, 0] / speed, tangent[k, 1] / speed
+        along = bend[k, 0] * x + bend[k, 1] * y
+        tangent[k, 0], tangent[k, 1] = x, y
+        bend[k, 0] = (bend[k, 0] - along * x) / speed**2
+        bend[k, 1] = (bend[k, 1] - along * y) / speed**2
