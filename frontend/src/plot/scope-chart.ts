@@ -19,6 +19,8 @@ const EDGE = 6;
 export const RIGHT = { plain: 18, second: 62 } as const;
 /** Least distance between two times. */
 const COLUMN = 70;
+/** A label with fewer letters of it tells nothing. */
+const READABLE = 8;
 const MARKS_ACROSS = 8;
 /** A time axis in seconds, however far one zooms in. */
 export const TIME = { label: 'time', unit: 's', scale: { factor: 1, unit: 's' } };
@@ -253,17 +255,30 @@ export class ScopeChart implements TimeAxis {
       if (this.last) canvas.write(String(i + 1), x.px(time) + aside, bottom, look);
     });
     if (!this.first) return;
-    let free = Number.NEGATIVE_INFINITY;
-    for (const { time, label } of shown) {
+    const [from, to] = this.ends;
+    let free = from;
+    shown.forEach(({ time, label }, i) => {
       const px = x.px(time);
+      const next = shown[i + 1];
+      // After its line, as far as the next one; before it where there is more room.
+      const [before, after] = [px - 6 - free, (next ? x.px(next.time) : to) - px - 6];
       const { width } = this.c.measureText(label);
-      // At the right edge it stands before its line.
-      const before = px + 3 + width > this.ends[1];
-      const left = before ? px - 3 - width : px + 3;
-      if (left < free) continue;
-      canvas.write(label, left, top, { baseline: 'top', ink: 'axis' });
-      free = left + width + 6;
-    }
+      const ahead = after >= Math.min(width, before);
+      const text = this.shortened(label, ahead ? after : before);
+      if (text === '') return;
+      const [align, aside] = ahead ? (['left', 3] as const) : (['right', -3] as const);
+      const rim = canvas.palette.panel;
+      canvas.write(text, px + aside, top, { align, baseline: 'top', ink: 'axis', rim });
+      free = ahead ? px + 3 + this.c.measureText(text).width : px;
+    });
+  }
+
+  /** As much of a text as there is room for; nothing where that is too little to read. */
+  private shortened(text: string, room: number): string {
+    const { width } = this.c.measureText(text);
+    if (width <= room) return text;
+    const kept = Math.floor((text.length * room) / width) - 1;
+    return kept < READABLE ? '' : `${text.slice(0, kept).trimEnd()}…`;
   }
 
   private upright(time: number, ink: Ink, dash: Dash): void {

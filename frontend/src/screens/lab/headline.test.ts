@@ -45,9 +45,10 @@ describe('what A and B are', () => {
     x: { k_p },
     compensation: { law, enabled },
   });
-  const scenario = (a: object, b: object, noise = 0) =>
+  const scenario = (a: object, b: object, noise = 0, schedule: object[] = []) =>
     ({
       load: { noise },
+      schedule,
       variants: { A: { controller: a }, B: { controller: b } },
     }) as unknown as Scenario;
   const of = (a: object, b: object, noise = 0) => sentence(scenario(a, b, noise), ['A', 'B']);
@@ -65,5 +66,15 @@ describe('what A and B are', () => {
     );
     expect(of(controller('off'), controller('off', 2))).toContain('A and B differ in k_p x.');
     expect(of(controller('off'), controller('off'))).toContain('have the same controller');
+  });
+
+  it('says what they are once all that is planned has happened', () => {
+    const off = controller('lugre-observer', 1, false);
+    const later = { time: 90, set: { 'variants.B.controller.compensation.enabled': true } };
+    const changed = { time: 20, set: { 'load.x': 3 } };
+    expect(sentence(scenario(off, off, 0, [later, changed]), ['A', 'B'])).toMatch(
+      /twice: from 90 s on A with friction compensation switched off, B with friction compensation \(.+\)\.$/,
+    );
+    expect(sentence(scenario(off, off, 0, [changed]), ['A', 'B'])).toContain('twice: A and B have');
   });
 });

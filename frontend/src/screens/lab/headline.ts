@@ -1,7 +1,7 @@
 /** The result in one line, and what A and B are in one sentence. */
 
-import { difference, numberAt } from '../../app/api/scenario-paths';
-import { AXES, type Axis, type Metrics, type Scenario } from '../../app/api/types';
+import { difference, numberAt, withChanges } from '../../app/api/scenario-paths';
+import { AXES, type Axis, type Changes, type Metrics, type Scenario } from '../../app/api/types';
 import { fieldOf, show } from '../../app/fields/fields.svelte';
 import { digits, quantity, scaleFor, type Scale } from '../../ui/units';
 
@@ -122,19 +122,30 @@ function lawOf(scenario: Scenario, variant: string): string {
   return `with friction compensation (${show(path, law)})`;
 }
 
-/** Says in a sentence what the variants shown are, from what they really differ in. */
-export function sentence(scenario: Scenario, shown: readonly string[]): string {
+/** The scenario once everything that is planned has happened, and when the first of that changes a controller, s. */
+function inTheEnd(scenario: Scenario): { scenario: Scenario; since: number | null } {
+  const planned = [...scenario.schedule].sort((a, b) => a.time - b.time);
+  const first = planned.find(({ set }) => Object.keys(set).some((path) => CONTROLLER.test(path)));
+  const end = planned.reduce((so, { set }) => withChanges(so, set as Changes), scenario);
+  return { scenario: end, since: first?.time ?? null };
+}
+
+const CONTROLLER = /^variants\.[A-Z]\.controller\./;
+
+/** Says in a sentence what the variants shown are in the end, from what they really differ in. */
+export function sentence(begun: Scenario, shown: readonly string[]): string {
+  const { scenario, since } = inTheEnd(begun);
   const [a, b] = shown;
   const noise = noisy(scenario) ? ', with the same noise' : '';
+  const then = since === null ? '' : `from ${Number(since.toPrecision(6))} s on `;
   if (a === undefined) return '';
-  if (b === undefined) return `One motor: ${a} ${lawOf(scenario, a)}.`;
+  if (b === undefined) return `One motor: ${then}${a} ${lawOf(scenario, a)}.`;
   const [first, second] = [a, b].map((name) => scenario.variants[name]?.controller ?? {});
   const paths = difference(first ?? {}, second ?? {})
     .map(({ path }) => path)
     .filter((path) => !['name', 'title', 'description'].includes(path));
   const start = `The same motor and motion twice${noise}`;
-  if (paths.length === 0)
-    return `${start}: A and B have the same controller.`.replace('A and B', `${a} and ${b}`);
+  if (paths.length === 0) return `${start}: ${then}${a} and ${b} have the same controller.`;
   const laws = [a, b].map((name) => lawOf(scenario, name));
   const others = paths.filter((path) => !/^compensation\.(law|enabled)$/.test(path));
   const names = [
@@ -143,7 +154,7 @@ export function sentence(scenario: Scenario, shown: readonly string[]): string {
   const more = names.length - NAMED;
   const listed = names.slice(0, more === 1 ? NAMED + 1 : NAMED).join(', ');
   const list = more > 1 ? `${listed} and ${more} more` : listed;
-  if (laws[0] === laws[1]) return `${start}: ${a} and ${b} differ in ${list}.`;
+  if (laws[0] === laws[1]) return `${start}: ${then}${a} and ${b} differ in ${list}.`;
   const also = list === '' ? '' : `; they differ in ${list} too`;
-  return `${start}: ${a} ${laws[0]}, ${b} ${laws[1]}${also}.`;
+  return `${start}: ${then}${a} ${laws[0]}, ${b} ${laws[1]}${also}.`;
 }
