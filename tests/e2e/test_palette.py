@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, Route, expect
 
 from tests.e2e.actions import LONG, region, serious
 
@@ -38,3 +38,15 @@ def test_screens_fields_buttons_keys_and_channels_by_typing(page: Page) -> None:
     expect(page.get_by_text("STOPPED")).to_have_count(0)
     find(page, "")
     assert serious(page, within=".palette") == []
+
+
+def test_what_is_typed_while_it_loads_are_words(page: Page) -> None:
+    held: list[Route] = []
+    page.route("**/Palette-*.js", lambda route: held.append(route))
+    with page.expect_request("**/Palette-*.js"):
+        page.keyboard.press("Control+k")
+    page.keyboard.type("tune")
+    expect(page.get_by_role("dialog", name="Commands")).to_be_hidden()
+    held[0].continue_()
+    expect(page.get_by_role("combobox", name="Find a screen")).to_have_value("tune")
+    expect(page.get_by_role("button", name="Dark theme")).to_be_visible()

@@ -101,6 +101,30 @@ def test_no_scenario_is_clipped(sized: Page, scenario: str) -> None:
     assert page.evaluate(CLIPPED) == []
 
 
+def test_plots_of_views_fit_a_low_window(sized: Page) -> None:
+    page = sized
+    page.set_viewport_size({"width": 1280, "height": 720})
+    page.get_by_role("radio", name="Views", exact=True).click()
+    views = region(page, "Views")
+    for name in ("Ballbar", "Contouring", "Friction", "Positioning", "Spectrum"):
+        views.get_by_role("radio", name=name, exact=True).click()
+        expect(views.locator("figure").last).to_be_visible(timeout=LONG)
+        for figure in views.locator("figure").all():
+            expect(figure, name).to_be_in_viewport(ratio=0.99)
+
+
+def test_nothing_lies_over_the_status_bar(sized: Page) -> None:
+    page = sized
+    page.set_viewport_size({"width": 1280, "height": 720})
+    button(page, "Trigger")
+    button(page, "Measure")
+    expect(region(page, "Measurements as numbers")).to_be_visible(timeout=LONG)
+    scopes, main = region(page, "Scopes").bounding_box(), page.locator("main").bounding_box()
+    assert scopes is not None
+    assert main is not None
+    assert scopes["y"] + scopes["height"] <= main["y"] + main["height"]
+
+
 @pytest.mark.parametrize(("width", "height"), [(390, 844), (720, 450)])
 def test_a_phone_and_a_page_at_200_percent_reach_every_screen(
     page: Page, width: int, height: int

@@ -141,7 +141,7 @@ def test_what_a_viewer_chose_reaches_it_alone(scene: SceneServer) -> None:
 
         def from_above() -> bool:
             told = [m for m in viewer.window() if m["type"] == "SetCameraPositionMessage"]
-            return any(m["position"][2] > 20.0 * np.hypot(*m["position"][:2]) for m in told)
+            return any(m["position"][2] > 10.0 * np.hypot(*m["position"][:2]) for m in told)
 
         until(from_above)  # after where it looked from at first
         views = {view.name: view for view in scene._views.values()}

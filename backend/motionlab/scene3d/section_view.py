@@ -124,7 +124,8 @@ class SectionView:
         if complete or self._beat % _LABEL_EVERY == 0:
             for k, label in enumerate(self._labels):
                 thrust = variant.phase_thrust[self._axis, k]
-                label.text = f"{'abc'[k]}   {currents[k]:.2f} A   {thrust:+.2f} N"
+                text = f"{'abc'[k]}   {currents[k]:.2f} A   {thrust:+.2f} N"
+                label.text = text.replace("-", "\N{MINUS SIGN}")
 
 
 def section_arrows(section: Section, axis: int, variant: DrawnVariant) -> tuple[Values, Values]:

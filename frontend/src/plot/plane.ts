@@ -60,7 +60,7 @@ export class Plane {
     const shown = scaleFor(Math.max((2 * APART) / this.scale, Math.abs(north)), 'm');
     const x = new AxisScale(METRES, west, east, [left, right], shown);
     const y = new AxisScale(METRES, south, north, [bottom, top], shown);
-    const fits = ({ value }: Tick) => x.px(value) > left + 8 && x.px(value) < right - 10;
+    const fits = ({ value }: Tick) => x.px(value) > left - 2 && x.px(value) < right - 10;
     const columns = x.ticks(APART);
     const named = new Map(withUnit(columns.filter(fits), x).map((tick) => [tick.value, tick]));
     const levels = y.ticks(APART).filter(({ value }) => y.px(value) > 8);
