@@ -20,6 +20,8 @@ from motionlab.trajectory.motion_profile import jerk_limited_times
 from motionlab.trajectory.reference import Reference, sample
 from motionlab.trajectory.retiming import slow_down
 from motionlab.trajectory.spline import spline
+from motionlab.trajectory.time_optimal_limits import Along, Nodes
+from motionlab.trajectory.time_optimal_solver import _constraints, _linear, _spacing, tied
 
 EASY: dict[str, Any] = {"v_max": 0.05, "a_max": 0.3, "j_max": 20.0}
 HARD: dict[str, Any] = {"v_max": 0.5, "a_max": 5.0, "j_max": 200.0}
@@ -199,3 +201,39 @@ def grid_time(path: DrawnPath, limits: MotionLimits, *, v_max: float, a_max: flo
         x[k - 1] = min(x[k - 1], x[k] - 2.0 * step * gains(x[k : k + 1], slice(k, k + 1))[0][0])
     speed = np.sqrt(x)
     return float(np.sum(2.0 * step / (speed[1:] + speed[:-1])))
+
+
+@pytest.mark.parametrize("rows", [5, 9])
+def test_the_solver_has_the_derivatives_of_its_constraints(rows: int) -> None:
+    random = np.random.default_rng(4)
+    way = np.cumsum(random.uniform(0.5, 1.5, 12)) * 1e-3
+    count = len(way) - 1
+    knots = Nodes(way, np.zeros((12, 2)), random.normal(size=(12, 2)), random.normal(size=(12, 2)))
+    along, reach = Along(0.5, 5.0, 200.0), random.uniform(3.0, 5.0, (12, 3, 2))
+    share, most = random.uniform(0.9, 1.0, 12), random.uniform(0.1, 0.2, 12)
+    spacing = _spacing(way)
+
+    def of(inner: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        c, g, jacobian = np.empty(count), np.zeros((count, rows)), np.zeros((count, rows, 3))
+        c[1:-1] = inner
+        tied(way, c)
+        for k in range(1, count):
+            _linear(knots, spacing, reach[k], share[k], most[k], k, jacobian[k])
+        _constraints(knots, spacing, along, reach, share, most, c, g, jacobian)
+        return g, jacobian
+
+    inner = random.uniform(0.02, 0.1, count - 2)
+    _, jacobian = of(inner)
+    dense = np.zeros((count, rows, count))
+    for k in range(1, count):
+        for near in range(3):
+            if k - 1 + near < count:
+                dense[k, :, k - 1 + near] = jacobian[k, :, near]
+    for i in range(count - 2):
+        step = np.zeros(count - 2)
+        step[i] = 1e-6 * inner[i]
+        slope = (of(inner + step)[0] - of(inner - step)[0]) / (2.0 * step[i])
+        assert dense[:, :, i + 1] == pytest.approx(slope, rel=1e-5, abs=1e-5)
+    # Nothing is left for the intervals at the ends: they follow their neighbours.
+    assert not dense[:, :, 0].any()
+    assert not dense[:, :, -1].any()

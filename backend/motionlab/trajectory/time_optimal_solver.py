@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -19,71 +20,129 @@ _CLOSE = 0.02  # of both, at which a result is used where it gets no further
 _BOUNDARY = 0.99  # share of the step to the nearest boundary that is taken
 
 
+class _Spacing(NamedTuple):
+    """What the constraints of each knot need of the places of the knots, shape (n + 1,)."""
+
+    apart: Array  # between the middles of the intervals before and after, m
+    left: Array  # weights of the squared speeds before and after
+    right: Array
+    before: Array  # weights of c before and after the interval after it in the second derivative
+    after: Array
+    faster: Array  # from `_faster`
+
+
 @numba.njit(error_model="numpy", nogil=True, cache=True)
-def _constraints(  # noqa: PLR0913, PLR0917 - one knot with its neighbours
+def _spacing(way: Array) -> _Spacing:
+    n = len(way)
+    found = _Spacing(np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n))
+    for k in range(1, n - 1):
+        width = way[k + 1] - way[k]
+        apart = 0.5 * (way[k + 1] - way[k - 1])
+        found.apart[k] = apart
+        found.right[k] = 0.5 * (way[k] - way[k - 1]) / apart
+        found.left[k] = 1.0 - found.right[k]
+        if k < n - 2:
+            further = 0.5 * (way[k + 2] - way[k])
+            found.before[k], found.after[k] = 1.0 / (apart * width), 1.0 / (further * width)
+            found.faster[k] = _faster(way, k)
+    return found
+
+
+@numba.njit(error_model="numpy", nogil=True, cache=True)
+def _linear(  # noqa: PLR0913, PLR0917 - one knot with its neighbours
     knots: Nodes,
-    along: Along,
+    spacing: _Spacing,
     reach: Array,
     share: float,
     most: float,
     k: int,
-    c: Array,
-    g: Array,
     jacobian: Array,
 ) -> None:
-    """Set the constraints g <= 0 of a knot, as shares of their limits, and of the jerk after it.
+    """Set the derivatives of a knot's constraints but that of jerk: they do not depend on c.
 
-    Their derivatives are those by c of the intervals before, after, and after that. The jerk after
-    the last knot before the end is that of its `tie`.
+    They are those by c of the intervals before, after, and after that.
     """
-    way, count = knots.way, len(c)
-    width = way[k + 1] - way[k]
-    apart = 0.5 * (way[k + 1] - way[k - 1])
-    right = 0.5 * (way[k] - way[k - 1]) / apart
-    left = 1.0 - right
-    x = left * c[k - 1] + right * c[k]
-    gain = 0.5 * (c[k] - c[k - 1]) / apart
+    apart, left, right = spacing.apart[k], spacing.left[k], spacing.right[k]
     jacobian[:, :] = 0.0
     jacobian[0, 0], jacobian[0, 1] = left / (share * most), right / (share * most)
-    g[0] = x / (share * most) - 1.0
     for sign in range(2):
         unit = (1.0 - 2.0 * sign) / (share * reach[2, 1 - sign])
         jacobian[1 + sign, 0], jacobian[1 + sign, 1] = -0.5 / apart * unit, 0.5 / apart * unit
-        g[1 + sign] = gain * unit - 1.0
-    for axis in range(2 if len(g) > _STRAIGHT_ROWS else 0):
+    for axis in range(2 if len(jacobian) > _STRAIGHT_ROWS else 0):
         slope, bend = knots.slope[k, axis], knots.bend[k, axis]
         down, up = reach[axis]
         row = 5 + 2 * axis
-        value = slope * gain + bend * x
         before, after = bend * left - 0.5 * slope / apart, bend * right + 0.5 * slope / apart
         jacobian[row, 0], jacobian[row, 1] = before / (share * up), after / (share * up)
         jacobian[row + 1, 0], jacobian[row + 1, 1] = (
             -before / (share * down),
             -after / (share * down),
         )
-        g[row] = value / (share * up) - 1.0
-        g[row + 1] = -value / (share * down) - 1.0
-    if k == count - 1:
-        g[3:5] = -1.0
-        jacobian[:, 0] += tie(way[count], way[k], way[k - 1]) * jacobian[:, 1]
+    _tie_in(knots.way, k, jacobian)
+
+
+@numba.njit(error_model="numpy", nogil=True, cache=True)
+def _tie_in(way: Array, k: int, jacobian: Array) -> None:
+    """Let derivatives by c of the first and the last interval count as those by their neighbours'.
+
+    Only knots next to an end have any.
+    """
+    last = len(way) - 2
+    if k == last:
+        jacobian[:, 0] += tie(way[last + 1], way[last], way[last - 1]) * jacobian[:, 1]
         jacobian[:, 1] = 0.0
         return
-    further = 0.5 * (way[k + 2] - way[k])
-    limit = 2.0 * share * along.j_max / math.sqrt(c[k] * _faster(way, k))
-    first, last = 1.0 / (apart * width), 1.0 / (further * width)
-    second = first * c[k - 1] - (first + last) * c[k] + last * c[k + 1]
-    for sign in range(2):
-        unit = (1.0 - 2.0 * sign) / limit
-        jacobian[3 + sign, 0] = first * unit
-        jacobian[3 + sign, 1] = (0.5 * second / c[k] - first - last) * unit
-        jacobian[3 + sign, 2] = last * unit
-        g[3 + sign] = second * unit - 1.0
     if k == 1:
         jacobian[:, 1] += tie(way[0], way[1], way[2]) * jacobian[:, 0]
         jacobian[:, 0] = 0.0
-    if k == count - 2:
-        jacobian[:, 1] += tie(way[count], way[count - 1], way[count - 2]) * jacobian[:, 2]
+    if k == last - 1:
+        jacobian[:, 1] += tie(way[last + 1], way[last], way[last - 1]) * jacobian[:, 2]
         jacobian[:, 2] = 0.0
+
+
+@numba.njit(error_model="numpy", nogil=True, cache=True)
+def _constraints(  # noqa: PLR0913, PLR0917 - what is known of all knots
+    knots: Nodes,
+    spacing: _Spacing,
+    along: Along,
+    reach: Array,
+    share: Array,
+    most: Array,
+    c: Array,
+    g: Array,
+    jacobian: Array,
+) -> None:
+    """Set the constraints g <= 0 of all knots, as shares of their limits, and of the jerk after.
+
+    Of the derivatives those of the jerk depend on c. The jerk after the last knot before the end is
+    that of its `tie`.
+    """
+    last = len(c) - 1
+    axes = 2 if g.shape[1] > _STRAIGHT_ROWS else 0
+    for k in range(1, last + 1):
+        x = spacing.left[k] * c[k - 1] + spacing.right[k] * c[k]
+        gain = 0.5 * (c[k] - c[k - 1]) / spacing.apart[k]
+        g[k, 0] = x / (share[k] * most[k]) - 1.0
+        g[k, 1] = gain * (1.0 / (share[k] * reach[k, 2, 1])) - 1.0
+        g[k, 2] = gain * (-1.0 / (share[k] * reach[k, 2, 0])) - 1.0
+        for axis in range(axes):
+            value = knots.slope[k, axis] * gain + knots.bend[k, axis] * x
+            g[k, 5 + 2 * axis] = value / (share[k] * reach[k, axis, 1]) - 1.0
+            g[k, 6 + 2 * axis] = -value / (share[k] * reach[k, axis, 0]) - 1.0
+    for k in range(1, last):
+        limit = 2.0 * share[k] * along.j_max / math.sqrt(c[k] * spacing.faster[k])
+        before, after = spacing.before[k], spacing.after[k]
+        second = before * c[k - 1] - (before + after) * c[k] + after * c[k + 1]
+        own = 0.5 * second / c[k] - before - after
+        for sign in range(2):
+            unit = (1.0 - 2.0 * sign) / limit
+            jacobian[k, 3 + sign, 0] = before * unit
+            jacobian[k, 3 + sign, 1] = own * unit
+            jacobian[k, 3 + sign, 2] = after * unit
+            g[k, 3 + sign] = second * unit - 1.0
+    _tie_in(knots.way, 1, jacobian[1, 3:5])
+    _tie_in(knots.way, last - 1, jacobian[last - 1, 3:5])
+    g[last, 3:5] = -1.0
 
 
 @numba.njit(error_model="numpy", nogil=True, cache=True)
@@ -193,8 +252,11 @@ def solve(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917 - one compiled loop
     count = last * rows
     target = 0.1 / count
     worst = gap = math.inf
+    spacing = _spacing(knots.way)
     for k in range(1, last + 1):
-        _constraints(knots, along, reach[k], share[k], most[k], k, c, g[k], jacobian[k])
+        _linear(knots, spacing, reach[k], share[k], most[k], k, jacobian[k])
+    _constraints(knots, spacing, along, reach, share, most, c, g, jacobian)
+    for k in range(1, last + 1):
         for row in range(rows):
             slack[k, row] = max(-g[k, row], 0.1)
             price[k, row] = target / slack[k, row]
@@ -202,8 +264,8 @@ def solve(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917 - one compiled loop
         diagonal, right = np.zeros(last - 1), np.zeros(last - 1)
         first, second = np.zeros(last - 1), np.zeros(last - 1)
         worst, gap = 0.0, 0.0
+        _constraints(knots, spacing, along, reach, share, most, c, g, jacobian)
         for k in range(1, last + 1):
-            _constraints(knots, along, reach[k], share[k], most[k], k, c, g[k], jacobian[k])
             i = k - 1
             if k < last:
                 root = math.sqrt(c[k])
