@@ -20,7 +20,7 @@ from mcap.writer import Writer
 
 from motionlab.errors import ConfigError
 from motionlab.runs import measured_file
-from motionlab.runs.column_guess import channel_of, label, si_of
+from motionlab.runs.column_guess import Label, channel_of, label, si_of
 from motionlab.runs.exports import Selection, Source, check_selection, export
 from motionlab.runs.import_document import Import, ImportOptions
 from motionlab.runs.imports import Measurement, read_measurement
@@ -332,6 +332,11 @@ def test_guesses(header: str, wanted: tuple[str | None, str]) -> None:
     found = label(header)
     si = (si_of(found.unit) or ("", 0.0))[0]
     assert (channel_of(found.name, si)[0], si) == wanted
+
+
+def test_no_unit_is_looked_for_in_an_endless_header() -> None:
+    header = "x" + " [" * 200_000
+    assert label(header) == Label(header, "")
 
 
 @pytest.mark.parametrize(("factor", "unit"), [(1.0, "m"), (1e3, "mm"), (1e6, "um"), (1e9, "nm")])

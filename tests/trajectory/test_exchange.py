@@ -141,6 +141,12 @@ def test_svg_paths_are_those_of_another_parser(data: str, transform: str, matrix
     equal_curves(path, flat[:, :2] * (1e-3, -1e-3))
 
 
+def test_a_subpath_may_begin_where_one_was_closed() -> None:
+    again = read('<svg><path d="M1 1h9v9z l-5 0 0-5z z"/></svg>')
+    moved = read('<svg><path d="M1 1h9v9z M1 1l-5 0 0-5z"/></svg>')
+    assert again.points == moved.points
+
+
 def test_shapes_units_and_what_is_left_out() -> None:
     text = (
         '<svg width="2in" height="1in" viewBox="0 0 20 10"><defs><circle id="c" r="2"/></defs>'
@@ -205,6 +211,9 @@ REFUSED = [
     ("<svg>\n<g></svg>", "line 2: is no XML"),
     ("<html/>", "line 1: begins no SVG"),
     ("<svg>" + "<g>" * 70, "nested too deeply"),
+    ("<svg>\n<path/></svg>", "line 2: draws nothing"),
+    ("<svg>\n<path d='M0 0 1 1" + "z" * 100_000 + "'/></svg>", "line 2: .*100000 segments"),
+    ("x" + " " * 9000 + "mm" + " " * 9000 + "!,y\n0,0\n1,1", "line 1: is neither numbers"),
 ]
 
 
@@ -219,8 +228,11 @@ def test_hostile_files_are_refused() -> None:
         f'<g id="g{k}">' + f'<use href="#g{k - 1}"/>' * 10 + "</g>" for k in range(1, 10)
     )
     laughs = f'<svg><path id="g0" d="M0 0 1 1"/>{groups}</svg>'
+    used = '<use href="#a"/>' * 100
+    long = f'<svg><path id="a" d="M0 0{"l1 1" * 1000}"/>{used}</svg>'
     for content, message in (
         (laughs.encode(), "repeats too much"),
+        (long.encode(), "repeats too much; .*100000 segments"),
         (b"G1 X1\n\xff\xfe\x00", "line 2: is no text"),
         (b"0,0\n1,\x00", "line 2: is no text"),
         (b"0,1\n" * (BYTES_MAX // 4 + 1), "is too large"),

@@ -31,6 +31,8 @@ UNITS = {
 """Units that are understood, in lower case, by SI unit: factors to it."""
 
 _SUFFIXES = {"mm_s": "mm/s", "m_s": "m/s", "mmps": "mm/s", "m_s2": "m/s^2", "mm_s2": "mm/s^2"}
+_HEADER_MAX = 100
+"""Characters of a header in which a unit is looked for: the time is cubic in them."""
 _BRACKETS = re.compile(r"(.+?)\s*[\[({]\s*([^\])}]*?)\s*[\])}]")
 _SLASH = re.compile(r"(.+?)(?:\s+/\s*|\s+in\s+)(\S+)")
 _OWN = re.compile(r"(?:[A-Z]\.)?([xy])\.(\w+)")
@@ -83,6 +85,8 @@ def label(header: str, unit: str = "") -> Label:
     """
     if unit:
         return Label(header, unit)
+    if len(header) > _HEADER_MAX:
+        return Label(header, "")
     if match := _BRACKETS.fullmatch(header):
         return Label(match[1], match[2])
     if (match := _SLASH.fullmatch(header)) and si_of(match[2]) is not None:

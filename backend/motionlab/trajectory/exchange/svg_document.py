@@ -14,6 +14,7 @@ from xml.etree.ElementTree import Element, SubElement
 from xml.parsers import expat
 
 from motionlab.errors import ConfigError, FieldError
+from motionlab.trajectory.exchange.segments import SEGMENTS_MAX
 
 DEPTH_MAX = 64
 """Most elements inside one another."""
@@ -98,6 +99,7 @@ class _Reader:
         self._metres = 0.0
         self._left_out: dict[str, int] = {}
         self._lines: dict[Element, int] = {}
+        self._segments: dict[Element, int] = {}
 
     def read(self, text: str) -> Document:
         try:
@@ -143,11 +145,12 @@ class _Reader:
             return
         if name == "svg" or (name == "symbol" and "viewBox" in attributes):
             self._refuse("has a viewport inside the document, which is not read", name)
-        clean = self._clean(name, attributes)
+        clean, segments = self._clean(name, attributes)
         if name == "symbol":
             parent, name = SubElement(parent, "defs"), "g"
         element = SubElement(parent, "g" if name in {"a", "switch"} else name, clean)
         self._lines[element] = self._parser.CurrentLineNumber
+        self._segments[element] = segments
         self._stack.append(element)
 
     def _end(self, _: str) -> None:
@@ -176,9 +179,10 @@ class _Reader:
                 units.append(length[0] * _MILLIMETRES[length[1]] / extent)
         return min(units) if units else _MILLIMETRES[""]
 
-    def _clean(self, name: str, attributes: dict[str, str]) -> dict[str, str]:
-        """Return the attributes that place and shape an element, checked."""
-        clean = {}
+    def _clean(self, name: str, attributes: dict[str, str]) -> tuple[dict[str, str], int]:
+        """Return the attributes that place and shape an element, checked, and its segments."""
+        clean = {"d": ""} if name == "path" else {}
+        segments = 1
         for full, value in attributes.items():
             namespace, _, key = full.rpartition(" ")
             if key == "href" and namespace in {"", _XLINK} and name == "use":
@@ -190,17 +194,17 @@ class _Reader:
             elif key == "transform":
                 clean[key] = self._transform(value)
             elif key == "d" and name == "path":
-                self._path(value)
-                clean[key] = value
+                clean[key], segments = self._path(value)
             elif key == "points" and name in {"polyline", "polygon"}:
-                if len(self._list(value, key)) % 2:
+                coordinates = len(self._list(value, key))
+                if coordinates % 2:
                     self._refuse("points has an odd number of coordinates", value[-40:])
-                clean[key] = value
+                clean[key], segments = value, coordinates // 2
             elif key in _LENGTHS and name in _SHAPES and value.strip() != "auto":
                 clean[key] = self._pixels(value, key)
             elif key == "id":
                 clean[key] = value
-        return clean
+        return clean, segments
 
     def _finite(self, text: str, key: str) -> float:
         value = float(text)
@@ -243,12 +247,21 @@ class _Reader:
             at = found.end()
         return text
 
-    def _path(self, text: str) -> None:
-        """Refuse path data that does not follow the grammar: by the standard it ends there."""
+    def _path(self, text: str) -> tuple[str, int]:
+        """Return path data that follow the grammar, and their segments.
+
+        Other data are refused: by the standard they end there. After Z comes M: svgelements looks
+        for the last one at every Z, from the end.
+        """
         at, command, first = _skipped(text, 0), "", True
+        parts, begin, segments = [], 0, 0
         while at < len(text):
+            segments += 1
             letter = text[at]
             if letter.upper() in _COMMANDS:
+                if command == "Z" and letter not in "Mm":
+                    parts += text[begin:at], "m0 0 "
+                    begin = at
                 command, at = letter.upper(), _skipped(text, at + 1)
                 if first and command != "M":
                     self._refuse("path does not begin with M", text[:20])
@@ -258,6 +271,7 @@ class _Reader:
                 self._refuse("path has no command where one is expected", text[at : at + 20])
             first = False
             at = self._arguments(text, at, command)
+        return "".join((*parts, text[begin:])), segments
 
     def _arguments(self, text: str, at: int, command: str) -> int:
         for k in range(_COMMANDS[command]):
@@ -277,27 +291,34 @@ class _Reader:
     def _check_uses(self, root: Element) -> None:
         """Refuse `use` of what is not there, of itself, and of too much."""
         by_id = {each.get("id"): each for each in root.iter() if each.get("id")}
-        counts: dict[Element, int] = {}
+        counts: dict[Element, tuple[int, int]] = {}
         under_way: set[Element] = set()
 
-        def count(element: Element) -> int:
+        def count(element: Element) -> tuple[int, int]:
+            """Return elements and segments."""
             if element in counts:
                 return counts[element]
             line = self._lines.get(element, 1)
             if element in under_way or len(under_way) > 4 * DEPTH_MAX:
                 self._refuse("uses itself, or is nested too deeply", line=line)
             under_way.add(element)
-            total = 1 + sum(count(each) for each in element)
+            inner = [count(each) for each in element]
             if element.tag == "use":
                 target = by_id.get(element.get("href", "")[1:])
                 if target is None:
                     self._refuse("uses what is not there", element.get("href", ""), line=line)
-                total += count(target)
-            if total > ELEMENTS_MAX:
-                self._refuse("repeats too much", total, line=line, range=f"{ELEMENTS_MAX} elements")
+                inner.append(count(target))
+            elements = 1 + sum(each[0] for each in inner)
+            segments = self._segments.get(element, 0) + sum(each[1] for each in inner)
+            for what, total, most in (
+                ("elements", elements, ELEMENTS_MAX),
+                ("segments", segments, SEGMENTS_MAX),
+            ):
+                if total > most:
+                    self._refuse("has or repeats too much", total, line=line, range=f"{most} {what}")
             under_way.discard(element)
-            counts[element] = total
-            return total
+            counts[element] = elements, segments
+            return elements, segments
 
         count(root)
 

@@ -17,7 +17,8 @@ UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "in": 25.4e-3
 
 _TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0}
 _NAMES = {"x": "x", "y": "y", "t": "time", "time": "time"}
-_HEADER = re.compile(r"\s*([a-z]+)\s*(?:[\[(/_ ]\s*([a-z]+)\s*[\])]?)?\s*\Z")
+_HEADER = re.compile(r"([a-z]+) ?(?:[\[(/_ ] ?([a-z]+) ?[\])]?)?\Z")
+"""Of a cell whose blanks are single: several in a row would take cubic time where none fits."""
 _LAP_MAX = 3600.0
 _FARTHEST = 1e3
 
@@ -104,7 +105,8 @@ def _header(
     found: dict[str, tuple[int, float]] = {}
     left_out = []
     for column, cell in enumerate(cells):
-        match = _HEADER.match(cell.lower().replace("\u00b5", "u").replace("\u03bc", "u"))
+        plain = " ".join(cell.lower().replace("\u00b5", "u").replace("\u03bc", "u").split())
+        match = _HEADER.match(plain)
         name = _NAMES.get(match[1]) if match else None
         if match is None or name is None:
             left_out.append(cell)
