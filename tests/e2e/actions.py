@@ -115,6 +115,21 @@ def tab_to(page: Page, name: str) -> None:
     raise AssertionError(f"Tab does not reach {name!r}")
 
 
+def press(page: Page, *keys: str) -> None:
+    for key in keys:
+        page.keyboard.press(key)
+
+
+def command(page: Page, words: str) -> None:
+    """Find a screen, a panel, a control or a channel by typing; go there, or do it."""
+    page.keyboard.press("Control+k")
+    search = page.get_by_role("combobox", name="Find a screen, control or channel")
+    expect(search).to_be_focused()
+    page.keyboard.type(words)
+    page.keyboard.press("Enter")
+    expect(search).to_be_hidden()
+
+
 def type_number(page: Page, text: str) -> None:
     page.keyboard.press("Control+A")
     page.keyboard.type(text)

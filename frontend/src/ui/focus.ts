@@ -9,7 +9,7 @@ const HOMES = 'main, section, figure, form, dialog, [popover], [role=dialog]';
 
 /** Gives the focus to a part of the page that Tab leaves out. */
 export function focusPart(part: HTMLElement): void {
-  if (!part.hasAttribute('tabindex')) part.tabIndex = -1;
+  if (part.tabIndex < 0 && !part.hasAttribute('tabindex')) part.tabIndex = -1;
   part.focus();
 }
 

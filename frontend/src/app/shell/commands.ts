@@ -49,7 +49,6 @@ function choices(select: HTMLSelectElement, { name, place }: Command): Command[]
     const text = option.text.trim();
     if (option.disabled || option.selected || text === '') return [];
     const choose = () => {
-      reach(select);
       select.value = option.value;
       select.dispatchEvent(new Event('change', { bubbles: true }));
     };
