@@ -4,7 +4,7 @@ import type { Canvas } from '../../plot/canvas';
 import { Plane } from '../../plot/plane';
 import { outside, type DrawnPath, type Point } from './drawn-path';
 import { stretches, type Checked } from './feasibility';
-import { polygon, type Outline } from './geometry';
+import { polygon, thinned, type Outline } from './geometry';
 
 /** Numbered places of the worst violations. */
 const NUMBERED = 8;
@@ -133,18 +133,11 @@ export class PathView {
     if (outline) this.outline(outline);
   }
 
-  private outline({ x, y }: Outline): void {
+  private outline(outline: Outline): void {
     const { c } = this.canvas;
-    const last = x.length - 1;
-    let [before, beside] = [Number.NEGATIVE_INFINITY, 0];
+    const { x, y } = thinned(outline, NEAR / this.plane.scale);
     c.beginPath();
-    for (let i = 0; i <= last; i++) {
-      const [px, py] = this.at([x[i] as number, y[i] as number]);
-      if (i < last && Math.abs(px - before) + Math.abs(py - beside) < NEAR) continue;
-      if (i === 0) c.moveTo(px, py);
-      else c.lineTo(px, py);
-      [before, beside] = [px, py];
-    }
+    this.trace(x, y, 0, x.length);
     c.stroke();
   }
 
