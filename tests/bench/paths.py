@@ -212,9 +212,13 @@ _DRAG = """moves => new Promise(done => {
   let i = 0;
   const step = () => {
     i += 1;
-    moved = performance.now();
-    send('pointermove', grip[0] - 3 * (i % 14), grip[1] + (i % 23));
-    if (i < moves) requestAnimationFrame(step);
+    if (i <= moves) {
+      moved = performance.now();
+      // Further than the grid that points snap to: a point that stays where it is is not checked.
+      send('pointermove', grip[0] - 4 * (i % 10), grip[1] + (i % 23));
+    }
+    // The answer to the last move is drawn after it.
+    if (i < moves + 2) requestAnimationFrame(step);
     else {
       send('pointerup', ...grip);
       window.fetch = fetched;

@@ -7,6 +7,7 @@ the curvature.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -100,7 +101,7 @@ def spline(
     ----------
     Lee, "Choosing nodes in parametric curve interpolation", Computer-Aided Design 1989.
     """
-    knots, cubic = _fit(_corners(points, closed=closed), closed=closed, breaks=corners)
+    knots, cubic = _fit(points, closed=closed, breaks=corners)
     nodes_per_edge = int(np.clip(_NODES // cubic.shape[1], *_NODES_PER_EDGE))
     arc_lengths, parameters, pace = _table(cubic, knots, nodes_per_edge)
     marks = arc_lengths[::nodes_per_edge].copy()
@@ -132,7 +133,7 @@ def outline(
         Edge k goes from point k to the next; the last corner belongs to the last edge.
     """
     visited = _corners(points, closed=closed)
-    knots, cubic = _fit(visited, closed=closed, breaks=corners)
+    knots, cubic = _fit(points, closed=closed, breaks=corners)
     per_edge = int(np.clip(_CORNERS // cubic.shape[1], *_CORNERS_PER_EDGE))
     u = (np.diff(knots)[:, None] * (np.arange(per_edge) / per_edge))[..., None]
     a, b, c, d = cubic[:, :, None]
@@ -190,14 +191,22 @@ def cubics(points: Sequence[Vector], *, closed: bool, corners: Sequence[int] = (
     points, closed, corners
         As of `spline`.
     """
-    knots, cubic = _fit(_corners(points, closed=closed), closed=closed, breaks=corners)
+    knots, cubic = _fit(points, closed=closed, breaks=corners)
     h = np.diff(knots)[:, None]
     a, b, c, d = cubic[0], cubic[1] * h, cubic[2] * h**2, cubic[3] * h**3
     return np.stack((a, a + b / 3, a + (2 * b + c) / 3, a + b + c + d), axis=1)
 
 
-def _fit(corners: Array, *, closed: bool, breaks: Sequence[int]) -> tuple[Array, Array]:
+def _fit(points: Sequence[Vector], *, closed: bool, breaks: Sequence[int]) -> tuple[Array, Array]:
     """Return centripetal knots and the coefficients between them, (4, edges, 2), constant first."""
+    return _fitted(tuple(map(tuple, points)), closed, tuple(breaks))
+
+
+@functools.lru_cache(maxsize=1)  # a check asks for motion and outline
+def _fitted(
+    points: tuple[Vector, ...], closed: bool, breaks: tuple[int, ...]
+) -> tuple[Array, Array]:
+    corners = _corners(points, closed=closed)
     edges = np.diff(corners, axis=0)
     knots = np.concatenate(([0.0], np.cumsum(np.sqrt(np.hypot(edges[:, 0], edges[:, 1])))))
     if closed and not breaks:

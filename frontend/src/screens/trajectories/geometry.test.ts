@@ -1,6 +1,6 @@
 import { describe, expect, it } from 'vitest';
 import { newPath, type Point } from './drawn-path';
-import { clickable, edgeAt, nearest, pointAt, polygon } from './geometry';
+import { clickable, edgeAt, nearest, pointAt, polygon, thinned } from './geometry';
 import { ring, shape, SHAPES } from './shapes';
 
 const SQUARE = newPath(ring(4, 0.03, 0), true);
@@ -25,6 +25,17 @@ it('a polygon ends at its first point where it is closed', () => {
     [...d, 3],
     [...a, 3],
   ]);
+});
+
+it('thinning keeps the ends, and nothing nearer than asked to the corner before', () => {
+  const x = [0, 0.2, 0.9, 1.1, 1.3, 2.5, 2.6];
+  const outline = { x, y: x.map(() => 0), edge: x.map((_, i) => i) };
+  expect(thinned(outline, 1)).toEqual({
+    x: [0, 1.1, 2.5, 2.6],
+    y: [0, 0, 0, 0],
+    edge: [0, 3, 5, 6],
+  });
+  expect(thinned(outline, 0)).toEqual(outline);
 });
 
 it('a click is held against the curve, but not one through fewer points', () => {

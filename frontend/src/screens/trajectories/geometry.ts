@@ -29,6 +29,21 @@ export function clickable(path: DrawnPath, drawn: Outline | null): Outline {
   return drawn && last(drawn) === last(straight) ? drawn : straight;
 }
 
+/** Returns the corners of an outline without those nearer to the one before than `least`, m; the last one stays. */
+export function thinned({ x, y, edge }: Outline, least: number): Outline {
+  const left: { x: number[]; y: number[]; edge: number[] } = { x: [], y: [], edge: [] };
+  let [px, py] = [Number.POSITIVE_INFINITY, 0];
+  for (let i = 0; i < x.length; i++) {
+    const [cx, cy] = [x[i] as number, y[i] as number];
+    if (i < x.length - 1 && Math.abs(cx - px) + Math.abs(cy - py) < least) continue;
+    left.x.push(cx);
+    left.y.push(cy);
+    left.edge.push(edge[i] as number);
+    [px, py] = [cx, cy];
+  }
+  return left;
+}
+
 export function distance(a: Point, b: Point): number {
   return Math.hypot(a[0] - b[0], a[1] - b[1]);
 }

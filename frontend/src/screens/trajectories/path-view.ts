@@ -4,12 +4,14 @@ import type { Canvas } from '../../plot/canvas';
 import { Plane } from '../../plot/plane';
 import { outside, type DrawnPath, type Point } from './drawn-path';
 import { stretches, type Checked } from './feasibility';
-import { polygon, type Outline } from './geometry';
+import { polygon, thinned, type Outline } from './geometry';
 
 /** Numbered places of the worst violations. */
 const NUMBERED = 8;
 /** Places nearer than this share the first number, CSS pixels. */
 const APART = 20;
+/** Corners of the curve nearer to the one before than that are left out, CSS pixels. */
+const NEAR = 0.75;
 /** More points than this are drawn small. */
 const MANY = 60;
 const ZOOM = { least: 0.7, most: 2000 };
@@ -37,7 +39,7 @@ export class PathView {
   private zoom = 1;
   private readonly plane: Plane;
   /** Pictures of a point by its size. */
-  private readonly dots = new Map<number, HTMLCanvasElement>();
+  private readonly dots = new Map<number, ImageBitmap>();
 
   constructor(private readonly canvas: Canvas) {
     this.plane = new Plane(canvas);
@@ -131,8 +133,9 @@ export class PathView {
     if (outline) this.outline(outline);
   }
 
-  private outline({ x, y }: Outline): void {
+  private outline(outline: Outline): void {
     const { c } = this.canvas;
+    const { x, y } = thinned(outline, NEAR / this.plane.scale);
     c.beginPath();
     this.trace(x, y, 0, x.length);
     c.stroke();
@@ -219,13 +222,13 @@ export class PathView {
   }
 
   /** Returns a point that is like others as a picture: to outline hundreds anew takes milliseconds. */
-  private dot(side: number): HTMLCanvasElement {
+  private dot(side: number): ImageBitmap {
     const known = this.dots.get(side);
     if (known) return known;
-    const made = document.createElement('canvas');
-    made.width = made.height = 2 * Math.ceil((side + 2) * devicePixelRatio);
-    const c = made.getContext('2d') as CanvasRenderingContext2D;
-    c.translate(made.width / 2, made.height / 2);
+    const wide = 2 * Math.ceil((side + 2) * devicePixelRatio);
+    const drawn = new OffscreenCanvas(wide, wide);
+    const c = drawn.getContext('2d') as OffscreenCanvasRenderingContext2D;
+    c.translate(wide / 2, wide / 2);
     c.scale(devicePixelRatio, devicePixelRatio);
     c.lineWidth = 1.75;
     c.fillStyle = this.canvas.palette.panel;
@@ -233,6 +236,8 @@ export class PathView {
     c.arc(0, 0, side, 0, 2 * Math.PI);
     c.fill();
     c.stroke();
+    // Of a canvas, the browser takes another picture each time that it is drawn.
+    const made = drawn.transferToImageBitmap();
     this.dots.set(side, made);
     return made;
   }
