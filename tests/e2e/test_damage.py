@@ -12,6 +12,7 @@ from tests.e2e.actions import region, set_field
 DAMAGED: dict[str, dict[str, object]] = {
     "sets": {"sets": None},
     "push": {"push": {"x": 5}},
+    "trigger": {"trigger": {"conditions": [None], "length": 1e9}},
     "path": {"path": {"kind": "path", "points": 5}},
     "sessions": {"sessions": {"gone": 5}},
     "session": {

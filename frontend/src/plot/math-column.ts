@@ -4,6 +4,9 @@
 export const NAME_MAX = 40;
 export const EXPRESSION_MAX = 200;
 
+/** Most that are computed at once. */
+export const MATH_MAX = 32;
+
 const LABEL_MAX = 32;
 
 export { isMath } from './source';
@@ -27,4 +30,20 @@ export function mathLabel(column: string): string {
   const { name, expression } = mathParts(column);
   const text = name || expression;
   return text.length > LABEL_MAX && name === '' ? `${text.slice(0, LABEL_MAX - 1)}…` : text;
+}
+
+/** What keeps math channels from being computed beside the ones before them, by column. */
+export function refusedBeside(columns: readonly string[]): ReadonlyMap<string, string> {
+  const found = new Map<string, string>();
+  const taken = new Set<string>();
+  for (const column of columns) {
+    const { name, expression } = mathParts(column);
+    const called = name || expression;
+    if (taken.has(called))
+      found.set(column, `another channel is called ${called}; choose another name`);
+    else if (taken.size === MATH_MAX) {
+      found.set(column, `${MATH_MAX} math channels are the most at once; delete one`);
+    } else taken.add(called);
+  }
+  return found;
 }

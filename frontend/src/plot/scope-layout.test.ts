@@ -29,6 +29,7 @@ describe('a layout as text', () => {
   it('keeps sizes within reason and drops ends that are none', () => {
     const [scope] = readLayout('a,a@1000=2:1') ?? [];
     expect(scope).toMatchObject({ channels: ['a'], size: 8, hold: null });
+    expect(readLayout('a=-1e999:1e999')?.[0]?.hold).toBeNull();
   });
 });
 

@@ -67,7 +67,8 @@ export function readScope(text: string): ScopeSpec | null {
   }
   const size = Math.min(SIZE.most, Math.max(SIZE.least, Number(high)));
   const [low, most] = [Number(from), Number(to)];
-  const hold = from !== undefined && most > low ? ([low, most] as const) : null;
+  const hold =
+    from !== undefined && most > low && Number.isFinite(most - low) ? ([low, most] as const) : null;
   return Number.isFinite(size) ? { ...spec, size, hold } : null;
 }
 

@@ -1,6 +1,6 @@
 import { expect, it } from 'vitest';
 import fixture from '../../../tests/fixtures/expressions.json';
-import { mathColumn, mathLabel, mathParts } from '../plot/math-column';
+import { MATH_MAX, mathColumn, mathLabel, mathParts, refusedBeside } from '../plot/math-column';
 import { layoutText, readLayout, scopeWith } from '../plot/scope-layout';
 import { completed, completions, FUNCTIONS, wordAt } from './math-text';
 
@@ -39,4 +39,12 @@ it('is called by its name, and keeps its expression in a layout', () => {
   const text = layoutText([scope, scopeWith(`${'n'.repeat(40)}=${'('.repeat(200)}`)]);
   expect(readLayout(text)?.[0]).toEqual(scope);
   expect(readLayout(text)?.[1]?.channels[0]).toHaveLength(241);
+});
+
+it('is refused beside another of its name, and beyond the most at once', () => {
+  const same = refusedBeside(['e=u', 'e=v', '=u', 'u=v', 'f=u']);
+  expect([...same.keys()]).toEqual(['e=v', 'u=v']);
+  expect(same.get('e=v')).toContain('e; choose another name');
+  const many = Array.from({ length: MATH_MAX + 1 }, (_, i) => `n${i}=u`);
+  expect([...refusedBeside(many).keys()]).toEqual([`n${MATH_MAX}=u`]);
 });

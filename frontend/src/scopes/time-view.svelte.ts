@@ -2,7 +2,7 @@
 
 import type { Whose } from '../app/expressions/expressions.svelte';
 import { app } from '../app/store.svelte';
-import { isMath, mathParts } from '../plot/math-column';
+import { isMath, mathParts, refusedBeside } from '../plot/math-column';
 import type { Pointer } from '../plot/chart-pointer';
 import { timeAt, type Range } from '../plot/range';
 import { columnsOf, scopeOf, unitsOf, type Scope } from '../plot/scope-catalog';
@@ -57,11 +57,22 @@ export abstract class TimeView {
     return all.filter((column, i) => all.indexOf(column) === i);
   });
 
+  /** What is wrong with math channels of the layout; undefined while the server checks them. */
+  readonly mathProblems: Readonly<Record<string, string | null | undefined>> = $derived.by(() => {
+    const beside = refusedBeside(this.math);
+    const problemOf = (column: string) => {
+      const checked = app.expressions.of(this.whose, column);
+      return checked?.problem ? checked.problem.message : checked && (beside.get(column) ?? null);
+    };
+    return Object.fromEntries(this.math.map((column) => [column, problemOf(column)]));
+  });
+
   /** All channels, and those math channels that can be computed here. */
   readonly known: readonly Channel[] = $derived.by(() => {
     const computed = this.math.flatMap((name): Channel[] => {
-      const { problem, unit } = app.expressions.of(this.whose, name) ?? { problem: true };
-      return problem ? [] : [{ name, unit: unit ?? '1', meaning: mathParts(name).expression }];
+      if (this.mathProblems[name] !== null) return [];
+      const unit = app.expressions.of(this.whose, name)?.unit ?? '1';
+      return [{ name, unit, meaning: mathParts(name).expression }];
     });
     return computed.length === 0 ? this.channels : [...this.channels, ...computed];
   });

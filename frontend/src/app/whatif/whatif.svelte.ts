@@ -59,7 +59,7 @@ export class WhatIf {
   standing = $state<WhatIfStatus>('waiting');
   /** ms from question to answer, for the newest. */
   took = $state(0);
-  /** Why the last request is repeated. */
+  /** Why the last request was refused, or is repeated. */
   reason = $state('');
   /** What has come of the newest question's run from its start: the whole, and finer curves of parts. */
   private seen = $state.raw(new SeenCurves());
@@ -186,6 +186,7 @@ export class WhatIf {
       }
       if (what === 'part') return;
       this.standing = 'failed';
+      this.reason = errorText(error);
       if (this.rest !== null) clearTimeout(this.rest);
       this.rest = null;
       if (error instanceof ApiError) this.refused(error.problem.errors, error.message);

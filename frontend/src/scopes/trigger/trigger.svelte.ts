@@ -4,6 +4,7 @@ import type { GhostRun } from '../../plot/ghosts';
 import type { Range } from '../../plot/range';
 import type { SampleSource, StillSource } from '../../plot/source';
 import { load, save } from '../../app/storage';
+import { KEPT_FORM } from './kept-settings';
 import { copied, laidBehind, type Capture } from './captures';
 import { triggerText } from './trigger-text';
 import { channelsOf, Detector, type Condition, type Join } from './detector';
@@ -26,9 +27,6 @@ export interface Settings {
   /** Whether captures of a session become runs. */
   keep: boolean;
 }
-
-export const CONDITIONS_MAX = 4;
-export const CAPTURES_MAX = 100;
 
 /** Where the browser keeps the settings, for all screens. */
 const KEPT = 'trigger';
@@ -94,7 +92,7 @@ export class Trigger {
   });
 
   constructor(private readonly view: Watched) {
-    this.settings = { ...USUAL, ...load<Partial<Settings>>(KEPT, {}) };
+    this.settings = { ...USUAL, ...load<Partial<Settings>>(KEPT, {}, KEPT_FORM) };
   }
 
   /** Channels that have to come while it waits, shown or not. */

@@ -24,12 +24,15 @@ class LabResult {
 
   readonly span = $derived(this.metrics ? spanText(this.metrics.window) : '');
 
+  /** Why there is no result of what is staged; empty where there is one. */
+  readonly refused = $derived(
+    app.mode === 'whatif' && app.whatif.standing === 'failed' ? app.whatif.reason : '',
+  );
+
   /** What is said while there is no result. */
   readonly waiting = $derived.by((): string => {
     if (app.mode === 'whatif') {
-      return app.whatif.standing === 'failed'
-        ? 'Not computed: a change was refused'
-        : 'Simulating…';
+      return app.whatif.standing === 'failed' ? 'Not computed' : 'Simulating…';
     }
     const { state } = app.session.info ?? {};
     return state === 'playing' ? 'No result yet: it has just begun' : 'No result yet: press Play';
