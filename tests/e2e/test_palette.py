@@ -42,7 +42,11 @@ def test_screens_fields_buttons_keys_and_channels_by_typing(page: Page) -> None:
 
 def test_what_is_typed_while_it_loads_are_words(page: Page) -> None:
     held: list[Route] = []
-    page.route("**/Palette-*.js", held.append)
+
+    def hold(route: Route) -> None:
+        held.append(route)
+
+    page.route("**/Palette-*.js", hold)
     with page.expect_request("**/Palette-*.js"):
         page.keyboard.press("Control+k")
     page.keyboard.type("tune")
