@@ -313,7 +313,11 @@ def test_a_path_is_imported_shaped_and_exported_by_keyboard_alone(page: Page) ->
         return page.evaluate("JSON.parse(localStorage.getItem('motionlab.path'))")
 
     choosers: list[FileChooser] = []
-    page.on("filechooser", choosers.append)  # from here on, or the first would be missed
+
+    def chosen(chooser: FileChooser) -> None:
+        choosers.append(chooser)
+
+    page.on("filechooser", chosen)  # from here on, or the first would be missed
     command(page, "trajectories screen")
     expect(region(page, "Limits")).to_contain_text("feasible", timeout=LONG)
     command(page, "import saved paths")

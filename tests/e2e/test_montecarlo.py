@@ -7,7 +7,7 @@ import re
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
-from tests.e2e.actions import API, LONG, button, region, serious, set_field, until
+from tests.e2e.actions import API, LONG, button, command, region, serious, set_field, until
 from tests.e2e.conftest import Server
 
 PATIENT = 120_000  # ms; the first study of a new model compiles its kernel
@@ -28,11 +28,11 @@ def _decides_and_opens(page: Page, server: Server, panel: Locator) -> None:
     largest = worst.locator("td").first.inner_text()
     row = next(one for one in study["worst"] if (one["variant"], one["axis"]) == ("B", "x"))
     assert float(largest) == pytest.approx(1e6 * row["value"], rel=6e-3)
-    worst.get_by_role("button").click()
+    command(page, f"plant {row['case']}, worst of b")
     expect(panel).to_contain_text(f"plant {row['case']} of this study, staged")
     shown = region(page, "Metrics").locator("tr", has_text="max |ex|").locator("td").nth(1)
     expect(shown).to_have_text(largest, timeout=LONG)
-    button(page, "Back to its own motor")
+    command(page, "back to its own motor")
     expect(panel).not_to_contain_text("of this study, staged")
 
 
@@ -40,8 +40,9 @@ def test_bands_spec_and_stale_draft_survive_a_reload(page: Page, server: Server)
     page.keyboard.press("w")
     panel = region(page, "Monte Carlo")
     panel.locator("summary").first.click()
-    panel.get_by_role("combobox", name="Number of plants").select_option("100")
-    button(page, "Run on")
+    expect(panel.get_by_role("combobox", name="Number of plants")).to_be_visible()
+    command(page, "number of plants: 100")
+    command(page, "run on monte carlo")
     expect(panel).to_contain_text("max |ex|", timeout=PATIENT)
     expect(panel.get_by_role("columnheader", name="95 %", exact=True)).to_be_in_viewport()
     scope = page.get_by_role("region", name=re.compile("^Following error x"))

@@ -18,7 +18,10 @@ def find(page: Page, words: str) -> None:
 
 def test_screens_fields_buttons_keys_and_channels_by_typing(page: Page) -> None:
     expect(region(page, "Metrics")).to_contain_text("exact", timeout=LONG)
-    find(page, "b.y.thrust")
+    page.keyboard.press("Control+k")
+    page.keyboard.type("b.y.thrust")  # while it is being loaded
+    search = page.get_by_role("combobox", name="Find a screen, control or channel")
+    expect(search).to_have_value("b.y.thrust")
     page.keyboard.press("Enter")
     expect(page.get_by_role("region", name="Thrust y, what-if")).to_be_visible()
     find(page, "radius")
@@ -36,8 +39,9 @@ def test_screens_fields_buttons_keys_and_channels_by_typing(page: Page) -> None:
     page.keyboard.press("Escape")
     expect(page.get_by_role("dialog", name="Commands")).to_be_hidden()
     expect(page.get_by_text("STOPPED")).to_have_count(0)
-    find(page, "")
-    assert serious(page, within=".palette") == []
+    for words in ("", "no such thing"):
+        find(page, words)
+        assert serious(page, within=".palette") == []
 
 
 def test_what_is_typed_while_it_loads_are_words(page: Page) -> None:

@@ -9,7 +9,18 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
-from tests.e2e.actions import API, LONG, asked_for, button, region, serious, set_field, state
+from tests.e2e.actions import (
+    API,
+    LONG,
+    asked_for,
+    button,
+    command,
+    press,
+    region,
+    serious,
+    set_field,
+    state,
+)
 from tests.e2e.conftest import Server
 
 SLOW = 240_000  # ms; a search or a map on a machine that does much else
@@ -131,6 +142,14 @@ def test_gains_are_picked_off_the_map_and_refused_where_unstable(
     page.mouse.click(box["x"] + 0.8 * box["width"], box["y"] + 0.8 * box["height"])
     expect(warnings.first).to_contain_text("The chosen gains of x are unstable", timeout=LONG)
     expect(warnings.first).to_contain_text("stability boundary")
+    # by keyboard alone: the cell in the middle, its gains staged
+    command(page, "axis x: cost over k_p")
+    press(page, "Escape", "ArrowRight", "Enter")
+    expect(warnings).to_have_count(0, timeout=LONG)
+    expect(line(page, "picked")).to_have_class(re.compile("chosen"))
+    command(page, "stage in lab")
+    expect(region(page, "Compare and stage")).to_contain_text("has these gains, staged")
+    assert serious(page) == []
 
 
 def test_a_range_that_is_the_wrong_way_round_is_told_by_name(

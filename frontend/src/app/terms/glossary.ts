@@ -1,4 +1,4 @@
-/** The terms of the trade, each in a sentence or two that needs no other. Text only: the docs read it too. */
+/** The terms of the trade, each in a sentence or two that needs no other. Text only: docs/glossary.md lists them too. */
 
 export interface Entry {
   /** As it is written out. */
@@ -13,7 +13,7 @@ export const GLOSSARY = {
   },
   PM: {
     name: 'Phase margin',
-    text: 'How much more lag the loop would bear, as an angle at the frequency where its gain is one. Below 30° it rings.',
+    text: 'How much more lag the loop tolerates, as an angle at the frequency where its gain is one. Below 30° it rings.',
   },
   M_s: {
     name: 'Peak of the sensitivity, M_s',
@@ -25,7 +25,7 @@ export const GLOSSARY = {
   },
   'adaptation term': {
     name: 'Adaptation term K',
-    text: 'Corrects the bristle state of the friction model while it runs, from an error that the model is blamed for.',
+    text: 'Corrects the bristle state of the friction model while it runs, from the error that is put down to the model.',
   },
   saturated: {
     name: 'Saturated',
@@ -33,7 +33,7 @@ export const GLOSSARY = {
   },
   'stability boundary': {
     name: 'Stability boundary',
-    text: 'The gains at which the loop just does not settle any more: beyond them it oscillates and grows.',
+    text: 'The gains at which the loop stops being stable: beyond them an oscillation grows.',
   },
   'pole pitch': {
     name: 'Pole pitch τ',
@@ -57,11 +57,11 @@ export const GLOSSARY = {
   },
   'force sharing': {
     name: 'Force sharing',
-    text: 'How the wanted thrust is divided among the three phases, each of which pulls well at other positions.',
+    text: 'How the wanted thrust is divided among the three phases, each of which pulls best at positions of its own.',
   },
   DOB: {
     name: 'Disturbance observer',
-    text: 'Estimates from the motion what force acts beside the commanded one, and takes it away below its bandwidth.',
+    text: 'Estimates from the motion the force that acts besides the commanded one, and cancels it below its bandwidth.',
   },
   feedforward: {
     name: 'Feedforward',
@@ -77,11 +77,11 @@ export const GLOSSARY = {
   },
   'following error': {
     name: 'Following error e',
-    text: 'Where the axis should be less where it is measured to be, at every instant.',
+    text: 'Setpoint less measured position, at the same instant.',
   },
   'contour error': {
     name: 'Contour error',
-    text: 'Distance from the measured position to the path, whenever it is there: what a cut part would show.',
+    text: 'Distance from the measured position to the nearest point of the path, whatever the time: what a cut part would show.',
   },
   'steady error': {
     name: 'Steady error',
@@ -153,7 +153,7 @@ export const GLOSSARY = {
   },
   cost: {
     name: 'Cost',
-    text: 'The weighted sum of errors that a search makes small. Only its comparison means something.',
+    text: 'The weighted sum of errors that a search makes small. Only comparisons of it mean something.',
   },
   simplex: {
     name: 'Nelder-Mead simplex',
@@ -165,7 +165,7 @@ export const GLOSSARY = {
   },
   'rank correlation': {
     name: 'Rank correlation',
-    text: 'From −1 to 1: whether the error grows with a parameter over all motors, in whatever curve. Near 0 it does not matter.',
+    text: 'From −1 to 1: whether the error grows with a parameter over all motors, in a straight line or not. Near 0 it does not matter.',
   },
   stair: {
     name: 'Stair',

@@ -1,4 +1,5 @@
 import { expect, it } from 'vitest';
+import page from '../../../../docs/glossary.md?raw';
 import { GLOSSARY } from './glossary';
 import { partsOf, termIn } from './phrases';
 
@@ -38,4 +39,10 @@ it('finds the longest words, and none within others', () => {
 it('leads every phrase to an entry', () => {
   for (const words of ['steady e_y', 'settling y', 'Bandwidth', 'σ_1', 'pole pitches'])
     expect(termIn(words) ?? '').toSatisfy((name: string) => name in GLOSSARY);
+});
+
+it('says what the page of the docs says', () => {
+  const [, told = ''] = page.split('|---|---|\n').slice(-2);
+  const rows = Object.values(GLOSSARY).map(({ name, text }) => `| ${name} | ${text} |\n`);
+  expect(told).toBe(rows.join(''));
 });
