@@ -139,7 +139,7 @@ def test_a_level_with_hysteresis_in_what_is_visible(page: Page) -> None:
 
 
 def test_a_session_is_captured_as_it_runs_and_the_capture_stands(
-    page: Page, server: Server
+    page: Page, server: Server, refusals: list[str]
 ) -> None:
     expect(region(page, "Metrics")).to_contain_text("exact", timeout=LONG)
     page.keyboard.press("l")
@@ -177,5 +177,11 @@ def test_a_session_is_captured_as_it_runs_and_the_capture_stands(
     assert int(file.text.splitlines()[1].split(",")[0]) == turn - round(
         BEFORE * LENGTH / CONTROL_PERIOD
     )
+    refusals += ["404"]  # of the session that is gone
+    name = page.evaluate("new URL(location.href).searchParams.get('session')")
+    httpx.delete(f"{server.url}{API}/sessions/{name}").raise_for_status()
+    expect(page).not_to_have_url(re.compile(f"session={name}"), timeout=LONG)
+    expect(page.locator(".clock")).to_contain_text("0:00.000")
+    expect(panel.locator(".count")).to_have_text(standing)
     kept.click()
     expect(region(page, "Run").get_by_role("region", name="Following error x")).to_be_visible()

@@ -237,3 +237,20 @@ def test_a_capture_is_a_run_with_every_channel(live: Live) -> None:
         refused = live.client.post(f"{live.path}/captures", json=wrong)
         assert refused.status_code == 422
         assert field in [each["loc"] for each in refused.json()["errors"]]
+    for wrong in ({"from_tick": True, "to_tick": 5}, {"from_tick": "0", "to_tick": 5}):
+        refused = live.client.post(f"{live.path}/captures", json=wrong)
+        assert "must be a whole number" in refused.text
+
+
+def test_a_capture_before_a_reset_is_not_one_after_it(live: Live) -> None:
+    live.step(1000)
+    before = live.client.get(live.path).json()["timeline"]
+    live.client.post(f"{live.path}/reset")
+    live.step(1000)
+    ticks = {"from_tick": 100, "to_tick": 200}
+    refused = live.client.post(f"{live.path}/captures", json=ticks | {"timeline": before})
+    assert refused.status_code == 422
+    assert [each["loc"] for each in refused.json()["errors"]] == ["timeline"]
+    now = live.client.get(live.path).json()["timeline"]
+    kept = live.client.post(f"{live.path}/captures", json=ticks | {"timeline": now})
+    assert kept.status_code == 201

@@ -65,6 +65,15 @@ def test_a_few_ticks_are_those_of_the_whole(
     assert np.array_equal(values, np.tile(error[10000:10008], (2, 1)))
 
 
+def test_the_least_end_that_a_refusal_names_is_taken(client: httpx.Client) -> None:
+    body = {**CIRCLE, "start": 5.0, "end": 5.0}
+    answer = client.post("/api/v1/whatif", json=body)
+    assert answer.status_code == 422
+    (error,) = answer.json()["errors"]
+    head, _ = asked(client, **{**body, "end": error["bounds"]["minimum"]})
+    assert (error["loc"], head["time"]["count"]) == ("end", 1)
+
+
 def test_a_long_run_is_read_from_where_it_was_simulated(client: httpx.Client) -> None:
     head, _ = asked(client, **FIG5)
     assert (head["how"], head["time"]["start"]) == ("window", 174.0)

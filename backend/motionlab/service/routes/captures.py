@@ -40,8 +40,15 @@ class CaptureRequest(BaseModel):
 
     model_config = ConfigDict(extra="forbid") | examples({"from_tick": 0, "to_tick": 400})
 
-    from_tick: Whole = Field(ge=0, description="First tick")
-    to_tick: Whole = Field(ge=1, description="Tick after the last")
+    from_tick: Whole = Field(ge=0, strict=True, description="First tick")
+    to_tick: Whole = Field(ge=1, strict=True, description="Tick after the last")
+    timeline: Whole | None = Field(
+        default=None,
+        ge=0,
+        strict=True,
+        description="The session's timeline that the ticks are of: a reset begins another one, "
+        "and what was before is refused. Without, the newest",
+    )
     name: str = Field(default="", max_length=NAME_MAX, pattern=TEXT, description="Of the run")
     note: str = Field(
         default="", max_length=_NOTE_MAX, pattern=TEXT, description="Such as what triggered"
@@ -68,6 +75,8 @@ async def keep_session_capture(
     """Keep a stretch of a session's latest 30 s as a run with every channel."""
     ring, scenario = session.history.ring, session.simulation.scenario
     start, stop = body.from_tick, body.to_tick
+    timeline = session.timeline if body.timeline is None else body.timeline
+    _check_timeline(session, timeline)
     _check(start, stop, ring.first, ring.end)
     memory: MemoryBudget = request.app.state.memory
     with contextlib.ExitStack() as held:
@@ -81,6 +90,7 @@ async def keep_session_capture(
                 _check(start, stop, ring.first, ring.end)
 
         await asyncio.to_thread(save)
+        _check_timeline(session, timeline)  # reset meanwhile
         about = About(_origin(session), body.name, body.note, session.drive)
         answer = await called(request, _keep, str(path), start, scenario, about)
     run: Run = answer.value
@@ -92,6 +102,14 @@ async def keep_session_capture(
 def _origin(session: Session) -> str:
     """Return the run that a session is recorded as; empty if it is not."""
     return json.loads(session.info())["run"] or ""
+
+
+def _check_timeline(session: Session, timeline: int) -> None:
+    """Refuse ticks of a timeline that a reset has ended."""
+    if timeline != session.timeline:
+        message = "the session was reset since: the samples of that timeline are gone"
+        allowed = {"minimum": session.timeline, "maximum": session.timeline}
+        raise ConfigError(FieldError("timeline", message, timeline, bounds=allowed))
 
 
 def _check(start: int, stop: int, first: int, end: int) -> None:

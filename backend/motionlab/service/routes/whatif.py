@@ -238,7 +238,7 @@ def _stretch(body: WhatIfRequest, prepared: Prepared) -> tuple[int, int]:
             "end",
             "is not after start",
             body.end,
-            bounds={"minimum": start * CONTROL_PERIOD},
+            bounds={"minimum": (start + 1) * CONTROL_PERIOD},
             unit="s",
         )
     )

@@ -3068,6 +3068,11 @@ export interface components {
              */
             to_tick: number;
             /**
+             * Timeline
+             * @description The session's timeline that the ticks are of: a reset begins another one, and what was before is refused. Without, the newest
+             */
+            timeline?: number | null;
+            /**
              * Name
              * @description Of the run
              * @default

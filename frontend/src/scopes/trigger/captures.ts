@@ -3,6 +3,11 @@
 import type { GhostRun } from '../../plot/ghosts';
 import { StillSource, type Envelope, type Range, type SampleSource } from '../../plot/source';
 
+export interface Origin {
+  session: string;
+  timeline: number;
+}
+
 export interface Capture {
   /** When it was triggered, s. */
   time: number;
@@ -11,7 +16,9 @@ export interface Capture {
   source: StillSource;
   /** Without a hit: what auto shows meanwhile. */
   free: boolean;
-  /** Ticks [first, stop) of the session. */
+  /** The session and the timeline of it that it is of; null of what-ifs and runs. */
+  origin: Origin | null;
+  /** Ticks [first, stop) of these. */
   ticks: readonly [number, number];
   /** The run that it is kept as; empty while it is not, `…` while it is being kept. */
   run: string;

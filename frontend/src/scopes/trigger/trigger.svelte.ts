@@ -5,7 +5,7 @@ import type { Range } from '../../plot/range';
 import type { SampleSource, StillSource } from '../../plot/source';
 import { load, save } from '../../app/storage';
 import { KEPT_FORM } from './kept-settings';
-import { copied, laidBehind, type Capture } from './captures';
+import { copied, laidBehind, type Capture, type Origin } from './captures';
 import { triggerText } from './trigger-text';
 import { channelsOf, Detector, type Condition, type Join } from './detector';
 
@@ -54,8 +54,10 @@ export interface Watched {
   /** Every sample of a stretch of what is there already. */
   samples(columns: readonly string[], range: Range): Promise<StillSource | null>;
   look(range: Range | null): void;
-  /** Keeps ticks [from, to) of what comes as a run; returns its identifier, empty if it could not. */
-  keep?(ticks: readonly [number, number], time: number, note: string): Promise<string>;
+  /** The session whose samples come. */
+  readonly origin?: Origin | null;
+  /** Keeps a capture as a run; returns its identifier, empty if it could not. */
+  keep?(capture: Capture, note: string): Promise<string>;
 }
 
 /** `off`: scopes show what they show. `waiting` for a hit, `searching` a record, `done`: as many as wanted. */
@@ -126,6 +128,15 @@ export class Trigger {
     }
     this.phase = 'waiting';
     this.restart(coming);
+  }
+
+  /** Goes on with another record: a search is done anew, captures of a session that is gone stand. */
+  renew(): void {
+    if (this.phase === 'off') return;
+    const { coming } = this.view;
+    const ofSession = this.captures.some(({ origin }) => origin !== null);
+    if (!coming || !ofSession) this.arm();
+    else if (this.phase === 'waiting') this.restart(coming);
   }
 
   /** Back to what the scopes show without a trigger. */
@@ -210,7 +221,8 @@ export class Trigger {
     const range = { from: first * period, to: (first + count) * period };
     const kept = this.captures.filter((each) => !each.free);
     const ticks = [first, first + count] as const;
-    const capture = { time: tick * period, range, source, free, ticks, run: '' };
+    const origin = this.view.origin ?? null;
+    const capture = { time: tick * period, range, source, free, origin, ticks, run: '' };
     this.captures = [...kept, capture];
     if (this.settings.keep && !free) void this.keep(capture);
     this.place = this.captures.length - 1;
@@ -260,6 +272,7 @@ export class Trigger {
             range,
             source: part,
             free: false,
+            origin: null,
             ticks: [tick - before, tick - before + count],
             run: '',
           },
@@ -285,7 +298,7 @@ export class Trigger {
     const { view } = this;
     const note = triggerText(this.settings);
     this.note(capture, '…');
-    this.note(capture, (await view.keep?.(capture.ticks, capture.time, note)) ?? '');
+    this.note(capture, (await view.keep?.(capture, note)) ?? '');
   }
 
   private note({ source }: Capture, run: string): void {

@@ -7,7 +7,7 @@ import { LiveSource } from '../../../scopes/live-source';
 import { Layout } from '../../../scopes/layout.svelte';
 import type { Peak } from '../../../scopes/peaks';
 import { STATISTICS, type Statistic } from '../../../scopes/statistics';
-import type { Capture } from '../../../scopes/trigger/captures';
+import type { Capture, Origin } from '../../../scopes/trigger/captures';
 import { TimeView } from '../../../scopes/time-view.svelte';
 import { gathered } from '../../../app/session/moments.svelte';
 import { load, save } from '../../../app/storage';
@@ -142,14 +142,25 @@ class View extends TimeView {
     return app.whatif.samples(columns, range);
   }
 
-  async keep(ticks: readonly [number, number], time: number, note: string): Promise<string> {
-    const id = app.session.info?.id;
+  get origin(): Origin | null {
+    const { info } = app.session;
+    return info && { session: info.id, timeline: info.timeline };
+  }
+
+  async keep({ origin, ticks, time }: Capture, note: string): Promise<string> {
     let run = '';
-    if (id === undefined) return run;
+    if (!origin) return run;
+    const { session, timeline } = origin;
     await app.try(async () => {
       const [from_tick, to_tick] = ticks;
       const name = `${app.scenario?.name ?? 'capture'} at ${digits(time, 7)} s`;
-      ({ id: run } = await app.api.keepCapture(id, { from_tick, to_tick, name, note }));
+      ({ id: run } = await app.api.keepCapture(session, {
+        from_tick,
+        to_tick,
+        timeline,
+        name,
+        note,
+      }));
     });
     return run;
   }
