@@ -132,6 +132,11 @@ def test_views_and_help_by_keyboard_alone(page: Page) -> None:
     state(page, "paused")
 
 
+def open_menu(page: Page, words: str) -> None:
+    command(page, words)
+    expect(page.locator(":popover-open").get_by_role("button", name="Whole height")).to_be_visible()
+
+
 def test_scopes_are_built_by_keyboard_alone(page: Page) -> None:
     scopes = region(page, "Scopes")
 
@@ -148,10 +153,10 @@ def test_scopes_are_built_by_keyboard_alone(page: Page) -> None:
     page.keyboard.type("b.y.thrust")
     press(page, "Enter", "Escape")
     expect(region(page, "Monte Carlo")).to_be_focused()
-    command(page, "following error, thrust place")
+    open_menu(page, "following error, thrust place")
     press(page, "Tab", "End", "ArrowLeft", "Enter")
     expect(scopes.locator("h3").nth(1)).to_have_text("Following error, thrust")
-    command(page, "following error, thrust place")
+    open_menu(page, "following error, thrust place")
     tab_to(page, "Lock")
     press(page, "Enter")
     until(page, "the axis is locked", lambda: "=" in layout()[1])
@@ -182,7 +187,7 @@ def test_scopes_are_built_by_keyboard_alone(page: Page) -> None:
     press(page, "Escape")
     command(page, "layout paper figure")
     assert built() == ["Following error x", "Following error y"]
-    command(page, "following error y place")
+    open_menu(page, "following error y place")
     press(page, "Tab", "End", "Enter")  # Remove
     assert built() == ["Following error x"]
     expect(scopes.locator(":focus")).to_have_count(1)
