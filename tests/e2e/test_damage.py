@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from urllib.parse import quote
 
 import pytest
 from playwright.sync_api import Page, expect
@@ -104,6 +105,23 @@ def test_the_same_refusal_of_both_axes_is_shown_once(page: Page, refusals: list[
         expect(page.get_by_role("textbox", name=field)).to_have_attribute("aria-invalid", "true")
     motor = region(page, "Plant")
     expect(motor.get_by_role("alert")).to_have_count(1)
+
+
+def test_the_lab_says_why_a_link_is_not_computed(page: Page, refusals: list[str]) -> None:
+    refusals += ["422"]
+    draft = quote(json.dumps({"variants.Z.controller.x.k_p": 5}))
+    page.goto(f"{page.url.split('?')[0]}?scenario=circle&draft={draft}")
+    expect(page.get_by_test_id("headline")).to_have_text("Not computed")
+    expect(region(page, "Result")).to_contain_text("Is missing")
+
+
+def test_math_channels_of_one_name_leave_the_others_computed(
+    page: Page, refusals: list[str]
+) -> None:
+    refusals += ["422"]  # before the server has checked them
+    math = [quote(text, safe="") for text in ("m=B.x.thrust", "m=B.y.thrust")]
+    page.goto(f"{page.url.split('?')[0]}?scopes={quote(','.join(['A.x.thrust', *math]))}")
+    expect(region(page, "Metrics")).to_contain_text("exact")
 
 
 @pytest.mark.parametrize("width", [320, 401, 481, 640, 720, 861])

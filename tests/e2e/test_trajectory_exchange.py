@@ -158,6 +158,8 @@ def test_a_malformed_file_is_refused_with_its_line(paths: Page, refusals: list[s
     # What was typed, what was read before it, and the path are all still there.
     expect(box).to_have_value(re.compile("Y15 Q5"))
     expect(fact(paths, "timing")).to_have_text("feed 20.0 mm/s")
+    choose(paths, "empty.csv", "")
+    expect(problem).to_have_text("The file is empty.")
     paths.keyboard.press("Escape")
     expect(sheet(paths)).to_be_hidden()
     assert table(paths) == before

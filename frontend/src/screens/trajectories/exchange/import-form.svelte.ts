@@ -47,7 +47,9 @@ class ImportForm {
 
   /** Begins anew with a file. */
   async openFile(file: File): Promise<void> {
-    this.begin(file.name, await file.text());
+    const text = await file.text();
+    this.begin(file.name, text);
+    if (text.trim() === '') this.refusal = { line: null, text: 'The file is empty.', source: '' };
   }
 
   /** Begins anew with a text that was pasted. */
