@@ -108,7 +108,8 @@ def _check_timeline(session: Session, timeline: int) -> None:
     """Refuse ticks of a timeline that a reset has ended."""
     if timeline != session.timeline:
         message = "the session was reset since: the samples of that timeline are gone"
-        allowed = {"minimum": session.timeline, "maximum": session.timeline}
+        now = float(session.timeline)
+        allowed = {"minimum": now, "maximum": now}
         raise ConfigError(FieldError("timeline", message, timeline, bounds=allowed))
 
 

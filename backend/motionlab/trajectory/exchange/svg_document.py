@@ -315,9 +315,8 @@ class _Reader:
                 ("segments", segments, SEGMENTS_MAX),
             ):
                 if total > most:
-                    self._refuse(
-                        "has or repeats too much", total, line=line, range=f"{most} {what}"
-                    )
+                    allowed = f"{most} {what}"
+                    self._refuse("has or repeats too much", total, line=line, range=allowed)
             under_way.discard(element)
             counts[element] = elements, segments
             return elements, segments
