@@ -155,6 +155,8 @@ def test_links_skip_to_the_screen_and_to_the_controllers(page: Page) -> None:
     page.keyboard.press("Tab")
     expect(page.get_by_role("link", name="Skip to Lab")).to_be_focused()
     page.keyboard.press("Tab")
+    expect(page.get_by_role("link", name="Skip to the scopes")).to_be_focused()
+    page.keyboard.press("Tab")
     page.keyboard.press("Enter")
     page.keyboard.press("Tab")
     focused = page.evaluate("document.activeElement.closest('section')?.ariaLabel")
