@@ -1,4 +1,7 @@
-"""Imports and compiles in advance of the first request."""
+"""Imports and compiles in advance of the first request.
+
+``python -m motionlab.service.preload`` does all of it once, for later processes to find.
+"""
 
 from __future__ import annotations
 
@@ -36,3 +39,8 @@ def load_the_rest() -> None:
     evaluate.warm_up()
     importlib.import_module("motionlab.runs.index")
     importlib.import_module("pyarrow.parquet")
+
+
+if __name__ == "__main__":
+    warm_up()
+    load_the_rest()
