@@ -385,11 +385,15 @@ def test_runs_are_compared_opened_and_exported_by_keyboard_alone(
             data={"scenario": "circle", "keep": True, "name": name, "set": short},
             timeout=LONG,
         ).json()["run"]
-        for name in ("first", "second")
+        for name in ("keyed first", "keyed second")
     ]
     command(page, "runs screen")
     grid = page.get_by_role("grid", name="List of runs")
-    expect(grid).to_contain_text("second", timeout=LONG)
+    expect(grid).to_contain_text("keyed second", timeout=LONG)
+    press(page, "/")
+    page.keyboard.type("keyed")  # runs of sessions that end meanwhile would come between
+    expect(grid.get_by_role("row").filter(has_text="keyed")).to_have_count(2, timeout=LONG)
+    expect(grid).to_have_attribute("aria-rowcount", "3", timeout=LONG)  # and the heads
     command(page, "list of runs")
     press(page, "ArrowDown", "Shift+ArrowDown", "c")
     panel = region(page, "Compare")
