@@ -75,7 +75,7 @@ BOUNDED = Settings(
 """Simulations above 30 s become jobs, which the tests cancel; no drive answers."""
 
 fuzzed = settings(
-    max_examples=10,
+    max_examples=6,
     derandomize=True,
     database=None,
     deadline=None,
