@@ -87,7 +87,10 @@
   /** Moves a slider `times` times; resolves to ms from each event until every plot, and until every margin is new. */
   bench.slide = async (label, times) => {
     const slider = document.querySelector(`input[type=range][aria-label="${label}"]`);
-    const canvases = [...document.querySelectorAll('canvas')].filter(shown);
+    // The overview is of the whole run, which is asked for once the controls rest.
+    const canvases = [...document.querySelectorAll('canvas')].filter(
+      (canvas) => shown(canvas) && !canvas.closest('[role=slider]'),
+    );
     const home = slider.valueAsNumber;
     const taken = [];
     const margins = [];
