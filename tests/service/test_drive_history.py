@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from motionlab.drive.link.link import FaultNow
+from motionlab.drive.link.readings import FaultNow
 from motionlab.drive.link.shared import ROUND_TRIP_BINS, Status
 from motionlab.service.drive_history import DriveHistory
 

@@ -14,7 +14,8 @@ from motionlab.config.scenario import EventConfig, Scenario
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.drive.faults import DIVERGED, NOT_A_NUMBER
 from motionlab.drive.link.carrier import LinkError
-from motionlab.drive.link.link import DriveLink, FaultNow
+from motionlab.drive.link.link import DriveLink
+from motionlab.drive.link.readings import FaultNow
 from motionlab.drive.link.shared import RUN_TICKS_MAX, Figure, State
 from motionlab.drive.loop_parameters import LoopParameters, loop_parameters
 from motionlab.errors import ConfigError, FieldError

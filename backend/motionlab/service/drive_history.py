@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
-from motionlab.drive.link.link import DriveLink, FaultNow
+from motionlab.drive.link.link import DriveLink
+from motionlab.drive.link.readings import FaultNow
 from motionlab.drive.link.shared import Status
 
 _FAULTS_KEPT = 50

@@ -11,7 +11,8 @@ from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.drive.faults import DRIVE_ERRORS
 from motionlab.drive.lease import Lease
-from motionlab.drive.link.link import DriveLink, FaultNow
+from motionlab.drive.link.link import DriveLink
+from motionlab.drive.link.readings import FaultNow
 from motionlab.drive.link.shared import Figure, State, Status
 from motionlab.drive.process_data import STO_ACTIVE
 from motionlab.service.drive_history import DriveHistory, LastStop, PastFault, Recent

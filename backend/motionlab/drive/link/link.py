@@ -12,12 +12,10 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, Field
 
 from motionlab.config.drive import DriveConfig
 from motionlab.config.planar import AXES
@@ -25,6 +23,7 @@ from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.drive.faults import DRIVE_ERRORS, DRIVE_FAULT, FAULTS, OF_AN_AXIS
 from motionlab.drive.link.bounds import OpenLoopTest, check_reference, check_test
 from motionlab.drive.link.carrier import LinkError
+from motionlab.drive.link.readings import DriveNow, FaultNow, Loaded
 from motionlab.drive.link.shared import (
     NEVER,
     RING_TICKS,
@@ -38,7 +37,7 @@ from motionlab.drive.link.shared import (
     write_set,
 )
 from motionlab.drive.loop_parameters import LoopParameters
-from motionlab.drive.process_data import NODES, drive_state
+from motionlab.drive.process_data import NODES
 
 _LOG = logging.getLogger(__name__)
 _HEARTBEAT = 0.1  # s
@@ -53,41 +52,6 @@ _STEPS = {
     "operational": "drives operational, without torque",
 }
 _WITH_TORQUE = {State.HOLDING, State.MOVING, State.TESTING, State.STOPPING}
-
-
-class FaultNow(BaseModel):
-    """A latched fault."""
-
-    code: int
-    error: int = Field(description="Error code 603F of a drive that failed; else 0")
-    name: str
-    subject: Literal["link", "drive", "axis"]
-    place: int = Field(description="Drive from 1, or axis from 1; 0 for the link")
-    value: float | None = Field(description="What was found, in `unit`; null without a figure")
-    limit: float | None = Field(description="What is allowed, in `unit`")
-    unit: str
-    remedy: str
-
-
-class Loaded(NamedTuple):
-    """A set of parameters in effect: its number, and the first tick of the present motion."""
-
-    number: int
-    tick: int
-
-
-@dataclass(frozen=True)
-class DriveNow:
-    """One drive at the moment."""
-
-    status_word: int
-    error: int
-    torque: int  # per mille of rated
-
-    @property
-    def state(self) -> str:
-        """Its state in the words of CiA 402."""
-        return drive_state(self.status_word)
 
 
 class DriveLink:

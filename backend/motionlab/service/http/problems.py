@@ -31,7 +31,7 @@ from motionlab.errors import (
     Unknown,
     shown,
 )
-from motionlab.service.live.session import WrongState
+from motionlab.service.live.session_info import WrongState
 
 MEDIA_TYPE = "application/problem+json"
 

@@ -14,8 +14,8 @@ from motionlab.runs.run import Event
 from motionlab.service.drives import Drives
 from motionlab.service.live.clock import Clock
 from motionlab.service.live.run_recorder import RunRecorder
-from motionlab.service.live.session import Session, WrongState
-from motionlab.service.live.session_info import State
+from motionlab.service.live.session import Session
+from motionlab.service.live.session_info import State, WrongState
 from motionlab.simulation.simulation import ReadyEpoch
 
 _SWITCH = 0.2

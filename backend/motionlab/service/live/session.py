@@ -28,7 +28,7 @@ from motionlab.service.live.clock import Clock
 from motionlab.service.live.history import History
 from motionlab.service.live.notification import Listener
 from motionlab.service.live.run_recorder import RunRecorder, SessionRecorder
-from motionlab.service.live.session_info import SessionStatus, State
+from motionlab.service.live.session_info import SessionStatus, State, WrongState
 from motionlab.simulation.change import Change, changed
 from motionlab.simulation.machine import Machine
 from motionlab.simulation.prepare import Prepared
@@ -50,10 +50,6 @@ T = TypeVar("T")
 
 _CHANGES: TypeAdapter[tuple[Change, ...]] = TypeAdapter(tuple[Change, ...])
 _SCENARIO: TypeAdapter[Scenario] = TypeAdapter(Scenario)
-
-
-class WrongState(Exception):
-    """A command that the state of the session does not allow."""
 
 
 class Session:

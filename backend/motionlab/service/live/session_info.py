@@ -1,4 +1,4 @@
-"""Status and contents of a live session, as the API returns them."""
+"""Status and contents of a live session, as the API returns them, and what its state refuses."""
 
 from __future__ import annotations
 
@@ -10,6 +10,10 @@ from motionlab.config.scenario import Scenario
 from motionlab.simulation.change import Change
 
 State = Literal["paused", "playing", "stopping", "stopped", "finished"]
+
+
+class WrongState(Exception):
+    """A command that the state of the session does not allow."""
 
 
 class SessionStatus(BaseModel):

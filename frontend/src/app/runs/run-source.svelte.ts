@@ -140,7 +140,7 @@ export class RunSource {
       this.ahead = false;
       this.readAhead();
     } catch {
-      // Nobody has asked for it: the next look asks again.
+      // It was only read ahead; it is read when it is looked at.
       this.ahead = false;
     }
   }

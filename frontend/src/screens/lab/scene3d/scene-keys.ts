@@ -23,8 +23,8 @@ const CONTROLS = 'a, button, input, select, textarea, [contenteditable], [tabind
 
 /**
  * Gives the focus back to the page when the mouse has turned the camera, or clicked what takes no
- * keys: the keys that follow are meant for the Lab. Who comes by Tab, or uses viser's own fields and
- * buttons, stays there.
+ * keys: the keys that follow are meant for the Lab. Focus that came by Tab, or is on viser's own
+ * fields and buttons, stays there.
  */
 export function returnFocus(view: Window, frame: HTMLElement): void {
   view.addEventListener('pointerup', ({ target }) => {
