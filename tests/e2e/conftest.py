@@ -46,6 +46,7 @@ KEPT = {
     "maps": "name",
     "motors": "name",
     "gain-sets": "name",
+    "layouts": "name",
 }
 """What a server keeps of what a person does, and by what it is deleted. Jobs stay."""
 

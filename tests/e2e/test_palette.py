@@ -6,7 +6,7 @@ import re
 
 from playwright.sync_api import Page, Route, expect
 
-from tests.e2e.actions import LONG, region, serious
+from tests.e2e.actions import LONG, region, serious, until
 
 
 def find(page: Page, words: str) -> None:
@@ -55,6 +55,7 @@ def test_what_is_typed_while_it_loads_are_words(page: Page) -> None:
         page.keyboard.press("Control+k")
     page.keyboard.type("tune")
     expect(page.get_by_role("dialog", name="Commands")).to_be_hidden()
+    until(page, "it is being loaded", lambda: bool(held))
     held[0].continue_()
     expect(page.get_by_role("combobox", name="Find a screen")).to_have_value("tune")
     expect(page.get_by_role("button", name="Dark theme")).to_be_visible()

@@ -61,7 +61,8 @@ def test_a_layout_is_built_and_opens_elsewhere(
     sheet.get_by_role("button", name="Keep the present scopes").click()
     expect(sheet).to_contain_text("3 scopes", timeout=LONG)
     kept = page.request.get(f"{server.url}{API}/layouts").json()
-    assert kept[0]["scopes"][1] == "x.position_reference,B.x.friction_estimate~"
+    [mine] = [layout for layout in kept if layout["name"] == "mine"]
+    assert mine["scopes"][1] == "x.position_reference,B.x.friction_estimate~"
     link = page.url.replace(re.findall(r"session=[^&]+", page.url)[0], "")
     context = browser.new_context(viewport={"width": 1440, "height": 900})
     try:
