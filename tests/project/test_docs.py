@@ -7,7 +7,6 @@ from typing import get_args
 
 import pytest
 
-from motionlab.service.app import create_app
 from motionlab.service.job_reports import Kind
 from tests.e2e.pictures import PICTURES
 from tests.paths import ROOT
@@ -75,12 +74,12 @@ def test_pages_that_the_program_names_are_there():
     assert sorted(page for page in named if not (ROOT / page).is_file()) == []
 
 
-def test_every_call_is_on_the_page_of_rest():
+def test_every_call_is_on_the_page_of_rest(document):
     page = (ROOT / "docs" / "rest.md").read_text()
     told = {(method, path) for method, path in CALL.findall(page)}
     calls = {
         (method.upper(), path.removeprefix("/api/v1"))
-        for path, methods in create_app().openapi()["paths"].items()
+        for path, methods in document["paths"].items()
         for method in methods
     }
     assert sorted(calls - told) == []

@@ -25,7 +25,6 @@ from motionlab.config.timing import to_ticks
 from motionlab.simulation.inputs import load_force
 from tests.paths import ROOT
 from tests.project.printed_output import same_text
-from tests.service.openapi import Contract
 from tests.service.servers import Server
 
 PATIENCE = 1200  # s; one of them compiles first, others share the cores
@@ -280,8 +279,8 @@ def test_no_block_escapes() -> None:
     assert sum(command.output is not None for command in RUN) >= 2
 
 
-def test_every_call_of_the_page_exists(server: Server) -> None:
-    paths = Contract(server.app.openapi()).document["paths"]
+def test_every_call_of_the_page_exists(server: Server, document: dict[str, Any]) -> None:
+    paths = document["paths"]
     known = {(m.upper(), re.sub(r"\{\w+\}", "{}", path)) for path in paths for m in paths[path]}
     text = (ROOT / "docs" / "rest.md").read_text()
     calls = re.findall(r"`(GET|POST|PUT|PATCH|DELETE) (/[^` ]*)`?", text)

@@ -17,7 +17,6 @@ from jsonschema import Draft202012Validator
 from numpy.typing import NDArray
 
 from motionlab import __version__
-from motionlab.service.app import create_app
 from motionlab.service.live.messages import CLIENT_MESSAGES, SERVER_MESSAGES, asyncapi
 from motionlab.service.settings import Settings
 from tests.fixtures.__main__ import QUESTION, WHAT_IF, what_if
@@ -27,12 +26,6 @@ NPM = ROOT / "frontend" / "npm"
 API_TYPES = ROOT / "frontend" / "src" / "app" / "api"
 REST = (ROOT / "docs" / "rest.md").read_text()
 PREFIX = "/api/v1"
-
-
-@pytest.fixture(scope="module")
-def document() -> dict[str, Any]:
-    """Return the OpenAPI document."""
-    return create_app().openapi()
 
 
 # -- TypeScript -----------------------------------------------------------------------------------

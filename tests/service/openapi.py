@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import re
+from functools import cache
 from typing import Any
 
 import httpx
-from jsonschema import Draft202012Validator
+from jsonschema_rs import Draft202012Validator
+
+from motionlab.service.app import create_app
 
 PROBLEM = "application/problem+json"
 HEADERS = {
@@ -18,6 +21,12 @@ HEADERS = {
     "x-content-type-options": "nosniff",
     "x-frame-options": "SAMEORIGIN",
 }
+
+
+@cache
+def document() -> dict[str, Any]:
+    """Return the document of a server without a token, made once for each process."""
+    return create_app().openapi()
 
 
 def body_examples(document: dict[str, Any], operation_id: str) -> list[Any]:

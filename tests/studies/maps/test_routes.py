@@ -35,10 +35,10 @@ def server() -> Iterator[Server]:
 
 @pytest.fixture
 def client(
-    server: Server, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    server: Server, contract: Contract, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> Iterator[httpx.Client]:
     monkeypatch.setenv("MOTIONLAB_DATA", str(tmp_path))
-    hooks: dict[str, list[Any]] = {"response": [Contract(server.app.openapi()).check]}
+    hooks: dict[str, list[Any]] = {"response": [contract.check]}
     with httpx.Client(base_url=server.url, event_hooks=hooks, timeout=PATIENCE) as client:
         yield client
 

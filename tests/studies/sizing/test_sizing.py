@@ -16,7 +16,6 @@ from motionlab.config.changes import as_tables
 from motionlab.design.design import design
 from motionlab.design.document import AxisRating, DesignDocument, Rating, Reading, Sizing
 from motionlab.design.inputs import Axis, AxisX, AxisY, Choices, DesignRequest, Dimensions
-from motionlab.service.app import create_app
 from tests.paths import DOCS
 
 PAGE = (DOCS / "design.md").read_text()
@@ -250,8 +249,7 @@ def test_rest_answers_with_the_document(client: httpx.Client, body: dict[str, An
     assert answer.json() == design(body).model_dump(by_alias=True)
 
 
-def test_openapi_tells_unit_range_and_source() -> None:
-    document = create_app().openapi()
+def test_openapi_tells_unit_range_and_source(document: dict[str, Any]) -> None:
     schemas = document["components"]["schemas"]
     for model in ("Requirements", "Dimensions", "SizedDimensions", "AxisX", "AxisY"):
         for name, field in schemas[model]["properties"].items():

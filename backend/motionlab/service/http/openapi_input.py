@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
+from functools import cache
 from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, GetJsonSchemaHandler, TypeAdapter, create_model
@@ -54,6 +56,13 @@ class Paths:
         return handler(core) | {"propertyNames": {"pattern": self.pattern}}
 
 
+@cache
+def _fields() -> dict[str, Any]:
+    """Return the schema of each field of a scenario that is no part of it."""
+    fields = scenario_schema()["properties"]
+    return {key: field for key, field in fields.items() if key not in _PARTS}
+
+
 class ScenarioSource:
     """Describes a scenario as a request gives it: by name, or as tables that may build on names."""
 
@@ -63,12 +72,11 @@ class ScenarioSource:
         """Return the schema of both forms."""
         name = {"type": "string", "enum": names("scenarios")}
         table: dict[str, Any] = {"type": "object"}
-        fields = scenario_schema()["properties"]
         tables = {
             "type": "object",
             "properties": {
                 "base": name,
-                **{key: field for key, field in fields.items() if key not in _PARTS},
+                **deepcopy(_fields()),
                 "plant": {"anyOf": [{"type": "string", "pattern": "^[a-z0-9-]{1,64}$"}, table]},
                 "trajectory": {"anyOf": [{"type": "string", "enum": names("trajectories")}, table]},
                 "variants": {
