@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from urllib.parse import parse_qs, urlencode, urlparse
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from motionlab.config.load import load_scenario
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run
-from tests.e2e.actions import LONG, button, region, serious
+from tests.e2e.actions import LONG, button, region, serious, state, wait_for_clock
 from tests.e2e.conftest import Server
 
 API = "/api/v1"
@@ -252,3 +253,36 @@ def read_at_the_second_cursor(page: Page) -> float:
     value = scope.locator("button.trace .value")
     expect(value).to_contain_text("µm", timeout=LONG)
     return float(value.inner_text().replace("µm", ""))
+
+
+PIXELS = """canvases => canvases.map(canvas => {
+  const { width, height } = canvas;
+  const { data } = canvas.getContext('2d').getImageData(0, 0, width, height);
+  return [height, width, [...data]];
+})"""
+
+
+def test_curves_drawn_as_they_come_are_those_drawn_at_once(page: Page, server: Server) -> None:
+    session = parse_qs(urlparse(page.url).query)["session"][0]
+    held = "A.x.following_error,B.x.following_error=-0.00004:0.00004;A.y.thrust,B.y.thrust=-40:40"
+    query = urlencode({"session": session, "mode": "live", "scopes": held})
+    page.goto(f"{server.url}/?{query}")
+    page.get_by_text("connected", exact=True).wait_for()
+    page.keyboard.press(" ")
+    wait_for_clock(page, 12)  # its window is 10 s: curves have moved out of it
+    page.keyboard.press(" ")
+    state(page, "paused")
+    canvases = region(page, "Scopes").locator(".chart canvas")
+    page.wait_for_timeout(500)
+    moved = canvases.evaluate_all(PIXELS)
+    for _ in range(2):
+        page.keyboard.press("t")  # another theme, and back: all is drawn again
+        page.wait_for_timeout(500)
+    assert len(moved) == 2
+    for (height, width, before), (*_, after) in zip(
+        moved, canvases.evaluate_all(PIXELS), strict=True
+    ):
+        pictures = np.array([before, after], float).reshape(2, height, width, 4)
+        assert np.ptp(pictures[1, :, :, 3]) > 200
+        differ = np.abs(pictures[1] - pictures[0]).max(axis=-1) > 64
+        assert differ.mean() < 0.002

@@ -33,17 +33,19 @@ export function pointsOf({ paired, count }: Bins): number {
 /**
  * Writes both extremes of each bin, in the order in which the curve is likely to pass them: a rising
  * one goes through its minimum first. So extremes are kept, and slopes stay smooth when zoomed in.
- * Points are evenly spaced in time; NaN is where there is nothing.
+ * Points are evenly spaced in time; NaN is where there is nothing. Those of bins before `first` stay.
  */
 export function writeCurve(
   bins: Bins,
   minimum: Float32Array,
   maximum: Float32Array,
   values: Float32Array,
+  first = 0,
 ): void {
   const { count, paired } = bins;
-  let before = Number.NaN;
-  for (let i = 0; i < count; i++) {
+  let before =
+    first > 0 ? (minimum[first - 1] as number) + (maximum[first - 1] as number) : Number.NaN;
+  for (let i = first; i < count; i++) {
     const low = minimum[i] as number;
     if (!paired) {
       values[i] = low;

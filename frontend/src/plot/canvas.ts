@@ -24,6 +24,11 @@ const SHAPES: Record<Marker, (r: number) => string> = {
   plus: (r) => `m${-r} 0h${2 * r}m${-r} ${-r}v${2 * r}`,
 };
 
+/** Length after which a line of dashes repeats itself, px; 0 for a solid one. */
+export function patternOf(dash: Dash): number {
+  return DASHES[dash].reduce((sum: number, each) => sum + each, 0);
+}
+
 /** The path of one marker, as svg and canvas take it. */
 export function markerAt(marker: Marker, px: number, py: number, radius = 3): string {
   return `M${px.toFixed(1)} ${py.toFixed(1)}${SHAPES[marker](radius)}`;

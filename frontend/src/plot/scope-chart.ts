@@ -2,7 +2,9 @@
 
 import { boxOf, drawAxes, valueTicks, withUnit } from './axes';
 import { AxisScale } from './axis-scale';
+import type { Bins } from './bins';
 import { crisp, type Canvas } from './canvas';
+import { CurvePicture } from './curve-picture';
 import { ChartPointer, type ChartEvents, type TimeAxis } from './chart-pointer';
 import type { Ink } from './palette';
 import { calmRange, multiples, roundStep, type Range } from './range';
@@ -86,6 +88,8 @@ export class ScopeChart implements TimeAxis {
   private readonly groups: Group[];
   private right: number = RIGHT.plain;
   private x: AxisScale;
+  /** Where samples come one after the other and nothing lies behind them. */
+  private picture: CurvePicture | null = null;
   private drawn = '';
 
   constructor(
@@ -124,20 +128,27 @@ export class ScopeChart implements TimeAxis {
     this.cursors = cursors;
     this.levels = levels ?? [];
     this.right = state.right ?? RIGHT.plain;
+    const grows = source.revision !== undefined && underlays.length === 0 && !this.canvas.alone;
+    this.picture = grows ? (this.picture ?? new CurvePicture(this.canvas)) : null;
     this.x = this.timeScale();
-    const any = this.read(source, state);
+    const bins = source.cut(this.x.from, this.x.to, this.across);
+    const kept = this.picture?.kept(source, bins) ?? 0;
+    const any = this.read(source, state, bins, kept);
     const { canvas, x, y } = this;
     canvas.clear();
     const times = withUnit(x.ticks(COLUMN), x);
     drawAxes(canvas, x, y, { x: times, y: any ? valueTicks(y) : [] }, { bare: !this.last });
     this.secondAxis();
     this.moments(state);
-    canvas.clipped(boxOf(x, y), () => {
-      for (const each of underlays) each.draw(canvas, x, y);
-      for (const group of this.groups) {
-        for (const curve of group.curves) curve.draw(canvas, source, x, group.y);
-      }
-    });
+    if (this.picture) this.picture.draw(source, this.groups, x, bins, kept);
+    else {
+      canvas.clipped(boxOf(x, y), () => {
+        for (const each of underlays) each.draw(canvas, x, y);
+        for (const group of this.groups) {
+          for (const curve of group.curves) curve.draw(canvas, source, x, group.y);
+        }
+      });
+    }
     // Round markers at round times: they move along with the curve.
     const marked = multiples(range, roundStep((range.to - range.from) / MARKS_ACROSS));
     for (const group of this.groups) {
@@ -171,9 +182,15 @@ export class ScopeChart implements TimeAxis {
     return this.groups[0]?.y ?? this.valueScale({ from: 0, to: 1 }, this.scope.unit);
   }
 
+  /** Width of the curves, CSS pixels. */
+  private get across(): number {
+    return Math.max(50, this.canvas.width - GUTTER - this.right);
+  }
+
   private timeScale(): AxisScale {
-    const across = Math.max(1, this.canvas.width - GUTTER - this.right);
-    return new AxisScale(TIME, this.range.from, this.range.to, [GUTTER, GUTTER + across]);
+    const { range, across } = this;
+    const [from, to] = this.picture?.snapped(range, across) ?? [range.from, range.to];
+    return new AxisScale(TIME, from, to, [GUTTER, GUTTER + across]);
   }
 
   private valueScale({ from, to }: Range, unit: string): AxisScale {
@@ -182,16 +199,18 @@ export class ScopeChart implements TimeAxis {
   }
 
   /** Reads what the window holds and fits the value axes; whether there is anything. */
-  private read(source: SampleSource, { follow, hold, underlays }: ChartState): boolean {
-    const { range } = this;
-    const [left, right] = this.ends;
-    const pixels = Math.max(50, right - left);
-    const bins = source.cut(range.from, range.to, pixels);
+  private read(
+    source: SampleSource,
+    { follow, hold, underlays }: ChartState,
+    bins: Bins,
+    kept: number,
+  ): boolean {
+    const { range, across } = this;
     let any = false;
     this.groups.forEach((group, place) => {
       const found = [
-        ...group.curves.map((curve) => curve.read(source, bins)),
-        ...(place === 0 ? underlays.map((each) => each.read(range, pixels)) : []),
+        ...group.curves.map((curve) => curve.read(source, bins, kept)),
+        ...(place === 0 ? underlays.map((each) => each.read(range, across)) : []),
       ];
       const low = Math.min(...found.map(([least]) => least));
       const high = Math.max(...found.map(([, most]) => most));

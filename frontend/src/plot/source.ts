@@ -8,6 +8,11 @@ export type { Range };
 export interface SampleSource {
   /** Changes whenever there is something new to draw. */
   readonly version: number;
+  /**
+   * Changes when samples are not what they were, or are forgotten before their time; not when new
+   * ones follow the last. Only where samples come one after the other.
+   */
+  readonly revision?: number;
   /** Time of sample 0 and time between samples, s. */
   readonly start: number;
   readonly step: number;

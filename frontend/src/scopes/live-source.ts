@@ -19,6 +19,9 @@ export class LiveSource implements SampleSource {
   get version(): number {
     return this.ring().version;
   }
+  get revision(): number {
+    return this.ring().revision;
+  }
   get first(): number {
     return this.ring().start;
   }

@@ -41,6 +41,8 @@ let writes = 0;
 export class Ring {
   /** Changes with every write; no two rings share a value. */
   version = ++writes;
+  /** Changes with every write of ticks that were there before, and when all are forgotten. */
+  revision = ++writes;
   /** First tick that is held, and the one after the last. Both equal while the ring is empty. */
   start = 0;
   end = 0;
@@ -82,7 +84,7 @@ export class Ring {
       const sources = channels.map((channel) => this.columns.get(channel) as Column);
       const evaluator = new Evaluator(steps);
       this.computed.set(name, { column: this.add(name), sources, evaluator, next: this.start });
-      this.version = ++writes;
+      this.version = this.revision = ++writes;
       this.stale = true;
     }
   }
@@ -96,7 +98,7 @@ export class Ring {
 
   /** Forgets all samples. */
   clear(): void {
-    this.version = ++writes;
+    this.version = this.revision = ++writes;
     this.start = 0;
     this.end = 0;
   }
@@ -115,7 +117,10 @@ export class Ring {
       this.end = tick;
     }
     const first = Math.min(tick, this.end);
-    if (tick < this.end || empty) this.stale = true;
+    if (tick < this.end || empty) {
+      this.stale = true;
+      this.revision = ++writes;
+    }
     if (tick > this.end) {
       for (const column of this.columns.values()) this.fill(column, this.end, tick);
     }
@@ -131,7 +136,7 @@ export class Ring {
     const from = Math.max(tick, this.start);
     const to = Math.min(tick + (columns[0]?.length ?? 0), this.end);
     if (from >= to) return;
-    this.version = ++writes;
+    this.version = this.revision = ++writes;
     this.store(
       from,
       columns.map((values) => values.subarray(from - tick, to - tick)),
