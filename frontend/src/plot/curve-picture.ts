@@ -18,6 +18,9 @@ export interface CurveGroup {
   readonly y: AxisScale;
 }
 
+/** Room for the picture to move in, in its own widths. */
+const WIDTHS = 2;
+
 /** What was drawn last. */
 interface Drawn {
   source: SampleSource;
@@ -33,10 +36,12 @@ interface Drawn {
 export class CurvePicture {
   private readonly layer: Canvas;
   private drawn: Drawn | null = null;
+  /** Where on the layer the picture begins, device pixels. */
+  private place = 0;
 
   constructor(private readonly canvas: Canvas) {
     this.layer = new Canvas(document.createElement('canvas'), canvas.palette);
-    this.layer.resize(canvas.width, canvas.height);
+    this.layer.resize(WIDTHS * canvas.width, canvas.height);
   }
 
   /** The same times to a whole number of pixels, by which a picture can be moved. */
@@ -87,12 +92,13 @@ export class CurvePicture {
       layer.c.clearRect(from, 0, layer.width - from, layer.height);
       layer.clipped({ ...box, left: from }, () => all(kept - again));
     } else {
+      this.place = 0;
       layer.clear();
       layer.clipped(box, () => all(0));
     }
     canvas.clipped(box, () => {
       canvas.c.resetTransform();
-      canvas.c.drawImage(layer.element, 0, 0);
+      canvas.c.drawImage(layer.element, -this.place, 0);
     });
     const seen = Math.floor((x.to - source.start) / source.step);
     this.drawn = {
@@ -106,15 +112,17 @@ export class CurvePicture {
     };
   }
 
-  /** Moves everything so many device pixels to the left. */
+  /** Moves everything so many device pixels to the left: less often than what is looked at. */
   private move(pixels: number): void {
     const { c, element } = this.layer;
-    if (pixels > 0) {
+    this.place += pixels;
+    if (this.place > element.width - this.canvas.element.width) {
       c.resetTransform();
       c.globalCompositeOperation = 'copy';
-      c.drawImage(element, -pixels, 0);
+      c.drawImage(element, -this.place, 0);
       c.globalCompositeOperation = 'source-over';
+      this.place = 0;
     }
-    c.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0);
+    c.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, this.place, 0);
   }
 }

@@ -243,6 +243,7 @@ export class ScopeChart implements TimeAxis {
 
   /** Lines at values that were set, and how far apart they are. */
   private valueCursors(): void {
+    if (this.levels.length === 0) return;
     const { canvas, y } = this;
     const [left, right] = this.ends;
     const [first] = this.levels;
@@ -263,6 +264,7 @@ export class ScopeChart implements TimeAxis {
     const { canvas, x } = this;
     const [bottom, top] = this.y.pixels;
     const shown = moments.filter(({ time }) => time >= range.from && time <= range.to);
+    if (shown.length === 0 && cursors.length === 0) return;
     for (const { time } of shown) this.upright(time, 'axis', 'dot');
     canvas.font(10);
     cursors.forEach((time, i) => {
