@@ -375,6 +375,39 @@ def test_a_path_is_imported_shaped_and_exported_by_keyboard_alone(page: Page) ->
     assert file.value.suggested_filename == "box.csv"
 
 
+def test_a_path_is_pasted_by_keyboard_alone(page: Page) -> None:
+    page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    command(page, "trajectories screen")
+    expect(region(page, "Limits")).to_contain_text("feasible", timeout=LONG)
+    page.evaluate("text => navigator.clipboard.writeText(text)", "G21 G90\nG1 X10 F1200\nY10\n")
+    press(page, "Control+v")
+    sheet = page.get_by_role("dialog", name="Import a path")
+    expect(sheet).to_contain_text("feasible", timeout=LONG)
+    tab_to(page, "Take")
+    press(page, "Enter")
+    expect(sheet).to_be_hidden()
+    path = page.evaluate("JSON.parse(localStorage.getItem('motionlab.path'))")
+    assert np.array(path["points"]) == pytest.approx(np.array([[0, 0], [10, 0], [10, 10]]) * 1e-3)
+
+
+def test_a_switch_on_the_schedule_is_jumped_to_by_keyboard_alone(
+    page: Page, server: Server
+) -> None:
+    page.goto(f"{server.url}/?scenario=fig5")
+    expect(region(page, "Metrics")).to_contain_text("exact", timeout=LONG)
+    press(page, *"+" * 12, *"," * 12)
+    command(page, "table scopes")
+    times = region(page, "Scopes as numbers").locator("tbody th")
+    until(page, "a short stretch", lambda: 5 < times.count() < 120)
+    first = float(times.first.inner_text())
+    assert first < 90 - CONTROL_PERIOD
+    press(page, "Enter", "j")
+    command(page, "table scopes")
+    until(page, "the switch is in view", lambda: float(times.first.inner_text()) > first)
+    shown = [float(text) for text in times.all_inner_texts()[:-6]]
+    assert min(shown) < 90 < max(shown)
+
+
 def test_runs_are_compared_opened_and_exported_by_keyboard_alone(
     page: Page, server: Server, refusals: list[str]
 ) -> None:
