@@ -266,11 +266,44 @@ def test_help_is_helpful(capsys: pytest.CaptureFixture[str]) -> None:
         assert name.replace("-", "") in text.replace("-", "").replace(" ", "")
 
 
-@pytest.mark.parametrize("arguments", [[], ["run"], ["fly", "circle"], ["run", "circle", "--fast"]])
-def test_wrong_usage(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize(
+    ("line", "answer"),
+    [
+        ("rnu", "motionlab: no such COMMAND, did you mean 'run'?; got 'rnu'"),
+        ("fly circle", "motionlab: no such COMMAND; got 'fly'"),
+        ("--versoin", "motionlab: no option --versoin, did you mean '--version'?"),
+        ("run", "motionlab run: SCENARIO is missing"),
+        ("run circle --fast", "motionlab run: no option --fast"),
+        ("run circle --sett=a=1", "motionlab run: no option --sett, did you mean '--set'?"),
+        ("run circle square", "motionlab run: nothing here takes 'square'"),
+        ("run circle --set", "motionlab run: --set: expected one argument"),
+        ("openapi --json", "motionlab openapi: no option --json"),
+        ("runs --limit many", "motionlab runs: --limit: is not a whole number; got 'many'"),
+        (
+            "tune --axis z",
+            "motionlab tune: no such --axis; got 'z'; allowed one of x, y, both",
+        ),
+        (
+            "view balbar circle",
+            "motionlab view: no such VIEW, did you mean 'ballbar'?; got 'balbar'; allowed one of "
+            "ballbar, contouring, cost, friction, positioning",
+        ),
+    ],
+)
+def test_wrong_usage(line: str, answer: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as left:
-        main(arguments)
+        main(line.split())
     assert left.value.code == 2
     printed = capsys.readouterr()
     assert printed.out == ""
-    assert "usage: motionlab" in printed.err
+    what, where = printed.err.splitlines()
+    assert what == answer
+    assert where == f"`{answer.split(':', maxsplit=1)[0]} --help` shows what there is"
+
+
+@pytest.mark.parametrize("arguments", [[], ["help"], ["--help"]])
+def test_help(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as left:
+        main(arguments)
+    assert not left.value.code
+    assert "usage: motionlab" in capsys.readouterr().out

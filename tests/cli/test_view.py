@@ -39,7 +39,7 @@ def test_a_test_cycle_is_the_one_that_is_asked_for(capsys: pytest.CaptureFixture
         (["positioning", "circle", "--from", "1"], "--from: is of a run"),
         (["positioning", "circle", "--targets", "1"], "targets"),
         (["positioning", "circle", "--low", "0.02", "--high", "0.01"], "high"),
-        (["roundness", "circle"], "invalid choice: 'roundness'"),
+        (["roundness", "circle"], "no such VIEW; got 'roundness'"),
     ],
 )
 def test_what_is_not_of_a_view_is_refused(

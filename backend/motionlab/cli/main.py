@@ -19,6 +19,7 @@ from motionlab.cli import (
     report,
     run,
     runs,
+    scenarios,
     serve,
     spectrum,
     study,
@@ -28,10 +29,12 @@ from motionlab.cli import (
 )
 from motionlab.cli.exit_codes import BAD_INPUT, DONE, FAILED
 from motionlab.cli.messages import discard, unbreakable_stderr
+from motionlab.cli.parser import Parser
 from motionlab.errors import ConfigError, Infeasible, MotionLabError
 
 _COMMANDS = (
     run,
+    scenarios,
     runs,
     compare,
     replay,
@@ -74,7 +77,8 @@ def _carry_out(arguments: Sequence[str] | None) -> int:  # noqa: PLR0911 - one a
         if isinstance(sys.stdout, io.TextIOWrapper):
             sys.stdout.reconfigure(errors="backslashreplace")  # no letter stops a result
         try:
-            options = _parser().parse_args(arguments)
+            given = sys.argv[1:] if arguments is None else list(arguments)
+            options = _parser().parse_args(given if given not in ([], ["help"]) else ["--help"])
             return options.command(options)
         finally:
             sys.stdout.flush()  # here, not at exit, where a failure could not be reported
@@ -105,11 +109,11 @@ def _reader_has_left() -> bool:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="motionlab",
         description="A motion lab for planar switched reluctance motors.",
     )
-    parser.add_argument("--version", action="version", version=f"motionlab {__version__}")
+    parser.add_argument("-V", "--version", action="version", version=f"motionlab {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for command in _COMMANDS:
         command.add(commands)
