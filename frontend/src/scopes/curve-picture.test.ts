@@ -1,10 +1,10 @@
 import { afterEach, expect, it, vi } from 'vitest';
 import { Ring } from '../app/stream/ring';
-import { LiveSource } from '../scopes/live-source';
-import { AxisScale } from './axis-scale';
-import { CurvePicture } from './curve-picture';
-import { recorder } from './recorder';
-import { SourceCurve } from './source-curve';
+import { LiveSource } from './live-source';
+import { AxisScale } from '../plot/axis-scale';
+import { CurvePicture } from '../plot/curve-picture';
+import { recorder } from '../plot/recorder';
+import { SourceCurve } from '../plot/source-curve';
 
 const PIXELS: [number, number] = [0, 100];
 
