@@ -37,10 +37,11 @@ help: ## Show the targets
 setup: $(SETUP_STAMP) ## Create .venv with everything needed to run and test
 	@echo "Ready: .venv/bin/motionlab --help"
 
-# Kernels first, once for all; then files on two processes for each core, since many tests wait; then
-# browsers, one on each core; then, apart from all that, what keeps time. 5 is pytest's "no tests were selected".
 # Hundreds of processes are started, and none should compile again what it imports.
 test bench: export PYTHONDONTWRITEBYTECODE =
+
+# Kernels first, once for all; then files on two processes for each core, since many tests wait; then
+# browsers, one on each core; then, apart from all that, what keeps time. 5 is pytest's "no tests were selected".
 test: $(SETUP_STAMP) $(PAGE) ## Run the tests (PYTEST_ARGS="-k circle" for some of them)
 	@frontend/npm test --silent
 	@$(PY) -m motionlab.simulation.precompile & kernels=$$!; \

@@ -1,10 +1,10 @@
 import { afterEach, expect, it, vi } from 'vitest';
 import { Ring } from '../app/stream/ring';
-import { LiveSource } from './live-source';
 import { AxisScale } from '../plot/axis-scale';
 import { CurvePicture } from '../plot/curve-picture';
 import { recorder } from '../plot/recorder';
 import { SourceCurve } from '../plot/source-curve';
+import { LiveSource } from './live-source';
 
 const PIXELS: [number, number] = [0, 100];
 
@@ -31,7 +31,7 @@ function scene(span: number, capacity = 4096) {
   const shown = (curve: SourceCurve, x: AxisScale) => {
     calls.length = 0;
     curve.draw(canvas, source, x, y);
-    // In which order the first bin is passed is told by the one before it, if that was read.
+    // Which extreme of the first bin comes first depends on the bin before it, if that was read.
     return calls.filter(([name]) => name === 'moveTo' || name === 'lineTo').slice(2);
   };
   function draw(): number {
