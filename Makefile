@@ -86,7 +86,7 @@ lock: build/uv/bin/uv ## Resolve the dependencies of pyproject.toml into hashed 
 	$(UV_COMPILE) pyproject.toml --group build --output-file backend/requirements.lock
 	$(UV_COMPILE) pyproject.toml --extra cluster --group build --constraints backend/requirements.lock \
 		--output-file backend/requirements-cluster.lock
-	$(UV_COMPILE) --group test --constraints backend/requirements-cluster.lock \
+	$(UV_COMPILE) --group test --group docs --constraints backend/requirements-cluster.lock \
 		--output-file backend/requirements-test.lock
 	$(UV_COMPILE) --group lint --constraints backend/requirements.lock \
 		--constraints backend/requirements-test.lock --output-file backend/requirements-lint.lock
