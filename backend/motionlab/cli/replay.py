@@ -7,7 +7,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from motionlab.cli.exit_codes import DONE, FAILED
-from motionlab.cli.progress import share_done
+from motionlab.progress import share_done
 from motionlab.studies.options import add_json
 
 if TYPE_CHECKING:

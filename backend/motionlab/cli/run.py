@@ -8,8 +8,8 @@ import sys
 from typing import Any
 
 from motionlab.cli.exit_codes import DONE, FAILED
-from motionlab.cli.progress import tick_bar
 from motionlab.config.shipped import names
+from motionlab.progress import tick_bar
 from motionlab.studies.options import add_json, add_set, source
 
 EXAMPLES = """\

@@ -7,8 +7,8 @@ import functools
 from typing import Any
 
 from motionlab.cli.exit_codes import DONE, FAILED
-from motionlab.cli.progress import share_done
 from motionlab.executors.executor import executing
+from motionlab.progress import share_done
 from motionlab.studies.options import add_json, add_scenario, add_scheduler, add_set, source
 from motionlab.studies.study import Study
 from motionlab.studies.table import STUDIES
