@@ -1,9 +1,64 @@
-"""A motion lab for planar switched reluctance motors."""
+"""A motion lab for planar switched reluctance motors.
 
+::
+
+    import motionlab
+
+    run = motionlab.run("circle", set={"variants.B.controller.x.k_p": 400e3})
+    run.metrics["B"]["x"]["max_abs_following_error"]  # m
+    run["B.x.following_error"]  # an array, m, over run.time, s
+"""
+
+import importlib
 import os
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from motionlab.errors import ConfigError, Infeasible, MotionLabError
+    from motionlab.scripting.client import Client
+    from motionlab.scripting.here import design, identify, montecarlo, run, sweep, tune
+    from motionlab.scripting.linear import linearise
+    from motionlab.scripting.motion import trajectory
 
 __version__ = "0.1.0"
+
+__all__ = [
+    "Client",
+    "ConfigError",
+    "Infeasible",
+    "MotionLabError",
+    "design",
+    "identify",
+    "linearise",
+    "montecarlo",
+    "run",
+    "sweep",
+    "trajectory",
+    "tune",
+]
 
 # Before numpy is loaded: matrices are small here, and simulations fill the cores with threads of
 # their own, between which those of OpenBLAS only spin.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+_HOMES = {
+    "Client": "scripting.client",
+    "ConfigError": "errors",
+    "Infeasible": "errors",
+    "MotionLabError": "errors",
+    "linearise": "scripting.linear",
+    "trajectory": "scripting.motion",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Return a name of `__all__`, imported when it is first used: the package itself is light."""
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    module = importlib.import_module(f"{__name__}.{_HOMES.get(name, 'scripting.here')}")
+    globals()[name] = getattr(module, name)
+    return globals()[name]
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.cli.lab_server import HeldLease, LabServer
+from motionlab.scripting.lab_server import HeldLease, LabServer
 from motionlab.config.load import load_scenario
 from motionlab.config.shipped import config_root
 from motionlab.drive.faults import LINK_LOST

@@ -1,4 +1,4 @@
-"""Calls of a running server, for commands that work on one."""
+"""Calls of a running server, for scripts and for commands that work on one."""
 
 from __future__ import annotations
 
@@ -31,14 +31,35 @@ class LabServer:
     ----------
     address : str
         Such as ``http://127.0.0.1:8000``.
+    token : str, optional
+        What it asks for; MOTIONLAB_TOKEN when left out.
+    loc : str
+        Name of the address in errors.
+    timeout : float
+        Seconds to wait for an answer.
+
+    Attributes
+    ----------
+    address : str
+        Without a slash at its end.
+    headers : dict of str to str
+        Of every call: the token.
     """
 
-    def __init__(self, address: str) -> None:
+    def __init__(
+        self,
+        address: str,
+        token: str | None = None,
+        *,
+        loc: str = "--server",
+        timeout: float = _TIMEOUT,
+    ) -> None:
         if not address.startswith(("http://", "https://")):
-            raise ConfigError(FieldError("--server", "is no address", address, f"as {ADDRESS}"))
-        self._address = address.rstrip("/")
-        token = os.environ.get("MOTIONLAB_TOKEN")
-        self._headers = {"Authorization": f"Bearer {token}"} if token else {}
+            raise ConfigError(FieldError(loc, "is no address", address, f"as {ADDRESS}"))
+        self.address = address.rstrip("/")
+        self._timeout = timeout
+        token = token or os.environ.get("MOTIONLAB_TOKEN")
+        self.headers = {"Authorization": f"Bearer {token}"} if token else {}
 
     def call(
         self,
@@ -56,22 +77,44 @@ class LabServer:
         ConfigError
             If it refuses a field.
         """
+        text = self.fetch(method, path, body, headers)
+        try:
+            return json.loads(text or "null")
+        except ValueError:
+            raise ServerRefused(f"{self.address} does not answer as a lab does") from None
+
+    def fetch(
+        self,
+        method: str,
+        path: str,
+        body: Mapping[str, Any] | Sequence[Any] | None = None,
+        headers: Mapping[str, str] | None = None,
+    ) -> bytes:
+        """Return the bytes of the answer to a call below ``/api/v1``.
+
+        Raises
+        ------
+        ServerRefused
+            If there is no answer, or the server refuses.
+        ConfigError
+            If it refuses a field.
+        """
         data = None if body is None else json.dumps(body).encode()
         kind = {} if data is None else {"Content-Type": "application/json"}
         request = urllib.request.Request(
-            f"{self._address}/api/v1{path}",
+            f"{self.address}/api/v1{path}",
             data,
-            {**self._headers, **kind, **(headers or {})},
+            {**self.headers, **kind, **(headers or {})},
             method=method,
         )
         try:
-            with urllib.request.urlopen(request, timeout=_TIMEOUT) as answer:
-                return json.loads(answer.read() or "null")
+            with urllib.request.urlopen(request, timeout=self._timeout) as answer:
+                return answer.read()
         except urllib.error.HTTPError as error:
             raise _refusal(error) from None
-        except (OSError, http.client.HTTPException, ValueError) as error:
+        except (OSError, http.client.HTTPException) as error:
             reason = getattr(error, "reason", None) or error
-            raise ServerRefused(f"{self._address} does not answer: {reason}") from None
+            raise ServerRefused(f"{self.address} does not answer: {reason}") from None
 
 
 class HeldLease:

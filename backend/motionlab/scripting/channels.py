@@ -1,0 +1,314 @@
+"""Channels as arrays with units, and what they are given on as: tables, figures, files."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.config.shipped import did_you_mean
+from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.errors import ConfigError, FieldError
+from motionlab.runs.report.chart import LOOKS, VARIANT_LOOKS, Chart, Curve, svg
+from motionlab.runs.report.markup import Markup, element
+from motionlab.store.files import check_target, complete_file
+from motionlab.telemetry.channels import Channel
+from motionlab.telemetry.decimate import min_max
+from motionlab.telemetry.expressions.columns import compile_column, is_math, values_of
+from motionlab.telemetry.expressions.parse import ExpressionError
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import pyarrow as pa
+    from matplotlib.figure import Figure
+
+BINS = 600
+"""Of a curve in a notebook."""
+
+_MICRO = {"m": ("µm", 1e6), "m/s": ("mm/s", 1e3)}  # how the axes of a figure show them
+_GRID = "#8a96a04d"
+
+
+class Samples(np.ndarray[tuple[int, ...], np.dtype[Any]]):
+    """An array that knows its unit, until one computes with it.
+
+    Slices and copies keep `name` and `unit`; the result of an operation is a plain array, for its
+    unit may be another.
+
+    Attributes
+    ----------
+    name, unit : str
+        Such as ``B.x.following_error`` and ``m``.
+    """
+
+    name: str
+    unit: str
+
+    def __new__(cls, values: NDArray[Any], name: str, unit: str) -> Samples:
+        """Return `values` as samples; a view."""
+        made = np.asarray(values).view(cls)
+        made.name, made.unit = name, unit
+        return made
+
+    def __array_finalize__(self, other: object) -> None:
+        """Keep name and unit of what this is a part or a copy of."""
+        self.name, self.unit = getattr(other, "name", ""), getattr(other, "unit", "")
+
+    def __array_wrap__(  # pyright: ignore[reportIncompatibleMethodOverride]
+        self, array: NDArray[Any], context: Any = None, return_scalar: bool = False
+    ) -> Any:
+        """Return the result of an operation, without unit."""
+        plain = np.asarray(array)
+        return plain[()] if return_scalar else plain
+
+    def __repr__(self) -> str:
+        """Return the array with its unit."""
+        return f"{np.array2string(np.asarray(self), threshold=6)} {self.unit}  # {self.name}"
+
+
+class Record(NamedTuple):
+    """What was recorded.
+
+    Attributes
+    ----------
+    values : callable
+        Takes names of channels; returns their samples, float32, shape (names, ticks).
+    ticks : range
+        Ticks of the samples, 0.5 ms each.
+    metadata : dict of str to str
+        Kept in Parquet files: what reproduces the record.
+    """
+
+    values: Callable[[Sequence[str]], NDArray[np.float32]]
+    ticks: range
+    metadata: dict[str, str]
+
+
+class Channels(Mapping[str, Samples]):
+    """Channels over common ticks: ``channels["B.x.following_error"]``.
+
+    A key is a channel, or a math channel such as ``"error = hypot(B.x.following_error,
+    B.y.following_error)"``, whose units are checked (docs/expressions.md).
+
+    Parameters
+    ----------
+    described : mapping of str to Channel
+        Unit and meaning of every channel.
+    record : callable
+        Returns what was recorded; called once, when the first sample is asked for.
+    """
+
+    def __init__(self, described: Mapping[str, Channel], record: Callable[[], Record]) -> None:
+        self.described = dict(described)
+        self._recorded = record
+
+    @functools.cached_property
+    def record(self) -> Record:
+        """What was recorded."""
+        return self._recorded()
+
+    @property
+    def ticks(self) -> range:
+        """Ticks of the samples, 0.5 ms each."""
+        return self.record.ticks
+
+    @property
+    def time(self) -> Samples:
+        """Time of each sample, s, float64, shape (ticks,)."""
+        return Samples(np.asarray(self.ticks) * CONTROL_PERIOD, "time", "s")
+
+    def __getitem__(self, key: str) -> Samples:
+        """Return the samples of a channel or a math channel, float32, shape (ticks,).
+
+        Raises
+        ------
+        KeyError
+            If there is no such channel.
+        ConfigError
+            If an expression cannot be computed.
+        """
+        if key in self.described:
+            return Samples(self.record.values([key])[0], key, self.described[key].unit)
+        if not is_math(key):
+            raise KeyError(f"no channel {key!r}{did_you_mean(key, list(self.described))}")
+        units = {name: channel.unit for name, channel in self.described.items()}
+        try:
+            math = compile_column(key, units, CONTROL_PERIOD)
+        except ExpressionError as error:
+            raise ConfigError(FieldError("channel", str(error), key)) from None
+        values = values_of(math, lambda name: self.record.values([name])[0])
+        return Samples(values, math.name, math.program.unit)
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names."""
+        return iter(self.described)
+
+    def __len__(self) -> int:
+        """Return the number of channels."""
+        return len(self.described)
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self.described)
+
+    def to_arrow(self, *channels: str) -> pa.Table:
+        """Return channels as an Arrow table, all of them if none is named.
+
+        ``tick`` and ``time`` come first; unit and meaning are the metadata of each field, as in
+        Parquet files of the lab.
+        """
+        import pyarrow as pa
+
+        from motionlab.telemetry.recorder import telemetry_schema
+
+        found = self._chosen(channels)
+        described = [(one.name, self._description(one)) for one in found]
+        schema = telemetry_schema(described, self.record.metadata)
+        arrays = [pa.array(np.asarray(self.ticks)), pa.array(np.asarray(self.time))]
+        arrays += [pa.array(np.asarray(one), from_pandas=True) for one in found]
+        return pa.Table.from_arrays(arrays, schema=schema)
+
+    def to_pandas(self, *channels: str) -> pd.DataFrame:
+        """Return channels as a data frame over time, s; ``attrs["units"]`` has their units.
+
+        Raises
+        ------
+        ConfigError
+            If pandas is not installed.
+        """
+        pandas = optional("pandas", "notebook")
+        found = self._chosen(channels)
+        frame = pandas.DataFrame(
+            {one.name: np.asarray(one) for one in found},
+            index=pandas.Index(np.asarray(self.time), name="time"),
+        )
+        frame.attrs["units"] = {one.name: one.unit for one in found}
+        return frame
+
+    def save(self, path: str | Path, *channels: str) -> Path:
+        """Write channels to a ``.parquet`` or ``.csv`` file, all of them if none is named.
+
+        The file appears under its name when it is complete.
+
+        Raises
+        ------
+        ConfigError
+            If the file has another ending, or cannot be there.
+        StoreError
+            If it cannot be written.
+        """
+        from pyarrow import csv
+
+        from motionlab.telemetry.recorder import SUFFIXES, parquet_writer
+
+        check_target(str(path), *SUFFIXES, loc="path")
+        table = self.to_arrow(*channels)
+        with complete_file(str(path)) as partial:
+            if Path(path).suffix == ".csv":
+                units = [field.metadata[b"unit"].decode() for field in table.schema]
+                names = [f"{n} [{u}]" for n, u in zip(table.column_names, units, strict=True)]
+                csv.write_csv(table.rename_columns(names), partial)
+            else:
+                with parquet_writer(partial, table.schema) as writer:
+                    writer.write_table(table)
+        return Path(path)
+
+    def plot(self, *channels: str, start: float = 0.0, end: float | None = None) -> Figure:
+        """Draw channels over time with matplotlib; those of one unit share an axis.
+
+        Parameters
+        ----------
+        *channels : str
+            Channels and math channels; those of the lab's first scopes if none is named.
+        start, end : float
+            Part of the time, s; up to the last sample when left out.
+
+        Raises
+        ------
+        ConfigError
+            If matplotlib is not installed.
+        """
+        optional("matplotlib", "notebook")
+        from matplotlib.figure import Figure
+
+        panels: dict[str, list[Samples]] = {}
+        for one in self._chosen(channels or self.shown()):
+            panels.setdefault(self._panel(one) if not channels else one.unit, []).append(one)
+        time = np.asarray(self.time)
+        part = slice(*np.searchsorted(time, [start, np.inf if end is None else end]))
+        figure = Figure(figsize=(8.0, 0.6 + 2.0 * len(panels)), layout="constrained")
+        axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+        for axis, lines in zip(axes, panels.values(), strict=True):
+            unit, factor = _MICRO.get(lines[0].unit, (lines[0].unit, 1.0))
+            for one in lines:
+                colour = LOOKS[self._look(one.name)]
+                values = np.asarray(one[part], dtype=np.float64) * factor
+                axis.plot(time[part], values, color=colour, linewidth=1.0, label=one.name)
+            axis.set_ylabel(unit)
+            axis.grid(color=_GRID)
+            axis.legend(loc="upper right", fontsize="small")
+        axes[-1].set_xlabel("time, s")
+        return figure
+
+    def shown(self) -> list[str]:
+        """Return the channels that are drawn when none is named: the first six, or an override."""
+        return list(self.described)[:6]
+
+    def _chosen(self, channels: Sequence[str]) -> list[Samples]:
+        return [self[name] for name in (channels or self.described)]
+
+    def _description(self, one: Samples) -> Channel:
+        return self.described.get(one.name) or Channel(one.name, one.unit, "computed")
+
+    def _panel(self, one: Samples) -> str:
+        """Return what channels have in common that are drawn over each other."""
+        return one.unit
+
+    def _look(self, name: str) -> str:
+        variants = list(dict.fromkeys(n.split(".")[0] for n in self.described if n.count(".") > 1))
+        first = name.split(".", maxsplit=1)[0]
+        places = {variant: VARIANT_LOOKS[i % 5] for i, variant in enumerate(variants)}
+        return places.get(first, "reference" if name in self.described else "two")
+
+    def _svg(self, title: str, names: Sequence[str]) -> Markup:
+        """Return channels of one unit as a small drawing, for notebooks without matplotlib."""
+        values = self.record.values(names)
+        low, high = min_max(values, BINS)
+        time = np.asarray(self.time)
+        size = -(-len(time) // low.shape[1])
+        curves = [Curve(name, self._look(name), low[i], high[i]) for i, name in enumerate(names)]
+        unit = self.described[names[0]].unit
+        return svg(Chart(title, unit, time[::size], (float(time[0]), float(time[-1])), curves))
+
+
+def optional(module: str, extra: str) -> Any:
+    """Return a module that only some need.
+
+    Raises
+    ------
+    ConfigError
+        If it is not installed; names the extra that has it.
+    """
+    import importlib
+
+    try:
+        return importlib.import_module(module)
+    except ModuleNotFoundError as error:
+        if error.name != module:
+            raise
+        how = f"is not installed: pip install 'motionlab[{extra}]'"
+        raise ConfigError(FieldError(module, how)) from None
+
+
+def in_notebook(*parts: object) -> str:
+    """Return parts as HTML of a notebook, with the colours of the curves."""
+    inks = "".join(f".motionlab svg .{look}{{stroke:{ink}}}" for look, ink in LOOKS.items())
+    style = (
+        ".motionlab svg{max-width:46rem;display:block}.motionlab svg text{fill:currentColor}"
+        f".motionlab svg .grid{{stroke:{_GRID}}}.motionlab svg .zero{{stroke:#8a96a0}}"
+        ".motionlab pre{line-height:1.3}" + inks
+    )
+    return element("div", element("style", Markup(style)), *parts, class_="motionlab")

@@ -1,0 +1,12 @@
+"""The calls of a lab in this process, as functions: those of ``import motionlab``."""
+
+from motionlab.scripting.lab import Local
+
+_LAB = Local()
+
+run = _LAB.run
+sweep = _LAB.sweep
+tune = _LAB.tune
+identify = _LAB.identify
+montecarlo = _LAB.montecarlo
+design = _LAB.design

@@ -1,0 +1,144 @@
+"""The linearised loop of an axis, with its margins, and as systems of python-control."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+from motionlab.config.load import load_scenario
+from motionlab.config.scenario import Scenario
+from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.errors import ConfigError, FieldError
+from motionlab.loop.linearise import SLIDING, StateSpace, stability_limits
+from motionlab.loop.linearise import linearise as linearised
+from motionlab.loop.margins import Margins, margins
+from motionlab.scripting.channels import optional
+from motionlab.scripting.lab import Changes, Source, plain, readable
+
+if TYPE_CHECKING:
+    import control
+
+
+class ControlLoop(NamedTuple):
+    """A loop as discrete systems of python-control, 0.5 ms apart; delays are states.
+
+    Attributes
+    ----------
+    plant : control.StateSpace
+        Force command, N, to position, m.
+    controller : control.StateSpace
+        Position, m, to the opposite of the force command, N.
+    open_loop : control.StateSpace
+        ``L = C P``; closed by negative feedback.
+    disturbance : control.StateSpace
+        Force added to the command, N, to position, m: ``P/(1 + C P)``.
+    """
+
+    plant: control.StateSpace
+    controller: control.StateSpace
+    open_loop: control.StateSpace
+    disturbance: control.StateSpace
+
+
+@dataclass(frozen=True)
+class LinearLoop:
+    """The sampled loop of one axis about sliding at one velocity (docs/loop.md).
+
+    Attributes
+    ----------
+    plant, controller : StateSpace
+        Matrices ``A, B, C, D`` of ``x+ = A x + B u, y = C x + D u`` every 0.5 ms: force command, N,
+        to position, m, and position to the opposite of the force command.
+    velocity : float
+        Sliding velocity, m/s.
+    stable : bool
+        Whether every pole of the closed loop lies inside the unit circle.
+    margins : Margins
+        Crossover and bandwidth, Hz; phase margin, rad; gain margin; Ms.
+    k_p_limit, k_d_limit : float or None
+        Nearest gains at which stability changes, N/m and N s/m, at `loop.linearise.SLIDING`
+        Stribeck velocities.
+    """
+
+    plant: StateSpace
+    controller: StateSpace
+    velocity: float
+    stable: bool
+    margins: Margins
+    k_p_limit: float | None
+    k_d_limit: float | None
+
+    def to_control(self) -> ControlLoop:
+        """Return the loop as systems of python-control.
+
+        Raises
+        ------
+        ConfigError
+            If python-control is not installed.
+        """
+        library = optional("control", "control")
+        plant = _system(library, self.plant, "plant", "force", "position")
+        controller = _system(library, self.controller, "controller", "position", "force")
+        return ControlLoop(
+            plant,
+            controller,
+            library.series(plant, controller),
+            library.feedback(plant, controller),
+        )
+
+
+def _system(library: Any, system: StateSpace, name: str, enters: str, leaves: str) -> Any:
+    B, C = system.B[:, None], system.C[None, :]
+    return library.ss(
+        system.A, B, C, system.D, CONTROL_PERIOD, name=name, inputs=enters, outputs=leaves
+    )
+
+
+def linearise(
+    scenario: Source = "circle",
+    variant: str | None = None,
+    axis: Literal["x", "y"] = "x",
+    set: Changes = None,
+    *,
+    velocity: float | None = None,
+) -> LinearLoop:
+    """Linearise the loop of one axis about sliding at one velocity.
+
+    Parameters
+    ----------
+    scenario, set
+        As of `motionlab.run`.
+    variant : str, optional
+        Which controller; the last one when left out.
+    axis : str
+        ``x`` or ``y``.
+    velocity : float, optional
+        Sliding velocity, m/s, 0 is stuck; four Stribeck velocities when left out, where friction
+        no longer falls with velocity.
+
+    Raises
+    ------
+    ConfigError
+        For a law that has no linearisation, or a variant or axis that is not there.
+    """
+    found: Scenario = load_scenario(readable(scenario), plain(set or {}))
+    name = list(found.variants)[-1] if variant is None else variant
+    _refuse_others("variant", name, list(found.variants))
+    _refuse_others("axis", axis, ["x", "y"])
+    v = SLIDING * getattr(found.plant, axis).friction.v_s if velocity is None else velocity
+    loop = linearised(found, name, axis, v=v)
+    limits = stability_limits(found, name, axis)
+    return LinearLoop(
+        plant=loop.plant,
+        controller=loop.controller,
+        velocity=v,
+        stable=loop.stable,
+        margins=margins(loop.open),
+        k_p_limit=limits["k_p"],
+        k_d_limit=limits["k_d"],
+    )
+
+
+def _refuse_others(loc: str, value: str, known: list[str]) -> None:
+    if value not in known:
+        raise ConfigError(FieldError(loc, "is not there", value, f"one of {', '.join(known)}"))

@@ -1,0 +1,119 @@
+"""A trajectory, sampled and checked against the motor that is to follow it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from motionlab.config.load import epochs, load_scenario, validate_trajectory
+from motionlab.config.shipped import data_root, names, parse_text, read
+from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.config.trajectory import TrajectoryConfig
+from motionlab.errors import ConfigError, FieldError
+from motionlab.scripting.channels import Samples
+from motionlab.scripting.lab import Changes, Source, plain, readable
+from motionlab.simulation.prepare import limit_sets, planned
+from motionlab.store.named_tables import SIZE_MAX
+from motionlab.store.trajectories import TrajectoryStore
+from motionlab.trajectory.reference import sample
+from motionlab.trajectory.retiming import slow_down
+from motionlab.trajectory.trajectory_check import Examination, examine
+
+_BINS = 1000
+
+
+class Trajectory:
+    """A motion and what it asks of a motor.
+
+    Attributes
+    ----------
+    config : TrajectoryConfig
+        The motion; ``set={"trajectory": motion.table}`` has a scenario follow it.
+    time : Samples, shape (ticks,)
+        s.
+    position, velocity, acceleration : Samples, shape (ticks, 2)
+        Reference of x and y, m, m/s, m/s^2.
+    check : Examination
+        ``feasible``, ``violations`` with time, place, value and limit, ``peaks`` and their shares
+        of the limits.
+    """
+
+    def __init__(self, config: TrajectoryConfig, limits: Any) -> None:
+        reference = sample(config)
+        self.config = config
+        self.time = Samples(np.arange(reference.ticks) * CONTROL_PERIOD, "time", "s")
+        self.position = Samples(reference.position, "position", "m")
+        self.velocity = Samples(reference.velocity, "velocity", "m/s")
+        self.acceleration = Samples(reference.acceleration, "acceleration", "m/s^2")
+        self.check: Examination = examine(config, limits, bins=_BINS)
+        self._limits = limits
+
+    @property
+    def table(self) -> dict[str, Any]:
+        """The motion as a table of a scenario."""
+        return self.config.model_dump(mode="json", exclude_none=True)
+
+    @property
+    def feasible(self) -> bool:
+        """Whether the motor can follow with every controller."""
+        return self.check.feasible
+
+    def slowed(self) -> Trajectory:
+        """Return the motion just as much slower as makes it feasible.
+
+        Raises
+        ------
+        Infeasible
+            If it leaves the stroke, or jumps: no stretch of time helps.
+        """
+        return Trajectory(slow_down(self.config, self._limits)[0], self._limits)
+
+    def __repr__(self) -> str:
+        """Return a line about the motion."""
+        word = "feasible" if self.feasible else f"{self.check.violation_count} limits exceeded"
+        return f"<Trajectory {self.config.kind}: {self.check.duration:.4g} s, {word}>"
+
+
+def trajectory(
+    motion: str | Path | Mapping[str, Any],
+    scenario: Source = "circle",
+    set: Changes = None,
+) -> Trajectory:
+    """Sample a motion every 0.5 ms, and check whether the motor of a scenario can follow it.
+
+    Parameters
+    ----------
+    motion : str, Path or mapping
+        Name of a shipped or saved trajectory, a ``.toml`` file, or a table such as ``{"kind":
+        "circle", "radius": 0.02, "frequency": 0.5, "laps": 3}``.
+    scenario, set
+        Whose motor and controllers; as of `motionlab.run`.
+
+    Raises
+    ------
+    ConfigError
+        Naming every field that is wrong.
+    """
+    config = validate_trajectory(_table(motion))
+    changes = {"trajectory": config.model_dump(mode="json"), **plain(set or {})}
+    follows = planned(load_scenario(readable(scenario), changes))
+    return Trajectory(follows.trajectory, limit_sets(epochs(follows)))  # pyright: ignore[reportArgumentType]
+
+
+def _table(motion: str | Path | Mapping[str, Any]) -> dict[str, Any]:
+    if isinstance(motion, Mapping):
+        return plain(motion)
+    if isinstance(motion, Path) or motion.endswith(".toml"):
+        try:
+            with Path(motion).open("rb") as file:
+                return parse_text(file.read(SIZE_MAX + 1), loc="motion", size_max=SIZE_MAX)
+        except OSError as error:
+            text = f"cannot be read: {error.strerror}"
+            raise ConfigError(FieldError("motion", text, str(motion))) from None
+    store = TrajectoryStore(data_root() / "trajectories")
+    if motion not in names("trajectories") and store.has(motion):
+        return store.read(motion)
+    return read("trajectories", motion, loc="motion")

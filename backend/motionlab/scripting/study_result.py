@@ -1,0 +1,156 @@
+"""What a study found: its document, its report, and its rows as a table."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from pydantic import BaseModel
+
+from motionlab.config.planar import AXES
+from motionlab.runs.report.markup import element
+from motionlab.scripting.channels import in_notebook, optional
+from motionlab.store.files import check_target, replace
+from motionlab.studies.study import Study
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from motionlab.studies.identify.document import IdentificationDocument
+    from motionlab.studies.montecarlo.document import MonteCarloDocument
+    from motionlab.studies.sweep.document import SweepDocument
+    from motionlab.studies.tune.document import TuneDocument
+
+Document = TypeVar("Document", bound=BaseModel)
+Row = dict[str, Any]
+
+
+@dataclasses.dataclass(frozen=True)
+class StudyResult(Generic[Document]):
+    """Result of a study; ``str(result)`` is the report that its command prints.
+
+    Attributes
+    ----------
+    study : Study
+        Which one.
+    document : BaseModel
+        All that it found, as its command prints it with ``--json``.
+    """
+
+    study: Study
+    document: Document
+
+    @property
+    def set(self) -> dict[str, Any]:
+        """Changes that put what was found into the scenario: gains, or a friction model.
+
+        Raises
+        ------
+        AttributeError
+            Of a study that proposes none.
+        """
+        return getattr(self.document, "set")  # noqa: B009 - of some documents only
+
+    def rows(self) -> list[Row]:
+        """Return one mapping a case (sweep, montecarlo), candidate (tune) or point (identify), SI.
+
+        Raises
+        ------
+        AttributeError
+            Of a study without rows.
+        """
+        if self.study.kind not in _ROWS:
+            raise AttributeError(f"the document of {self.study.kind} has no rows")
+        return list(_ROWS[self.study.kind](self.document))
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Return `rows` as a data frame.
+
+        Raises
+        ------
+        ConfigError
+            If pandas is not installed.
+        """
+        return optional("pandas", "notebook").DataFrame(self.rows())
+
+    def save(self, path: str | Path) -> Path:
+        """Write the document as ``.json``, or the file that ``--out`` of the command writes.
+
+        Raises
+        ------
+        ConfigError
+            If the file has another ending, or cannot be there.
+        """
+        endings = dict.fromkeys((".json", *self.study.suffixes))
+        check_target(str(path), *endings, loc="path")
+        if Path(path).suffix in self.study.suffixes:
+            self.study.write(self.document, str(path))
+        else:
+            replace(Path(path), self.study.text(self.document).encode())
+        return Path(path)
+
+    def __str__(self) -> str:
+        """Return the report."""
+        return self.study.report(self.document)
+
+    def __repr__(self) -> str:
+        """Return a line about the result."""
+        return f"<Result of {self.study.kind}: {', '.join(type(self.document).model_fields)}>"
+
+    def _repr_html_(self) -> str:
+        return in_notebook(element("pre", str(self)))
+
+
+def _of_sweep(found: SweepDocument) -> Iterator[Row]:
+    shape = found.shape
+    for case in range(found.cases):
+        row: Row = {"case": case}
+        place = case
+        for field, size in reversed(list(zip(found.fields, shape, strict=False))):
+            row[field.path] = field.values[place % size]
+            place //= size
+        if len(shape) < len(found.fields):  # a list: first values together, then second ones
+            row |= {field.path: field.values[case] for field in found.fields}
+        for name, variant in found.variants.items():
+            for axis, swept in variant.axes.items():
+                row |= {f"{name}.{axis}.{key}": v[case] for key, v in swept.metrics.items()}
+        yield row
+
+
+def _of_tuning(found: TuneDocument) -> Iterator[Row]:
+    for group in found.groups:
+        for one in (group.present, group.paper, *group.candidates):
+            row: Row = {"origin": one.origin, "cost": one.cost, "feasible": one.feasible}
+            yield (
+                row
+                | {f"{a}.k_p": g.k_p for a, g in one.axes.items()}
+                | {f"{a}.k_d": g.k_d for a, g in one.axes.items()}
+                | one.also
+            )
+
+
+def _of_cases(found: MonteCarloDocument) -> Iterator[Row]:
+    for case in range(found.cases):
+        row: Row = {"case": case}
+        for name, variant in found.variants.items():
+            for axis in AXES:
+                if axis in variant.axes:
+                    peak = variant.axes[axis].peaks[case]
+                    row[f"{name}.{axis}.max_abs_following_error"] = peak
+        yield row
+
+
+def _of_points(found: IdentificationDocument) -> Iterator[Row]:
+    for axis, each in found.axes.items():
+        for point, residual in zip(each.points, each.residuals, strict=True):
+            yield {"axis": axis, **point.model_dump(), "residual": residual}
+
+
+_ROWS: dict[str, Any] = {
+    "sweep": _of_sweep,
+    "tune": _of_tuning,
+    "monte-carlo": _of_cases,
+    "identify": _of_points,
+}
