@@ -232,14 +232,14 @@ class Channels(Mapping[str, Samples]):
             If matplotlib is not installed.
         """
         optional("matplotlib", "notebook")
-        from matplotlib.figure import Figure
+        from motionlab.scripting.figure import NotebookFigure
 
         panels: dict[str, list[Samples]] = {}
         for one in self._chosen(channels or self.shown()):
             panels.setdefault(self._panel(one) if not channels else one.unit, []).append(one)
         time = np.asarray(self.time)
         part = slice(*np.searchsorted(time, [start, np.inf if end is None else end]))
-        figure = Figure(figsize=(8.0, 0.6 + 2.0 * len(panels)), layout="constrained")
+        figure = NotebookFigure(figsize=(8.0, 0.6 + 2.0 * len(panels)), layout="constrained")
         axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
         for axis, lines in zip(axes, panels.values(), strict=True):
             unit, factor = _MICRO.get(lines[0].unit, (lines[0].unit, 1.0))

@@ -1,0 +1,191 @@
+"""A run from Python against what it stands for: the recording, the files, the command line."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import motionlab
+from motionlab.config.load import load_scenario
+from motionlab.scripting import channels
+from motionlab.scripting.run import Run
+from motionlab.simulation.prepare import prepare
+from motionlab.simulation.run import run as simulate
+from motionlab.telemetry import recorder
+
+GAIN = {"variants.B.controller.x.k_p": 400e3}
+ERROR = "B.x.following_error"
+RADIAL = "radial = hypot(B.x.following_error, B.y.following_error)"
+
+
+@pytest.fixture(scope="module")
+def circle() -> Run:
+    return motionlab.run("circle", set=GAIN)
+
+
+def test_every_channel_is_the_recorded_one_with_unit_and_meaning(circle: Run) -> None:
+    recording = simulate(prepare(load_scenario("circle", GAIN)))
+    expected = list(recorder.columns(recording))
+    assert list(circle) == [name for name, _, _ in expected]
+    for name, channel, values in expected:
+        found = circle[name]
+        np.testing.assert_array_equal(found, values)
+        assert (found.name, found.unit) == (name, channel.unit)
+        assert circle.described[name] == channel
+    np.testing.assert_array_equal(circle.time, np.arange(recording.ticks) * 0.0005)
+    assert circle.time.unit == "s"
+
+
+def test_metrics_are_those_of_the_channels(circle: Run) -> None:
+    start, end = (round(t / 0.0005) for t in circle.window)
+    largest = float(np.abs(circle[ERROR][start:end]).max())
+    assert circle.metrics["B"]["x"]["max_abs_following_error"] == pytest.approx(largest, rel=1e-6)
+    of_a = circle.metrics["A"]["x"]["max_abs_following_error"]
+    assert of_a is not None
+    ratio = circle.comparison["x"]["max_abs_following_error_ratio"]
+    assert ratio == pytest.approx(largest / of_a, rel=1e-6)
+    assert circle.metrics["B"]["xy"].keys() == circle.document["variants"]["B"]["contour"].keys()
+    assert circle.diverged == {}
+
+
+def test_it_is_what_the_command_prints(circle: Run, capsys: pytest.CaptureFixture[str]) -> None:
+    from motionlab.cli import main
+
+    assert main(["run", "circle", "--set", "variants.B.controller.x.k_p=400e3", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == circle.document
+
+
+def test_the_scenario_is_resolved_and_runs_again(circle: Run) -> None:
+    assert circle.scenario == load_scenario("circle", GAIN)
+    again = motionlab.run(circle.scenario)
+    np.testing.assert_array_equal(again[ERROR], circle[ERROR])
+
+
+def test_slices_keep_the_unit_and_results_have_none(circle: Run) -> None:
+    error = circle[ERROR]
+    assert error[10:20].unit == error.copy().unit == "m"
+    assert "m  # B.x.following_error" in repr(error)
+    for result in (error * 1e6, np.abs(error), error - circle["A.x.following_error"]):
+        assert type(result) is np.ndarray
+    assert type(error.max()) is np.float32
+
+
+def test_math_channels_are_checked_and_computed(circle: Run) -> None:
+    radial = circle[RADIAL]
+    assert (radial.name, radial.unit) == ("radial", "m")
+    expected = np.hypot(
+        circle[ERROR].astype(np.float64), circle["B.y.following_error"].astype(np.float64)
+    )
+    np.testing.assert_array_equal(radial, expected.astype(np.float32))
+    assert circle["= B.x.thrust * B.x.velocity"].unit == "W"
+    with pytest.raises(motionlab.ConfigError, match=r"channel: .*N.*m"):
+        circle["= B.x.thrust + B.x.position"]
+
+
+def test_an_unknown_channel_is_answered_with_the_closest(circle: Run) -> None:
+    with pytest.raises(KeyError, match=r"no channel 'B\.x\.folowing.*did you mean 'B\.x\.follow"):
+        circle["B.x.folowing_error"]
+    assert "B.x.folowing_error" not in circle
+
+
+def test_tables_carry_units(circle: Run) -> None:
+    frame = circle.to_pandas(ERROR, RADIAL)
+    assert list(frame.columns) == [ERROR, "radial"]
+    assert frame.attrs["units"] == {ERROR: "m", "radial": "m"}
+    assert frame.index.name == "time"
+    np.testing.assert_array_equal(frame[ERROR], circle[ERROR])
+    table = circle.to_arrow(ERROR)
+    assert table.column_names == ["tick", "time", ERROR]
+    assert table.schema.field(ERROR).metadata[b"unit"] == b"m"
+    assert len(circle.to_arrow().column_names) == len(circle) + 2
+
+
+def test_files_are_those_of_the_command_line(circle: Run, tmp_path: Path) -> None:
+    from motionlab.simulation.result import metadata
+
+    saved = circle.save(tmp_path / "run.parquet")
+    same = str(tmp_path / "same.parquet")
+    recording = simulate(prepare(circle.scenario))
+    recorder.write(recording, same, metadata=metadata(circle.scenario))
+    assert saved.read_bytes() == Path(same).read_bytes()
+    for name in ("some.parquet", "some.csv"):
+        back = recorder.read(str(circle.save(tmp_path / name, ERROR, RADIAL)))
+        assert {key: each.unit for key, each in back.items()} == {
+            "tick": "1", "time": "s", ERROR: "m", "radial": "m"
+        }  # fmt: skip
+        np.testing.assert_array_equal(back[ERROR].values, circle[ERROR])
+    with pytest.raises(motionlab.ConfigError, match=r"path: .*\.parquet"):
+        circle.save(tmp_path / "run.xlsx")
+
+
+def test_figures_draw_what_was_asked_for(circle: Run) -> None:
+    figure = circle.plot()
+    assert [[line.get_label() for line in axis.lines] for axis in figure.axes] == [
+        [f"{variant}.{axis}.following_error" for variant in "AB"] for axis in "xy"
+    ]
+    assert [axis.get_ylabel() for axis in figure.axes] == ["µm", "µm"]
+    figure = circle.plot(ERROR, "B.x.velocity", start=2.0, end=3.0)
+    error, velocity = figure.axes
+    assert (error.get_ylabel(), velocity.get_ylabel()) == ("µm", "mm/s")
+    line: Any = error.lines[0]
+    np.testing.assert_allclose(line.get_ydata(), circle[ERROR][4000:6000] * 1e6, rtol=1e-6)
+    assert line.get_xdata()[[0, -1]] == pytest.approx([2.0, 2.9995])
+
+
+def test_a_notebook_shows_curves_and_the_report(circle: Run) -> None:
+    html = circle._repr_html_()
+    assert html.count("<svg") == 2
+    assert "max contouring error" in html
+    assert len(html) < 100_000
+
+
+def test_a_variant_that_diverged_says_when() -> None:
+    run = motionlab.run(
+        "circle", set={"variants.B.controller.x.k_p": 2e7, "divergence_error": 1e-4}
+    )
+    assert list(run.diverged) == ["B"]
+    at = np.searchsorted(run.time, run.diverged["B"])
+    assert np.isfinite(run[ERROR][: at - 1]).all()
+    assert np.isnan(run[ERROR][at + 1 :]).all()
+    assert run.metrics["B"]["x"]["max_abs_following_error"] is None
+
+
+def test_input_is_refused_as_everywhere(tmp_path: Path) -> None:
+    with pytest.raises(motionlab.ConfigError, match=r"plant\.x\.mass: .* kg"):
+        motionlab.run("circle", set={"plant.x.mass": 0})
+    with pytest.raises(motionlab.Infeasible, match=r"thrust on y is .* N at t = "):
+        motionlab.run("circle", set={"trajectory.frequency": 5.0})
+    with pytest.raises(motionlab.ConfigError, match=r"did you mean 'circle'"):
+        motionlab.run("circel")
+    own = tmp_path / "own.toml"
+    own.write_text('base = "circle"\ntrajectory = { base = "circle", laps = 1 }\n')
+    assert motionlab.run(str(own)).scenario == motionlab.run(own).scenario
+
+
+def test_what_is_not_installed_is_named_with_its_extra() -> None:
+    with pytest.raises(motionlab.ConfigError, match=r"pip install 'motionlab\[notebook\]'"):
+        channels.optional("no_such_library", "notebook")
+
+
+def test_importing_the_package_imports_nothing_heavy() -> None:
+    code = (
+        "import sys, motionlab\n"
+        "print(sorted({m.split('.')[0] for m in sys.modules}"
+        " & {'numpy', 'numba', 'pydantic', 'pyarrow', 'pandas'}))\n"
+        "print(sorted(set(motionlab.__all__) - set(dir(motionlab))))"
+    )
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert found.stdout.split() == ["[]", "[]"]
+
+
+@pytest.mark.parametrize("name", motionlab.__all__)
+def test_every_name_is_there_and_described(name: str) -> None:
+    found = getattr(motionlab, name)
+    assert callable(found)
+    assert (found.__doc__ or "").strip()
