@@ -32,6 +32,7 @@ from tests.bench.plots import plots
 from tests.bench.runs import runs
 from tests.bench.runs_index import runs_index
 from tests.bench.scene import scene
+from tests.bench.scripting import scripting
 from tests.bench.speed import speed
 from tests.bench.start import start
 from tests.bench.stream import stream
@@ -57,6 +58,7 @@ _KERNEL: dict[str, Callable[[str], Iterator[Row]]] = {
 }
 _LAB: dict[str, Callable[[], Iterator[Row]]] = {
     "start": start,
+    "scripting": scripting,
     "stream": stream,
     "page": page,
     "dragging": dragging,

@@ -10,8 +10,8 @@ import time
 from typing import TYPE_CHECKING, Any
 
 from motionlab.cli.exit_codes import DONE, FAILED
-from motionlab.scripting.lab_server import ADDRESS, HeldLease, LabServer, ServerRefused
 from motionlab.errors import ConfigError, FieldError
+from motionlab.scripting.lab_server import ADDRESS, HeldLease, LabServer, ServerRefused
 from motionlab.studies.options import add_json, add_set, source
 
 if TYPE_CHECKING:
