@@ -77,6 +77,7 @@ class Tables:
         self.definitions: list[str] = []
 
     def name(self, kind: str, shape: str, numbers: Array) -> str:
+        """Return the name of an array of such numbers, which is defined if it is new."""
         key = (kind, numbers.tobytes())
         if key not in self._names:
             name = f"{kind}_{sum(k == kind for k, _ in self._names)}"
