@@ -1,1 +1,1 @@
-"""Generated code: a scenario's controller as portable C99, with test vectors of the simulation."""
+"""Generated code: a scenario's controller as portable C99, and its motor as an FMU."""

@@ -32,7 +32,8 @@ from motionlab.force_sharing.functions import (
 from motionlab.kernel.build import lane
 from motionlab.kernel.layout import Parameters
 from motionlab.lanes.bank import TABLES
-from motionlab.plant.table_map import THRUST_TERMS
+from motionlab.plant.magnetics import AnalyticMap
+from motionlab.plant.table_map import NORMAL_TERMS, THRUST_TERMS, TableMap
 
 Array = NDArray[np.float64]
 
@@ -68,7 +69,7 @@ class ParameterCode(NamedTuple):
     tables: str  # static const arrays that it names; empty with formulas alone
 
 
-class _Tables:
+class Tables:
     """Static arrays, each once, whichever axes read them."""
 
     def __init__(self) -> None:
@@ -76,6 +77,7 @@ class _Tables:
         self.definitions: list[str] = []
 
     def name(self, kind: str, shape: str, numbers: Array) -> str:
+        """Return the name of an array of such numbers, which is defined if it is new."""
         key = (kind, numbers.tobytes())
         if key not in self._names:
             name = f"{kind}_{sum(k == kind for k, _ in self._names)}"
@@ -105,14 +107,14 @@ def parameter_code(scenario: Scenario, variant: str) -> ParameterCode:
         If a force map is not there, or cannot be read.
     """
     controller = scenario.variants[variant].controller
-    tables = _Tables()
+    tables = Tables()
     with TABLES.lease():
         axes = [_Field("", _axis(lane(scenario, controller, axis), tables), axis) for axis in AXES]
     lines = _lines([_Field(".axis", axes)], _INDENT)
     return ParameterCode("\n".join(["{", *lines, "}"]), "\n".join(tables.definitions))
 
 
-def _axis(par: Parameters, tables: _Tables) -> list[_Field]:
+def _axis(par: Parameters, tables: Tables) -> list[_Field]:
     controller, law, sharing = par.controller, par.compensation, par.force_model.sharing
     return [
         _number("k_p", controller.k_p, "N/m"),
@@ -156,45 +158,55 @@ def _axis(par: Parameters, tables: _Tables) -> list[_Field]:
                 _Field(".function", _FUNCTIONS[sharing.law]),
                 _number("overlap", sharing.overlap, "1"),
                 _number("current_limit", sharing.current_limit, "A"),
-                _formula(par),
-                _table(par, tables),
+                *_inverse(par, tables),
+                _formula(par.force_model.map.formula),
+                _Field(".table", table_code(par.force_model.map.table, tables)),
             ],
         ),
     ]
 
 
-def _formula(par: Parameters) -> _Field:
+def _formula(formula: AnalyticMap) -> _Field:
     units = {"tau": "m", "offset": "m", "F_pk": "N", "I_pk": "A", "I_knee": "A"}
-    formula = par.force_model.map.formula._asdict()
     names = ("tau", "offset", "F_pk", "I_pk", "I_knee", "h_2", "h_3")
-    return _group("formula", [_number(name, formula[name], units.get(name, "1")) for name in names])
+    values = formula._asdict()
+    return _group("formula", [_number(name, values[name], units.get(name, "1")) for name in names])
 
 
-def _table(par: Parameters, tables: _Tables) -> _Field:
-    table, sharing = par.force_model.map.table, par.force_model.sharing
-    if table.thrust < 0.0:
-        return _Field(".table", "{0, 0, 0, 0U, 0U, 1.0, 1.0}", "none: the formula holds")
-    positions, currents = int(table.positions), int(table.currents)
-    thrust = _placed(table.thrust, (positions, currents, THRUST_TERMS))
-    inverse = _nodes(_placed(sharing.inverse, (INVERSE_POSITIONS, INVERSE_LEVELS, 4)))
-    share = "0"
+def _inverse(par: Parameters, tables: Tables) -> Iterator[_Field]:
+    """Yield what a sharing function reads of a controller's table."""
+    sharing = par.force_model.sharing
+    current = share = "0"
+    if par.force_model.map.table.thrust >= 0.0:
+        inverse = _nodes(_placed(sharing.inverse, (INVERSE_POSITIONS, INVERSE_LEVELS, 4)))
+        current = tables.name("CURRENT", "A, [position][sqrt(thrust)]", inverse)
     if sharing.shares >= 0.0:
         shape = (2 * SHARE_POSITIONS, SHARE_LEVELS, 4)
         share = tables.name(
             "SHARE", "share, [sense][position][force]", _nodes(_placed(sharing.shares, shape))
         )
-    return _group(
-        "table",
-        [
-            _Field(".thrust", tables.name("THRUST", "N, [position][current][term]", thrust)),
-            _Field(".current", tables.name("CURRENT", "A, [position][sqrt(thrust)]", inverse)),
-            _Field(".share", share),
-            _Field(".positions", f"{positions}U"),
-            _Field(".currents", f"{currents}U"),
-            _number("per_ampere", table.per_ampere, "1/A"),
-            _number("gain", table.gain, "1"),
-        ],
+    yield _Field(".current", current)
+    yield _Field(".share", share)
+
+
+def table_code(table: TableMap, tables: Tables, *, normal: bool = False) -> str:
+    """Return the initialiser of a `psrm_table`, with the normal force or without.
+
+    The caller holds a lease of the tables.
+    """
+    if table.thrust < 0.0:
+        return "{0, 0, 0U, 0U, 1.0, 1.0}"
+    cells = (int(table.positions), int(table.currents))
+    thrust = tables.name(
+        "THRUST", "N, [position][current][term]", _placed(table.thrust, (*cells, THRUST_TERMS))
     )
+    attraction = "0"
+    if normal:
+        attraction = tables.name(
+            "NORMAL", "N, [position][current][term]", _placed(table.normal, (*cells, NORMAL_TERMS))
+        )
+    sizes = f"{cells[0]}U, {cells[1]}U, {float(table.per_ampere)!r}, {float(table.gain)!r}"
+    return f"{{{thrust}, {attraction}, {sizes}}}"
 
 
 def _placed(first: float, shape: tuple[int, ...]) -> Array:

@@ -32,13 +32,13 @@
 
 #include <stdint.h>
 
+#include "psrm_motor.h"
+
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-#define PSRM_AXES 2U         /* x, y */
-#define PSRM_PHASES 3U       /* a, b, c of each axis */
-#define PSRM_PERIOD 0.0005   /* control period T_s, s */
+#define PSRM_PERIOD 0.0005 /* control period T_s, s */
 
 /* Law of the friction observer's term K */
 typedef enum {
@@ -57,16 +57,6 @@ typedef enum {
     PSRM_SHARING_SINE = 2,
     PSRM_SHARING_CUBIC = 3
 } psrm_sharing_function;
-
-/* LuGre friction */
-typedef struct {
-    double sigma_0; /* bristle stiffness, N/m */
-    double sigma_1; /* bristle damping, N s/m */
-    double sigma_2; /* viscous friction, N s/m */
-    double F_c;     /* Coulomb friction, N */
-    double F_s;     /* stiction, N */
-    double v_s;     /* Stribeck velocity, m/s */
-} psrm_friction;
 
 /* Friction compensation */
 typedef struct {
@@ -89,32 +79,13 @@ typedef struct {
     double a_2;
 } psrm_notch;
 
-/* Thrust of a phase over position and current: a formula, or the table in its place */
-typedef struct {
-    double tau;    /* pole pitch, m */
-    double offset; /* commutation offset, m */
-    double F_pk;   /* thrust of one phase at I_pk, N */
-    double I_pk;   /* peak current, A */
-    double I_knee; /* current at which saturation sets in, A */
-    double h_2;    /* second harmonic of the thrust over position, 1 */
-    double h_3;    /* third harmonic, 1 */
-} psrm_formula;
-
-typedef struct {
-    const double *thrust;  /* cells of thrust, [positions][currents][12] */
-    const double *current; /* current over position and sqrt(thrust), A, [288][65] */
-    const double *share;   /* share of least copper loss, [2][240][33]; for force-per-ampere only */
-    uint32_t positions;    /* cells in a pole pitch; 0: the formula holds */
-    uint32_t currents;     /* cells from 0 A to the largest current */
-    double per_ampere;     /* cells in an ampere, 1/A */
-    double gain;           /* factor on the thrust, 1 */
-} psrm_table;
-
 /* Sharing of a force among the phases */
 typedef struct {
     psrm_sharing_function function;
     double overlap;       /* of two phases (sine, cubic), part of the pole pitch, 1 */
     double current_limit; /* largest current command, A */
+    const double *current; /* of table, over position and sqrt(thrust), A, [288][65] */
+    const double *share;   /* of table, least copper loss, [2][240][33]; force-per-ampere only */
     psrm_formula formula;
     psrm_table table;
 } psrm_sharing;

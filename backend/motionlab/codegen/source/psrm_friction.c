@@ -29,11 +29,7 @@ static const double SMALLEST_DENOMINATOR = 1e-12;
 /* Return the decay rate |v|/g(v) of the bristle, 1/s. */
 static double bristle_decay(const psrm_friction *model, double v)
 {
-    const double w = 1.0 / (model->v_s * model->v_s);
-    const double fade = psrm_exponential(-(v * v * w));
-    const double level = model->F_c + ((model->F_s - model->F_c) * fade);
-
-    return model->sigma_0 * psrm_abs(v) / level;
+    return model->sigma_0 * psrm_abs(v) / psrm_stribeck(model, v);
 }
 
 double psrm_residual(const psrm_compensation *law, const psrm_friction *model,

@@ -1,16 +1,9 @@
 /*
  * Force sharing: from a force command to the currents of three phases.
  *
- * Phase k = 0, 1, 2 stands at turns_k = (p + offset)/tau - k/3 of its pole pitch, 1/2 is aligned.
- * The thrust of a phase comes from a formula or from a table:
- *
- *     formula  F(i) S(theta), theta = 2 pi turns
- *              S = (sin theta + h_2 sin 2 theta + h_3 sin 3 theta)/(1 - h_3)
- *              F(i) = F_pk (1 + B) q/(1 + B q), q = (i/I_pk)^2, B = (I_pk/I_knee)^2
- *     table    dW'/dx of a bicubic co-energy, one polynomial of 12 terms for each cell
- *
  * A sharing function sets the part of the command for each phase; the inverse of the map gives
- * the current for it. With c_k the most that phase k can give in the commanded direction:
+ * the current for it; psrm_motor.c has the map. With c_k the most that phase k can give in the
+ * commanded direction:
  *
  *     least-norm       F_k = |f| c_k^2/sum c_j^2
  *     force-per-ampere least copper loss, sum i_k^2; what one phase cannot give, another does
@@ -28,9 +21,7 @@
 #define INVERSE_LEVELS 64U
 #define SHARE_POSITIONS 240U
 #define SHARE_LEVELS 32U
-#define THRUST_TERMS 12U
 
-static const double HALF_SQRT_3 = 0.8660254037844386;
 static const double TINY = 1e-30; /* in place of a denominator that vanishes */
 static const double COMPLETE = 1e-9; /* relative force that counts as given */
 static const double UNBOUNDED = 1e300;
@@ -55,92 +46,13 @@ static uint8_t has_table(const psrm_sharing *sharing)
 
 /* -- the formula ------------------------------------------------------------------------------ */
 
-/* Give S(theta) of each phase. */
-static void thrust_shape(const psrm_formula *formula, double position, double shape[PSRM_PHASES])
-{
-    const double scale = 1.0 / (1.0 - formula->h_3);
-    const double twice_h_2 = 2.0 * formula->h_2;
-    double s;
-    double c;
-    double third;
-    double sine[PSRM_PHASES];
-    double cosine[PSRM_PHASES];
-    uint32_t k;
-
-    psrm_sine_cosine((position + formula->offset) * (1.0 / formula->tau), &s, &c);
-    sine[0] = s;
-    sine[1] = (-0.5 * s) - (HALF_SQRT_3 * c);
-    sine[2] = (-0.5 * s) + (HALF_SQRT_3 * c);
-    cosine[0] = c;
-    cosine[1] = (-0.5 * c) + (HALF_SQRT_3 * s);
-    cosine[2] = (-0.5 * c) - (HALF_SQRT_3 * s);
-    third = formula->h_3 * (s * (3.0 - (4.0 * (s * s)))); /* sin 3 theta of every phase */
-    for (k = 0U; k < PSRM_PHASES; k++) {
-        shape[k] = ((sine[k] * (1.0 + (twice_h_2 * cosine[k]))) + third) * scale;
-    }
-}
-
-/* Return B = (I_pk/I_knee)^2. */
-static double saturation(const psrm_formula *formula)
-{
-    const double knee = formula->I_pk * (1.0 / formula->I_knee);
-
-    return knee * knee;
-}
-
-/* Return F(i)/F_pk. */
-static double force_fraction(const psrm_formula *formula, double i)
-{
-    const double B = saturation(formula);
-    const double ratio = i * (1.0 / formula->I_pk);
-    const double q = ratio * ratio;
-
-    return (1.0 + B) * q / (1.0 + (B * q));
-}
-
 /* Return the current, A, at which F(i) = y F_pk: i = I_pk sqrt(y/(1 + B (1 - y))). */
 static double current_for(const psrm_formula *formula, double y)
 {
-    return formula->I_pk * psrm_square_root(y / (1.0 + (saturation(formula) * (1.0 - y))));
+    return formula->I_pk * psrm_square_root(y / (1.0 + (psrm_saturation(formula) * (1.0 - y))));
 }
 
 /* -- tables ----------------------------------------------------------------------------------- */
-
-/* Return the cell of a place counted in cells, and give the place in it, 0 to 1. */
-static uint32_t cell_of(double place, uint32_t cells, double *in_cell)
-{
-    const double last = (double)cells - 1.0;
-    double index = psrm_floor(place);
-
-    if (!(index > 0.0)) { /* NaN too */
-        index = 0.0;
-    }
-    if (index > last) {
-        index = last;
-    }
-    *in_cell = place - index;
-    return (uint32_t)index;
-}
-
-static double cubic(const double terms[4], double w)
-{
-    return terms[0] + (w * (terms[1] + (w * (terms[2] + (w * terms[3])))));
-}
-
-/* Return the thrust of one phase, N, at turns of its pole pitch and current i, A. */
-static double table_thrust(const psrm_table *table, double turns, double i)
-{
-    double u;
-    double w;
-    const uint32_t column = cell_of(turns * (double)table->positions, table->positions, &u);
-    const uint32_t row = cell_of(psrm_abs(i) * table->per_ampere, table->currents, &w);
-    const double *terms = &table->thrust[THRUST_TERMS * ((column * table->currents) + row)];
-    const double p = cubic(&terms[0], w);
-    const double q = cubic(&terms[4], w);
-    const double r = cubic(&terms[8], w);
-
-    return table->gain * (p + (u * (q + (u * r))));
-}
 
 /*
  * Interpolate nodes, [positions][levels + 1], that repeat after the last position; turns runs from
@@ -151,8 +63,8 @@ static double between_nodes(const double *nodes, uint32_t positions, uint32_t le
 {
     double u;
     double w;
-    const uint32_t column = cell_of(turns * (double)positions, positions, &u);
-    const uint32_t row = cell_of(level, levels, &w);
+    const uint32_t column = psrm_cell(turns * (double)positions, positions, &u);
+    const uint32_t row = psrm_cell(level, levels, &w);
     const uint32_t next = (column + 1U) % positions;
     const double *low = &nodes[(column * (levels + 1U)) + row];
     const double *high = &nodes[(next * (levels + 1U)) + row];
@@ -186,7 +98,7 @@ static void least_norm_shares(const phase_reach phase[PSRM_PHASES], double share
 static void least_loss_shares(const psrm_formula *formula, const phase_reach phase[PSRM_PHASES],
                               double wanted, double share[PSRM_PHASES])
 {
-    const double B = saturation(formula);
+    const double B = psrm_saturation(formula);
     const double a = phase[0].x;
     const double b = phase[1].x;
     const double c = phase[2].x;
@@ -215,7 +127,7 @@ static void least_loss_shares(const psrm_formula *formula, const phase_reach pha
 }
 
 /* Least copper loss from a table of shares over turns and |f|/(what all phases can give). */
-static void tabled_shares(const psrm_table *table, const phase_reach phase[PSRM_PHASES],
+static void tabled_shares(const double *table, const phase_reach phase[PSRM_PHASES],
                           double wanted, uint8_t forward, double share[PSRM_PHASES])
 {
     const double whole = not_tiny(phase[0].whole + phase[1].whole + phase[2].whole);
@@ -224,7 +136,7 @@ static void tabled_shares(const psrm_table *table, const phase_reach phase[PSRM_
     uint32_t k;
 
     for (k = 0U; k < PSRM_PHASES; k++) {
-        share[k] = between_nodes(&table->share[sheet], SHARE_POSITIONS, SHARE_LEVELS,
+        share[k] = between_nodes(&table[sheet], SHARE_POSITIONS, SHARE_LEVELS,
                                  phase[k].turns, level);
     }
 }
@@ -261,7 +173,7 @@ static void shares(const psrm_sharing *sharing, const phase_reach phase[PSRM_PHA
     switch (sharing->function) {
     case PSRM_SHARING_FORCE_PER_AMPERE:
         if (has_table(sharing) != 0U) {
-            tabled_shares(&sharing->table, phase, wanted, forward, share);
+            tabled_shares(sharing->share, phase, wanted, forward, share);
         } else {
             least_loss_shares(&sharing->formula, phase, wanted, share);
         }
@@ -285,28 +197,26 @@ static void shares(const psrm_sharing *sharing, const phase_reach phase[PSRM_PHA
 static void reaches(const psrm_sharing *sharing, double position, double sense,
                     phase_reach phase[PSRM_PHASES])
 {
-    static const double BEHIND[PSRM_PHASES] = {0.0, 1.0 / 3.0, 2.0 / 3.0};
     const psrm_formula *formula = &sharing->formula;
     const psrm_table *table = &sharing->table;
-    const double turns = (position + formula->offset) * (1.0 / formula->tau);
     double shape[PSRM_PHASES];
-    double place;
+    double turns[PSRM_PHASES];
     double i_max;
     uint32_t k;
 
-    thrust_shape(formula, position, shape);
+    psrm_thrust_shape(formula, position, shape);
+    psrm_phase_turns(formula, position, turns);
     for (k = 0U; k < PSRM_PHASES; k++) {
-        place = turns - BEHIND[k];
-        phase[k].turns = place - psrm_floor(place);
+        phase[k].turns = turns[k];
         phase[k].x = psrm_positive(sense * shape[k]);
         if (has_table(sharing) != 0U) {
             i_max = (double)table->currents / table->per_ampere;
             phase[k].most = psrm_positive(
-                sense * table_thrust(table, phase[k].turns, sharing->current_limit));
-            phase[k].whole = psrm_positive(sense * table_thrust(table, phase[k].turns, i_max));
+                sense * psrm_table_thrust(table, phase[k].turns, sharing->current_limit));
+            phase[k].whole = psrm_positive(sense * psrm_table_thrust(table, phase[k].turns, i_max));
         } else {
             phase[k].whole = formula->F_pk * phase[k].x;
-            phase[k].most = phase[k].whole * force_fraction(formula, sharing->current_limit);
+            phase[k].most = phase[k].whole * psrm_force_fraction(formula, sharing->current_limit);
         }
     }
 }
@@ -321,12 +231,12 @@ static double phase_current(const psrm_sharing *sharing, const phase_reach *phas
 
     if (has_table(sharing) != 0U) {
         level = psrm_square_root(psrm_clip(part, 0.0, 1.0)) * (double)INVERSE_LEVELS;
-        current = between_nodes(sharing->table.current, INVERSE_POSITIONS, INVERSE_LEVELS,
+        current = between_nodes(sharing->current, INVERSE_POSITIONS, INVERSE_LEVELS,
                                 phase->turns, level);
         current = psrm_clip(current, 0.0, sharing->current_limit);
     } else {
         current = current_for(
-            formula, psrm_clip(part, 0.0, force_fraction(formula, sharing->current_limit)));
+            formula, psrm_clip(part, 0.0, psrm_force_fraction(formula, sharing->current_limit)));
     }
     return current;
 }
@@ -338,9 +248,9 @@ static double phase_force(const psrm_sharing *sharing, const phase_reach *phase,
     double force;
 
     if (has_table(sharing) != 0U) {
-        force = sense * table_thrust(&sharing->table, phase->turns, current);
+        force = sense * psrm_table_thrust(&sharing->table, phase->turns, current);
     } else {
-        force = phase->whole * force_fraction(&sharing->formula, current);
+        force = phase->whole * psrm_force_fraction(&sharing->formula, current);
     }
     return force;
 }
@@ -351,7 +261,7 @@ static uint8_t share_closed(const psrm_sharing *sharing, double position, double
 {
     const psrm_formula *formula = &sharing->formula;
     const double sense = (command > 0.0) ? 1.0 : -1.0;
-    const double most = force_fraction(formula, sharing->current_limit);
+    const double most = psrm_force_fraction(formula, sharing->current_limit);
     double shape[PSRM_PHASES];
     double squares = 0.0;
     double sum = 0.0;
@@ -360,7 +270,7 @@ static uint8_t share_closed(const psrm_sharing *sharing, double position, double
     uint8_t limited = 0U;
     uint32_t k;
 
-    thrust_shape(formula, position, shape);
+    psrm_thrust_shape(formula, position, shape);
     for (k = 0U; k < PSRM_PHASES; k++) {
         shape[k] = psrm_positive(sense * shape[k]);
         squares = squares + (shape[k] * shape[k]);
