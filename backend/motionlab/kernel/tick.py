@@ -82,11 +82,13 @@ def control(
     at: Inputs,
     p_meas: Lanes,
     tables: NDArray[np.float64] | None,
+    extra: Lanes,
 ) -> tuple[ControllerState, Command, Signals]:
     """Return the controller's half of a period: its next state and its command.
 
     It reads the reference and the encoder, never the machine: of `s` the memory, the command in
-    effect and the age, of `par` the controller's groups.
+    effect and the age, of `par` the controller's groups. A force `extra`, N, is added before the
+    force limit.
     """
     controller, law = par.controller, par.compensation
     observer = Observer(law, par.model_friction)
@@ -115,7 +117,7 @@ def control(
     wanted = wanted + select(controller.feedforward > 0.0, controller.M * at.a_ref, 0.0)
     opposed = select(controller.observer > 0.0, d, 0.0)
     wanted, n_1, n_2 = notched(par.notch, wanted + opposed, u + opposed, memory.n_1, memory.n_2)
-    f_command = clip(wanted, -controller.force_limit, controller.force_limit)
+    f_command = clip(wanted + extra, -controller.force_limit, controller.force_limit)
 
     # share
     share = share_by_law(par.force_model, tables, p_meas, f_command)
@@ -171,15 +173,16 @@ def move(
 
 @compiled
 def tick(
-    par: Parameters, s: State, at: Inputs, tables: NDArray[np.float64] | None
+    par: Parameters, s: State, at: Inputs, tables: NDArray[np.float64] | None, extra: Lanes
 ) -> tuple[State, Sample]:
     """Return the state one control period later, and the sample taken at the period's start.
 
-    Without `tables` every lane has analytic maps and shares its force by the closed form.
+    Without `tables` every lane has analytic maps and shares its force by the closed form. A force
+    `extra`, N, is added to the controller's.
     """
     machine = s.plant
     p_meas = measure(par.encoder, machine.p + machine.y, at.encoder_noise)
-    memory, made, signals = control(par, s, at, p_meas, tables)
+    memory, made, signals = control(par, s, at, p_meas, tables, extra)
     acting = in_effect(par, s.pending, made)
 
     # record
@@ -254,7 +257,7 @@ def control_once(
     s = read_state(state, width)
     mode = flush_subnormals()
     measured = unpack(_EncoderSample, p_meas, 0, width).p
-    memory, made, _ = control(par, s, axes_at(Inputs, inputs, 0), measured, None)
+    memory, made, _ = control(par, s, axes_at(Inputs, inputs, 0), measured, None, 0.0)
     acting = in_effect(par, s.pending, made)
     restore_mode(mode)
     write_state(State(s.plant, memory, acting, made, s.age, s.failed), state)
@@ -313,7 +316,7 @@ def run_lanes(
     s = read_state(state, width)
     mode = flush_subnormals()
     for k in range(inputs.shape[0]):
-        s, sample = tick(par, s, axes_at(Inputs, inputs, k), tables)
+        s, sample = tick(par, s, axes_at(Inputs, inputs, k), tables, 0.0)
         record(sample, samples, k)
     restore_mode(mode)
     write_state(s, state)

@@ -331,11 +331,11 @@ def _shared(case: Prepared) -> object:
         case.scenario.trajectory,
         case.scenario.window,
         case.scenario.settling_band,
-        tuple((tick, _acting(scenario)) for tick, scenario in case.epochs),
+        tuple((tick, acting(scenario)) for tick, scenario in case.epochs),
     )
 
 
-def _acting(scenario: Scenario) -> object:
+def acting(scenario: Scenario) -> object:
     """Return the properties that determine the load and the draws of every noise source."""
     axes = (scenario.plant.x, scenario.plant.y)
     noise = (

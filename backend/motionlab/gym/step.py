@@ -1,0 +1,241 @@
+"""The compiled step: control periods of many motors under forces from outside, and what is seen.
+
+The machine and its controller are those of `motionlab.kernel.tick`; here each motor has inputs of
+its own, since episodes begin and end on their own.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.control.position import Last, estimate_motion
+from motionlab.kernel.build import LANES_PER_VARIANT
+from motionlab.kernel.layout import (
+    INPUT_ROWS,
+    Inputs,
+    Parameters,
+    PlantState,
+    State,
+    groups,
+    parameter_row,
+    read_state,
+    state_row,
+    write_state,
+)
+from motionlab.kernel.tick import tick
+from motionlab.lanes import (
+    WIDTH,
+    Lanes,
+    compiled,
+    flush_subnormals,
+    pack,
+    restore_mode,
+    select,
+    unpack,
+)
+from motionlab.plant.encoder import measure
+from motionlab.simulation.inputs import PAGE
+
+Array = NDArray[np.float64]
+
+MOTORS = WIDTH // LANES_PER_VARIANT
+"""Motors in one block of lanes."""
+
+RING = 2 * PAGE
+"""Ticks of inputs held of each motor, a power of two: the page that it is on, and the next one."""
+
+ENDED, TURNED = 1, 2
+"""Bits of what `advance` returns: some episode has ended; some motor has begun another page."""
+
+_FAILED = state_row("failed")
+_ERROR_LIMIT = parameter_row("limits.error")
+
+
+class Observed(NamedTuple):
+    """What an agent sees of an axis: what its controller sees at the same instant."""
+
+    following_error: Lanes  # m
+    following_error_rate: Lanes  # m/s
+    position_reference: Lanes  # m
+    velocity_reference: Lanes  # m/s
+    acceleration_reference: Lanes  # m/s^2
+    position_measured: Lanes  # m
+    velocity_measured: Lanes  # m/s
+    force_realised: Lanes  # of the last command, within the limits, N
+
+
+OBSERVED = len(Observed._fields)
+
+
+class _PerLane(NamedTuple):
+    value: Lanes
+
+
+class Weights(NamedTuple):
+    """Scale of actions, and weights of the reward."""
+
+    action_scale: float  # N
+    per_error: float  # 1/m
+    effort: float
+    divergence: float
+
+
+@compiled
+def _observed(par: Parameters, s: State, at: Inputs) -> Observed:
+    """Return what the controller will see in the period that begins now."""
+    p_meas = measure(par.encoder, s.plant.p + s.plant.y, at.encoder_noise)
+    memory = s.memory
+    last = Last(memory.p_last, memory.v_last, memory.e_last)
+    motion = estimate_motion(at.p_ref, p_meas, last, s.age == 0.0)
+    return Observed(
+        motion.error,
+        motion.error_rate,
+        at.p_ref,
+        at.v_ref,
+        at.a_ref,
+        p_meas,
+        motion.v,
+        s.pending.force,
+    )
+
+
+@compiled
+def _gather(
+    inputs: Array, clock: NDArray[np.int64], first: int, count: int, ahead: int, rows: Array
+) -> None:
+    """Write the inputs of a block's motors at their own ticks into rows of lanes."""
+    for motor in range(count):
+        at = inputs[first + motor, (clock[first + motor] + ahead) & (RING - 1)]
+        for row in range(INPUT_ROWS):
+            rows[row, 2 * motor] = at[row, 0]
+            rows[row, 2 * motor + 1] = at[row, 1]
+
+
+@compiled
+def _capped(error: Lanes, limit: Lanes) -> Lanes:
+    """Return the magnitude of an error, m, no more than its limit where it is not finite either."""
+    return select(abs(error) <= limit, abs(error), limit)
+
+
+@numba.njit(error_model="numpy", nogil=True, cache=True)
+def advance(  # noqa: PLR0913, PLR0917 - a tuple of arrays takes longer to pass
+    parameters: Array,
+    state: Array,
+    inputs: Array,
+    clock: NDArray[np.int64],
+    end: NDArray[np.int64],
+    actions: NDArray[np.float32],
+    ticks: int,
+    scales: Array,
+    weights: Array,
+    observation: NDArray[np.float32],
+    reward: Array,
+    over: NDArray[np.bool_],
+    tables: Array | None,
+) -> int:
+    """Advance every motor by some control periods with its action held.
+
+    Parameters
+    ----------
+    parameters, state : ndarray, shape (blocks, PARAMETER_ROWS or STATE_ROWS, WIDTH)
+        As `motionlab.kernel.tick.run_ticks` takes them, of MOTORS motors a block; the state is
+        overwritten.
+    inputs : ndarray, shape (motors, RING, INPUT_ROWS, 2)
+        Fields of `Inputs` of each motor, tick k at k modulo RING, up to one tick beyond the step.
+    clock : ndarray of int, shape (motors,)
+        The next tick of each motor; overwritten.
+    end : ndarray of int, shape (motors,)
+        Ticks of its episode.
+    actions : ndarray of float32, shape (motors, 2)
+        Force added on x and y, of the action scale; clipped to -1 and 1.
+    ticks : int
+        How many; 0 to observe only.
+    scales : ndarray, shape (2, OBSERVED, 2)
+        Factor of each field of `Observed` and the largest magnitude of the product, for x and y.
+    weights : ndarray, shape (4,)
+        Fields of `Weights`.
+    observation : ndarray of float32, shape (motors, 2 * OBSERVED)
+        Overwritten by fields of `Observed`, those of x, then those of y.
+    reward : ndarray, shape (motors,)
+        Overwritten.
+    over : ndarray of bool, shape (motors, 2)
+        Overwritten: whether the episode terminated, and whether it was truncated.
+    tables : ndarray or None
+        As `motionlab.kernel.tick.tick` takes it.
+
+    Returns
+    -------
+    int
+        ENDED and TURNED, or neither.
+    """
+    total = clock.shape[0]
+    width = unpack(PlantState, state[0], 0).p
+    rows, seen = np.zeros((INPUT_ROWS, WIDTH)), np.empty((OBSERVED, WIDTH))
+    force, squares, errors = np.zeros((1, WIDTH)), np.zeros((1, WIDTH)), np.empty((1, WIDTH))
+    action_scale, per_error, effort, divergence = weights
+    found = 0
+    mode = flush_subnormals()
+    for block in range(parameters.shape[0]):
+        first = block * MOTORS
+        count = min(MOTORS, total - first)
+        par = groups(parameters[block], width)
+        s = read_state(state[block], width)
+        for motor in range(count):
+            reward[first + motor] = 0.0
+            for axis in range(2):
+                action = np.float64(actions[first + motor, axis])
+                if abs(action) > 1.0:  # NaN passes, and makes the motor diverge
+                    action = 1.0 if action > 0.0 else -1.0
+                force[0, 2 * motor + axis] = action_scale * action
+                square = action * action
+                reward[first + motor] -= effort * (square if square <= 1.0 else 1.0)
+        extra = unpack(_PerLane, force, 0, width).value
+
+        # move
+        total_squares = unpack(_PerLane, squares, 0, width).value
+        for k in range(ticks):
+            _gather(inputs, clock, first, count, k, rows)
+            s, sample = tick(par, s, unpack(Inputs, rows, 0, width), tables, extra)
+            if k > 0:  # the first error was there before the action
+                error = _capped(sample.following_error, par.limits.error)
+                total_squares = total_squares + error * error
+        write_state(s, state[block])
+
+        # observe
+        _gather(inputs, clock, first, count, ticks, rows)
+        now = _observed(par, s, unpack(Inputs, rows, 0, width))
+        pack(now, seen)
+        error = _capped(now.following_error, par.limits.error)
+        pack(_PerLane(total_squares + error * error), errors)
+        mean = per_error * per_error / max(ticks, 1)
+
+        for motor in range(count):
+            number = first + motor
+            terminated = False
+            for axis in range(2):
+                lane = 2 * motor + axis
+                reward[number] -= mean * errors[0, lane]
+                within = abs(seen[0, lane]) <= parameters[block, _ERROR_LIMIT, lane]
+                terminated |= state[block, _FAILED, lane] >= 0.0 or not within
+                for row in range(OBSERVED):
+                    value, most = seen[row, lane] * scales[0, row, axis], scales[1, row, axis]
+                    value = value if value <= most else most  # NaN too
+                    value = value if value >= -most else -most
+                    observation[number, axis * OBSERVED + row] = value
+            before = clock[number]
+            after = before + ticks
+            clock[number] = after
+            truncated = not terminated and after + ticks > end[number]
+            over[number, 0], over[number, 1] = terminated, truncated
+            if terminated:
+                reward[number] -= divergence
+            if terminated or truncated:
+                found |= ENDED
+            if after // PAGE != before // PAGE:
+                found |= TURNED
+    restore_mode(mode)
+    return found
