@@ -170,5 +170,5 @@ def _forces(action: Any, shape: tuple[int, ...]) -> NDArray[np.float32]:
     """Return actions as the compiled step takes them."""
     forces = np.ascontiguousarray(action, dtype=np.float32)
     if forces.shape != shape:
-        raise ConfigError(FieldError("action", "has another shape", forces.shape, f"{shape}"))
+        raise ConfigError(FieldError("action", "has another shape", list(forces.shape), f"{list(shape)}"))
     return forces
