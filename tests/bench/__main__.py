@@ -19,6 +19,7 @@ from tests.bench.controllers import controllers
 from tests.bench.coverage import coverage
 from tests.bench.drive import drive
 from tests.bench.expressions import expressions
+from tests.bench.gym import gym
 from tests.bench.hold import hold
 from tests.bench.identify import identify
 from tests.bench.instrument import instrument
@@ -55,6 +56,7 @@ _KERNEL: dict[str, Callable[[str], Iterator[Row]]] = {
     "instrument": lambda _: instrument(),
     "trajectories": lambda _: trajectories(),
     "cluster": lambda _: on_cluster(),
+    "gym": lambda _: gym(),
 }
 _LAB: dict[str, Callable[[], Iterator[Row]]] = {
     "start": start,

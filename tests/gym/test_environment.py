@@ -2,10 +2,12 @@
 
 import importlib
 import sys
+from typing import Any
 
 import gymnasium
 import numpy as np
 import pytest
+from gymnasium.spaces import Box
 from gymnasium.utils.env_checker import check_env, data_equivalence
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
@@ -91,8 +93,7 @@ def test_a_force_takes_the_controllers_place():
         }
     env = PlanarMotorEnv(set=free, action="force", scaled=False, ticks=10)
     first, _ = env.reset(seed=1)
-    for _ in range(6):
-        last, _, _, _, _ = env.step(np.array([0.5, -0.25], np.float32))
+    last = [env.step(np.array([0.5, -0.25], np.float32))[0] for _ in range(6)][-1]
     time = 60 * CONTROL_PERIOD
     for axis, force in enumerate((20.0, -10.0)):  # of 40 N
         assert seen(last, "force_realised", axis) == pytest.approx(force)
@@ -141,9 +142,8 @@ def test_many_are_as_many_single_ones_in_gymnasiums_own_vector():
             assert (final is not None) == got[4]["_final_obs"][number]
             assert final is None or final in made.single_observation_space
     assert min(ends) > 0, ends
-    assert data_equivalence(
-        made.reset(seed=[5, 6, 7, None, 9, 1]), single.reset(seed=[5, 6, 7, None, 9, 1]), exact=True
-    )
+    seeds: Any = [5, 6, 7, None, 9, 1]
+    assert data_equivalence(made.reset(seed=seeds), single.reset(seed=seeds), exact=True)
 
 
 def test_same_seed_same_bits_however_many_there_are():
@@ -196,12 +196,13 @@ def test_scaled_observations_are_si_ones_divided():
     scaled, si = PlanarMotorEnv(), PlanarMotorEnv(scaled=False)
     scaled.reset(seed=1)
     si.reset(seed=1)
-    for _ in range(20):
-        one, other = (env.step(np.ones(2, np.float32))[0] for env in (scaled, si))
+    action = np.ones(2, np.float32)
+    one, other = ([env.step(action)[0] for _ in range(20)] for env in (scaled, si))
     np.testing.assert_allclose(one, other / np.tile(SCALES, 2), rtol=1e-6)
-    np.testing.assert_allclose(
-        scaled.observation_space.high, si.observation_space.high / np.tile(SCALES, 2), rtol=1e-6
-    )
+    one, other = scaled.observation_space, si.observation_space
+    assert isinstance(one, Box)
+    assert isinstance(other, Box)
+    np.testing.assert_allclose(one.high, other.high / np.tile(SCALES, 2), rtol=1e-6)
 
 
 def test_episodes_end_with_the_trajectory():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -20,7 +20,7 @@ from motionlab.gym.step import ENDED
 Observation = NDArray[np.float32]
 
 
-class PlanarMotorEnv(gymnasium.Env[Observation, Observation]):
+class PlanarMotorEnv(gymnasium.Env[Any, Any]):
     """Follow a trajectory with a planar motor by forces on x and y.
 
     Parameters
@@ -31,7 +31,7 @@ class PlanarMotorEnv(gymnasium.Env[Observation, Observation]):
         Fields of `motionlab.gym.motors.Options`.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": []}
+    metadata = {"render_modes": []}  # noqa: RUF012 - as gymnasium declares it
 
     def __init__(self, *, render_mode: None = None, **options: Any) -> None:
         self.render_mode = render_mode
@@ -69,7 +69,7 @@ class PlanarMotorEnv(gymnasium.Env[Observation, Observation]):
         return self._motors.observation[0].copy(), reward, terminated, truncated, {}
 
 
-class PlanarMotorVectorEnv(VectorEnv[Observation, Observation, NDArray[Any]]):
+class PlanarMotorVectorEnv(VectorEnv[Any, Any, NDArray[Any]]):
     """Many `PlanarMotorEnv` in one compiled step.
 
     Environment i gives the same bits as a single one with the same seed. One that has ended begins
@@ -87,7 +87,7 @@ class PlanarMotorVectorEnv(VectorEnv[Observation, Observation, NDArray[Any]]):
         Fields of `motionlab.gym.motors.Options`.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {
+    metadata = {  # noqa: RUF012 - as gymnasium declares it
         "render_modes": [],
         "autoreset_mode": AutoresetMode.SAME_STEP,
     }
@@ -123,7 +123,9 @@ class PlanarMotorVectorEnv(VectorEnv[Observation, Observation, NDArray[Any]]):
         if isinstance(seeds, int | np.integer):
             seeds = range(int(seeds), int(seeds) + self.num_envs)
         if len(seeds) != self.num_envs:
-            raise ConfigError(FieldError("seed", "has another length", len(seeds), f"{self.num_envs}"))
+            raise ConfigError(
+                FieldError("seed", "has another length", len(seeds), f"{self.num_envs}")
+            )
         before = self._randoms or [None] * self.num_envs
         self._randoms = [
             random if random is not None and own is None else seeding.np_random(own)[0]
@@ -170,5 +172,7 @@ def _forces(action: Any, shape: tuple[int, ...]) -> NDArray[np.float32]:
     """Return actions as the compiled step takes them."""
     forces = np.ascontiguousarray(action, dtype=np.float32)
     if forces.shape != shape:
-        raise ConfigError(FieldError("action", "has another shape", list(forces.shape), f"{list(shape)}"))
+        raise ConfigError(
+            FieldError("action", "has another shape", list(forces.shape), f"{list(shape)}")
+        )
     return forces

@@ -18,7 +18,7 @@ from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.errors import ConfigError, FieldError
 from motionlab.gym.step import MOTORS, OBSERVED, RING, TURNED, Observed, Weights, advance
 from motionlab.kernel.build import initial_state, mover_parameters
-from motionlab.kernel.layout import INPUT_ROWS, PARAMETER_ROWS, parameter_row, reads_tables
+from motionlab.kernel.layout import INPUT_ROWS, parameter_row, reads_tables
 from motionlab.lanes.bank import TABLES
 from motionlab.simulation.batch import acting, changed, naming
 from motionlab.simulation.inputs import PAGE, page_inputs
@@ -328,8 +328,9 @@ class Motors:
             case = _Case(lanes, state, motion, prepared.reference.ticks)
             longest = min(PAGE, self._length(case))
             if not 1 <= self._ticks <= longest:
-                bounds = f"1 to {longest}, of {CONTROL_PERIOD:g} s each"
-                raise ConfigError(FieldError("ticks", "is no length of a step", self._ticks, bounds))
+                allowed = f"1 to {longest}, of {CONTROL_PERIOD:g} s each"
+                message = "is no length of a step"
+                raise ConfigError(FieldError("ticks", message, self._ticks, allowed))
             return case
 
 

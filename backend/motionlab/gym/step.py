@@ -104,15 +104,32 @@ def _observed(par: Parameters, s: State, at: Inputs) -> Observed:
 
 
 @compiled
-def _gather(
-    inputs: Array, clock: NDArray[np.int64], first: int, count: int, ahead: int, rows: Array
-) -> None:
+def _gather(inputs: Array, clock: NDArray[np.int64], ahead: int, block: int, rows: Array) -> None:
     """Write the inputs of a block's motors at their own ticks into rows of lanes."""
-    for motor in range(count):
+    first = block * MOTORS
+    for motor in range(min(MOTORS, clock.shape[0] - first)):
         at = inputs[first + motor, (clock[first + motor] + ahead) & (RING - 1)]
         for row in range(INPUT_ROWS):
             rows[row, 2 * motor] = at[row, 0]
             rows[row, 2 * motor + 1] = at[row, 1]
+
+
+@compiled
+def _act(
+    actions: NDArray[np.float32], weights: Array, block: int, force: Array, reward: Array
+) -> None:
+    """Write the forces of a block's actions into a row of lanes, and their cost as the reward."""
+    first = block * MOTORS
+    for motor in range(min(MOTORS, actions.shape[0] - first)):
+        squares = 0.0
+        for axis in range(2):
+            action = np.float64(actions[first + motor, axis])
+            if abs(action) > 1.0:  # NaN passes, and makes the motor diverge
+                action = 1.0 if action > 0.0 else -1.0
+            force[0, 2 * motor + axis] = weights[0] * action
+            square = action * action
+            squares += square if square <= 1.0 else 1.0
+        reward[first + motor] = -weights[2] * squares
 
 
 @compiled
@@ -172,33 +189,22 @@ def advance(  # noqa: PLR0913, PLR0917 - a tuple of arrays takes longer to pass
     int
         ENDED and TURNED, or neither.
     """
-    total = clock.shape[0]
     width = unpack(PlantState, state[0], 0).p
     rows, seen = np.zeros((INPUT_ROWS, WIDTH)), np.empty((OBSERVED, WIDTH))
     force, squares, errors = np.zeros((1, WIDTH)), np.zeros((1, WIDTH)), np.empty((1, WIDTH))
-    action_scale, per_error, effort, divergence = weights
+    _, per_error, _, divergence = weights
     found = 0
     mode = flush_subnormals()
     for block in range(parameters.shape[0]):
-        first = block * MOTORS
-        count = min(MOTORS, total - first)
         par = groups(parameters[block], width)
         s = read_state(state[block], width)
-        for motor in range(count):
-            reward[first + motor] = 0.0
-            for axis in range(2):
-                action = np.float64(actions[first + motor, axis])
-                if abs(action) > 1.0:  # NaN passes, and makes the motor diverge
-                    action = 1.0 if action > 0.0 else -1.0
-                force[0, 2 * motor + axis] = action_scale * action
-                square = action * action
-                reward[first + motor] -= effort * (square if square <= 1.0 else 1.0)
+        _act(actions, weights, block, force, reward)
         extra = unpack(_PerLane, force, 0, width).value
 
         # move
         total_squares = unpack(_PerLane, squares, 0, width).value
         for k in range(ticks):
-            _gather(inputs, clock, first, count, k, rows)
+            _gather(inputs, clock, k, block, rows)
             s, sample = tick(par, s, unpack(Inputs, rows, 0, width), tables, extra)
             if k > 0:  # the first error was there before the action
                 error = _capped(sample.following_error, par.limits.error)
@@ -206,14 +212,15 @@ def advance(  # noqa: PLR0913, PLR0917 - a tuple of arrays takes longer to pass
         write_state(s, state[block])
 
         # observe
-        _gather(inputs, clock, first, count, ticks, rows)
+        _gather(inputs, clock, ticks, block, rows)
         now = _observed(par, s, unpack(Inputs, rows, 0, width))
         pack(now, seen)
         error = _capped(now.following_error, par.limits.error)
         pack(_PerLane(total_squares + error * error), errors)
         mean = per_error * per_error / max(ticks, 1)
 
-        for motor in range(count):
+        first = block * MOTORS
+        for motor in range(min(MOTORS, clock.shape[0] - first)):
             number = first + motor
             terminated = False
             for axis in range(2):

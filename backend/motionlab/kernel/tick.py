@@ -76,7 +76,7 @@ class Signals(NamedTuple):
 
 
 @compiled
-def control(
+def control(  # noqa: PLR0913, PLR0917 - what a command depends on
     par: Parameters,
     s: State,
     at: Inputs,

@@ -335,8 +335,8 @@ def _shared(case: Prepared) -> object:
     )
 
 
-def acting(scenario: Scenario) -> object:
-    """Return the properties that determine the load and the draws of every noise source."""
+def acting(scenario: Scenario) -> tuple[Any, ...]:
+    """Return what determines the load and every noise source; the seed last, None without noise."""
     axes = (scenario.plant.x, scenario.plant.y)
     noise = (
         scenario.load.noise,
