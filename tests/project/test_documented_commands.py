@@ -65,6 +65,7 @@ ELSEWHERE = {
     r"\.venv/bin/python -m tests\.e2e\.pictures": "writes docs/; test_docs.py sees that they exist",
     r"\.venv/bin/python docs/plots\.py": "writes docs/; test_docs.py draws into another folder",
     r"\.venv/bin/python examples/ab\.py": "tests/service/test_examples.py",
+    r"\.venv/bin/python examples/learn_residual\.py": "tests/gym/test_documents.py, fewer policies",
     r"\.venv/bin/python examples/compare_(laws|controllers)\.py": "run below, beside its tables",
 }
 """What is not run as written, by regular expression, and why or where it is run."""
