@@ -20,16 +20,22 @@ HERE := $(shell pwd | cksum | cut -d ' ' -f 1)
 VENV_STAMP := .venv/made-$(HERE)
 DEPS_STAMP := .venv/locked-$(HERE)
 SETUP_STAMP := .venv/installed-$(HERE)
+LOWEST_STAMP := build/lowest/installed-$(HERE)
+# What needs no kernel, and what needs those of the circle: a core of a minute.
+LOWEST_TESTS := tests/config tests/store
+LOWEST_KERNEL_TESTS := tests/service/test_routes.py -k "health or head_is_get or names_every_route"
 PAGE := frontend/dist/index.html
 PAGE_SOURCES := $(shell find frontend -path frontend/node_modules -prune -o -path frontend/dist -prune -o \
 	-type f -print 2>/dev/null)
 LINT_STAMP := .venv/lint-$(HERE)
+# Changes with each commit, and the version with it; empty without git.
+COMMITS := $(wildcard $(shell git rev-parse --git-path logs/HEAD 2>/dev/null))
 # Empty when .venv is missing or its Python has gone from the system.
 VENV_RUNS := $(shell $(PY) -c 'print(1)' 2>/dev/null)
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup run test browser lint bench lock schema types FORCE
+.PHONY: help setup run test browser lint bench lowest lock schema types FORCE
 
 help: ## Show the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' Makefile
@@ -73,6 +79,13 @@ lint: $(LINT_STAMP) ## Check style, types and the direction of imports
 bench: $(SETUP_STAMP) $(PAGE) ## Measure speed, each figure beside its reference (BENCH="stream page" for some)
 	@$(PY) -m tests.bench $(BENCH)
 
+# Kernels of its own: numba keeps one version's compiled code in a folder.
+lowest: export NUMBA_CACHE_DIR = $(CURDIR)/build/lowest/kernels
+lowest: $(LOWEST_STAMP) ## Test the core on the lowest versions that pyproject.toml allows
+	@build/lowest/bin/motionlab run circle >build/lowest/circle.txt & kernels=$$!; \
+	build/lowest/bin/python -m pytest --quiet $(LOWEST_TESTS) && wait $$kernels && \
+	build/lowest/bin/python -m pytest --quiet $(LOWEST_KERNEL_TESTS)
+
 schema: $(SETUP_STAMP) ## Write configs/scenario.schema.json from the config models
 	@$(PY) -m motionlab.config.schema
 
@@ -92,6 +105,9 @@ lock: build/uv/bin/uv ## Resolve the dependencies of pyproject.toml into hashed 
 		--constraints backend/requirements-test.lock --output-file backend/requirements-lint.lock
 	$(UV_COMPILE) --group node --constraints backend/requirements-lint.lock \
 		--output-file backend/requirements-node.lock
+	$(subst --universal,--resolution lowest-direct,$(UV_COMPILE)) pyproject.toml \
+		--extra control --extra gym --extra notebook --group build --group lowest \
+		--output-file backend/requirements-lowest.lock
 
 $(VENV_STAMP): $(if $(VENV_RUNS),,FORCE)
 	@command -v "$(PYTHON)" >/dev/null || { \
@@ -111,13 +127,23 @@ $(DEPS_STAMP): $(VENV_STAMP) backend/requirements.lock backend/requirements-test
 			"is there a network, or a proxy or mirror that pip knows of? Then make setup again." >&2; exit 1; }
 	@touch $@
 
-$(SETUP_STAMP): $(DEPS_STAMP) pyproject.toml backend/motionlab/__init__.py
+$(SETUP_STAMP): $(DEPS_STAMP) pyproject.toml hatch_build.py backend/motionlab/__init__.py $(COMMITS)
 	@$(PIP_INSTALL) --no-deps --no-build-isolation --editable .
 	@touch $@
 
 $(LINT_STAMP): $(SETUP_STAMP) backend/requirements-lint.lock
 	@echo "Installing the lint tools into .venv ..."
 	@$(PIP_INSTALL) --require-hashes -r backend/requirements-lint.lock
+	@touch $@
+
+$(LOWEST_STAMP): build/uv/bin/uv backend/requirements-lowest.lock pyproject.toml
+	@echo "Installing the lowest versions into build/lowest ..."
+	@build/uv/bin/uv venv --quiet --clear --python "$(PYTHON)" build/lowest
+	@build/uv/bin/uv pip install --quiet --python build/lowest/bin/python --require-hashes \
+		-r backend/requirements-lowest.lock
+	@build/uv/bin/uv pip install --quiet --python build/lowest/bin/python --no-deps \
+		--no-build-isolation --editable .
+	@mkdir build/lowest/kernels
 	@touch $@
 
 # The page is built with the system's node, or with one from the lock.

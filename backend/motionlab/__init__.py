@@ -20,7 +20,10 @@ if TYPE_CHECKING:
     from motionlab.scripting.linear import linearise
     from motionlab.scripting.motion import trajectory
 
-__version__ = "0.1.0"
+try:
+    from motionlab._version import __version__
+except ModuleNotFoundError:  # sources that were never built
+    __version__ = "0+unknown"
 
 __all__ = [
     "Client",

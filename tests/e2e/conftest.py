@@ -77,11 +77,16 @@ class Server:
         Folder of what it keeps, and of what it writes to stderr.
     *options : str
         Of the command.
+    python : str
+        Interpreter that has the package.
     **variables : str
         Of its environment.
     """
 
-    def __init__(self, data: Path, *options: str, **variables: str) -> None:
+    def __init__(
+        self, data: Path, *options: str, python: str = sys.executable, **variables: str
+    ) -> None:
+        self._program = [python, "-m", "motionlab"]
         self._options = options
         self._variables = variables
         self._process: subprocess.Popen[bytes] | None = None
@@ -100,8 +105,7 @@ class Server:
         return self._process.pid
 
     def start(self) -> None:
-        command = [sys.executable, "-m", "motionlab", "serve", "--port", str(self.port)]
-        command += self._options
+        command = [*self._program, "serve", "--port", str(self.port), *self._options]
         environment = {k: v for k, v in os.environ.items() if k != "MOTIONLAB_TOKEN"}
         environment |= {"MOTIONLAB_DATA": str(self.data)} | self._variables
         told = self.data / "stderr.txt"  # a pipe that nobody reads would fill up and block it

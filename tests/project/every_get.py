@@ -56,8 +56,8 @@ def look_at_everything(ask: Ask) -> list[str]:
         assert time.monotonic() - begun < _PATIENCE, report
         time.sleep(0.2)
     assert report["state"] == "done", report
-    kept, _ = ask("POST", "/api/v1/simulate", {"set": SHORT, "keep": True})
-    assert kept == 200
+    kept, answer = ask("POST", "/api/v1/simulate", {"set": SHORT, "keep": True})
+    assert kept == 200, answer[:500]
     gains = {"values": {"variants.B.controller.x.k_p": 312000.0}, "set": SHORT}
     assert ask("PUT", "/api/v1/gain-sets/kept", gains)[0] == 200
     session = f"/api/v1/sessions/{_created(ask, '/api/v1/sessions', {}, 201)}"

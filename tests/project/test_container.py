@@ -13,7 +13,6 @@ import yaml
 
 from motionlab.config.drive import load_drive
 from motionlab.errors import ConfigError
-from motionlab.service import app
 from motionlab.service.serve import serve
 from motionlab.service.settings import Settings
 from tests.project.dockerfile import ROOT, command, copied, is_ignored, stages
@@ -120,7 +119,12 @@ def test_the_bases_are_pinned_and_those_of_the_locks():
 
 
 def test_compose_builds_this_dockerfile():
-    assert LAB["build"] == {"context": ".", "dockerfile": "backend/Dockerfile"}
+    assert LAB["build"] == {
+        "context": ".",
+        "dockerfile": "backend/Dockerfile",
+        "args": {"VERSION": "${VERSION:-}"},
+    }
+    assert "VERSION=" in [text for stage in STAGES for name, text in stage.steps if name == "ARG"]
 
 
 def test_every_copied_source_is_there_and_not_ignored():
@@ -162,7 +166,7 @@ def test_every_tracked_source_reaches_the_build():
         "data/trajectories/mine.toml",
         "frontend/dist/index.html",
         "frontend/node_modules/vite/package.json",
-        "backend/motionlab/page/index.html",
+        "backend/motionlab/_version.py",
         "backend/motionlab/plant/__pycache__/friction.cpython-311.pyc",
     ],
 )
@@ -190,10 +194,9 @@ def test_no_host_is_named():
         assert "/" not in stage.base  # a registry would stand before it
 
 
-def test_the_page_goes_where_the_package_looks_for_it():
-    package = Path(app.__file__).parents[1].relative_to(ROOT / "backend")
+def test_the_page_goes_where_the_build_of_the_wheel_looks_for_it():
     page = [copied(argument) for instruction, argument in STAGES[1].steps if instruction == "COPY"]
-    assert ("page", ["/src/frontend/dist/"], f"backend/{package}/page/") in page
+    assert ("page", ["/src/frontend/dist/"], "frontend/dist/") in page
 
 
 def test_cmd_is_a_command_that_asks_for_a_token_off_loopback():

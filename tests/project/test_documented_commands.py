@@ -30,13 +30,13 @@ from tests.service.servers import Server
 PATIENCE = 1200  # s; one of them compiles first, others share the cores
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 PROGRAMS = (
-    r"(?:motionlab|make|curl|docker|git|cp|rm|systemctl|python3?|\.venv/bin/\S+|/opt/\S+) \S"
+    r"(?:motionlab|make|pip|curl|docker|git|systemctl|python3?|\.venv/bin/\S+|/opt/\S+) \S"
     r"|[A-Z]+=\S|export |\(umask "
 )
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 INDENTED = re.compile(r"(?:^    .*\n)+", re.MULTILINE)
 SPAN = re.compile(r"`([^`]+)`")
-INLINE = re.compile(r"(?:make|\.venv/bin/\S+|motionlab|docker|systemctl) \S.*")
+INLINE = re.compile(r"(?:make|\.venv/bin/\S+|motionlab|pip|docker|systemctl) \S.*")
 NUMBER = re.compile(r"(?<![\w-])\d+(?:\.\d+)?")
 PRINTS = re.compile(r"\nprints.*\n\n((?:    .*\n|\n)+)")
 MENTIONED = {"motionlab serve", "motionlab run", "motionlab run --json"}
@@ -49,7 +49,8 @@ ELSEWHERE = {
     r"docker buildx .*": "needs an engine and the network",
     r"\(umask 077; .* > /etc/.*": "writes to /etc; the same line with .env is run",
     r"python3 -m venv /opt/.*|/opt/motionlab/.*": "installs as root: see test_wheel.py",
-    r"cp -r frontend/dist .*|rm -r backend/.*": "changes the checkout: test_wheel.py has a copy",
+    r"pip (install|wheel) .*": "changes this environment: see test_wheel.py",
+    r"VERSION=\S+ docker compose build": "needs an engine",
     r"systemctl .*": "needs systemd; deploy.md says what was tried",
     r"git pull": "needs the repository's origin",
     r"motionlab serve --drive .*": "runs until interrupted, beside a virtual drive",

@@ -1,11 +1,15 @@
-"""The wheel that the image installs, built from what backend/Dockerfile copies, and served."""
+"""The wheel, built from a checkout, from the sdist and in the image, installed and served."""
 
 from __future__ import annotations
 
+import os
 import re
+import shutil
 import subprocess
 import sys
-import tomllib
+import sysconfig
+import tarfile
+import zipfile
 from pathlib import Path
 
 import httpx
@@ -17,63 +21,175 @@ from tests.project.every_get import NO_DRIVE, UNDESCRIBED, look_at_everything
 from tests.service.servers import PATIENCE
 
 BUILD = next(stage for stage in stages() if stage.name == "build")
+DIST = ROOT / "frontend" / "dist"
+
+
+def hatch(folder: Path, *arguments: str, path: str = "") -> subprocess.CompletedProcess[str]:
+    """Run the build backend in a folder, without node, git or any other program."""
+    command = [sys.executable, "-m", "hatchling", *arguments]
+    environment = {**os.environ, "PATH": path, "NO_COLOR": "1"}
+    return subprocess.run(
+        command,
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+        check=False,
+    )
+
+
+def built(folder: Path, target: str) -> Path:
+    """Return the wheel or the sdist of a folder."""
+    out = folder.parent / f"{folder.name}-{target}"
+    done = hatch(folder, "build", "-t", target, "-d", str(out))
+    assert done.returncode == 0, done.stdout + done.stderr
+    (file,) = out.iterdir()
+    return file
+
+
+def contents(wheel: Path) -> dict[str, bytes]:
+    """Return the files of a wheel."""
+    with zipfile.ZipFile(wheel) as file:
+        return {name: file.read(name) for name in file.namelist()}
+
+
+def files(folder: Path) -> set[str]:
+    """Return the files below a folder that are no compiled Python."""
+    found = {path for path in folder.rglob("*") if path.is_file() and path.suffix != ".pyc"}
+    return {path.relative_to(folder).as_posix() for path in found}
 
 
 @pytest.fixture(scope="module")
-def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the folder that the wheel is built in, filled by every COPY."""
-    dist = ROOT / "frontend" / "dist"
-    if not (dist / "index.html").is_file():
+def checkout(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a copy of the checkout without git, the page in it built, of the help a page."""
+    if not (DIST / "index.html").is_file():
         missing("the page is not built: frontend/npm run build")
-    folder = tmp_path_factory.mktemp("image")
-    built = folder / "page" / "src" / "frontend"
-    built.mkdir(parents=True)
-    (built / "dist").symlink_to(dist)
+    listed = subprocess.run(
+        ["git", "ls-files", "--cached", "--others", "--exclude-standard"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if listed.returncode != 0:
+        pytest.skip("no git checkout")
+    folder = tmp_path_factory.mktemp("build") / "checkout"
+    for name in listed.stdout.splitlines():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        if (ROOT / name).is_file():
+            shutil.copy(ROOT / name, folder / name)
+    shutil.copytree(DIST, folder / "frontend" / "dist", copy_function=shutil.copy)
+    (folder / "build" / "help").mkdir(parents=True)
+    (folder / "build" / "help" / "index.html").write_text("as `make docs` builds it")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def wheel(checkout: Path) -> Path:
+    """Return the wheel of the checkout."""
+    return built(checkout, "wheel")
+
+
+def test_the_wheel_holds_all_that_it_is_made_of(checkout: Path, wheel: Path) -> None:
+    """What a pattern of pyproject.toml does not find is left out in silence."""
+    package = files(checkout / "backend" / "motionlab")
+    parts = {"configs": "configs", "page": "frontend/dist", "help": "build/help"}
+    for target, folder in parts.items():
+        package |= {f"{target}/{name}" for name in files(checkout / folder)}
+    held = {name for name in contents(wheel) if ".dist-info/" not in name}
+    assert held == {f"motionlab/{name}" for name in package}
+    assert {"motionlab/py.typed", "motionlab/_version.py", "motionlab/page/index.html"} < held
+
+
+def test_the_sdist_builds_the_same_wheel_without_node(checkout: Path, wheel: Path) -> None:
+    sdist = built(checkout, "sdist")
+    with tarfile.open(sdist) as file:
+        file.extractall(checkout.parent, filter="data")
+    unpacked = checkout.parent / sdist.name.removesuffix(".tar.gz")
+    for folder in ("tests", "docs", "CHANGELOG.md", "CITATION.cff", "README.md", "LICENSE"):
+        assert (unpacked / folder).exists(), folder
+    assert contents(built(unpacked, "wheel")) == contents(wheel)
+
+
+def test_the_image_builds_the_same_wheel_without_the_help(wheel: Path, tmp_path: Path) -> None:
+    page = tmp_path / "page" / "src" / "frontend"
+    page.mkdir(parents=True)
+    (page / "dist").symlink_to(DIST)
     for instruction, argument in BUILD.steps:
         if instruction == "COPY":
-            copy(argument, folder, BUILD.last("WORKDIR"), {"page": folder / "page"})
-    return folder / BUILD.last("WORKDIR").lstrip("/")
+            copy(argument, tmp_path, BUILD.last("WORKDIR"), {"page": tmp_path / "page"})
+    held = contents(built(tmp_path / BUILD.last("WORKDIR").lstrip("/"), "wheel"))
+    whole = contents(wheel)
+    record = next(name for name in whole if name.endswith("/RECORD"))
+    helps = {name for name in whole if name.startswith("motionlab/help/")}
+    assert held.keys() == whole.keys() - helps
+    assert {name: held[name] for name in held if name != record} == {
+        name: whole[name] for name in held if name != record
+    }
+
+
+@pytest.mark.parametrize("state", ["missing", "older"])
+def test_a_page_that_cannot_be_built_ends_the_build_with_a_line(
+    checkout: Path, tmp_path: Path, state: str
+) -> None:
+    for name in ("backend", "configs", "frontend", "pyproject.toml", "hatch_build.py", "LICENSE"):
+        if state == "older" or name != "frontend":
+            (tmp_path / name).symlink_to(checkout / name)
+    if state == "older":
+        os.utime(checkout / "frontend" / "dist" / "index.html", (0, 0))
+    try:
+        done = hatch(tmp_path, "build", "-t", "wheel", "-d", str(tmp_path / "out"))
+    finally:
+        (checkout / "frontend" / "dist" / "index.html").touch()
+    assert done.returncode == 1
+    (line,) = [line for line in done.stderr.splitlines() if "no page" in line]
+    assert re.fullmatch(
+        r"motionlab: no page: .*frontend/npm.*; install node 20\.19 or newer, .*", line
+    )
+    assert "Traceback" not in done.stderr + done.stdout
+    assert not [*tmp_path.glob("out/*.whl")]
+
+
+def test_the_version_counts_commits_and_needs_neither_tag_nor_git(
+    checkout: Path, tmp_path: Path
+) -> None:
+    for name in ("pyproject.toml", "hatch_build.py", "LICENSE"):
+        shutil.copy(checkout / name, tmp_path)
+    assert hatch(tmp_path, "version").stdout == "0.1.0.dev0\n"
+    git = ["git", "-c", "user.name=nobody", "-c", "user.email=", "-c", "init.defaultBranch=main"]
+    for arguments in (["init"], ["add", "."], ["commit", "--message", "all"]):
+        subprocess.run([*git, *arguments], cwd=tmp_path, check=True, capture_output=True)
+    counted = hatch(tmp_path, "version", path=os.environ["PATH"]).stdout
+    assert re.fullmatch(r"0\.1\.0\.dev1\+g[0-9a-f]{7,}\n", counted)
+    assert hatch(tmp_path, "version").stdout == "0.1.0.dev0\n"
 
 
 @pytest.fixture(scope="module")
-def installed(source: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the folder into which the last RUN installs, beside this environment's packages."""
-    pip, *arguments = BUILD.last("RUN").split()
-    assert pip.endswith("/bin/pip")
-    target = tmp_path_factory.mktemp("installed")
-    command = [sys.executable, "-m", "pip", *arguments, "--quiet", "--target", str(target)]
-    subprocess.run(command, cwd=source, check=True, timeout=PATIENCE)
-    return target
+def python(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the interpreter of an environment with the wheel and this one's other packages.
+
+    A path in a file .pth is searched for packages, not for files .pth; so the checkout, which is
+    installed here by such a file, is not found there.
+    """
+    environment = tmp_path_factory.mktemp("environment")
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", environment], check=True)
+    interpreter = environment / "bin" / "python"
+    (site,) = environment.glob("lib/python*/site-packages")
+    (site / "others.pth").write_text(sysconfig.get_path("purelib"))
+    pip = [sys.executable, "-m", "pip", "--python", str(interpreter), "--quiet", "install"]
+    options = ["--no-deps", "--no-compile", "--ignore-installed", "--disable-pip-version-check"]
+    subprocess.run([*pip, *options, str(wheel)], check=True, timeout=PATIENCE)
+    return interpreter
 
 
-def files(folder: Path) -> set[Path]:
-    """Return the files below a folder that are no compiled Python."""
-    found = {path.relative_to(folder) for path in folder.rglob("*") if path.is_file()}
-    return {path for path in found if path.suffix != ".pyc"}
-
-
-def test_what_the_wheel_includes_is_there_to_be_included(source: Path) -> None:
-    """A path that is missing is left out in silence."""
-    tables = tomllib.loads((source / "pyproject.toml").read_text())
-    wheel = tables["tool"]["hatch"]["build"]["targets"]["wheel"]
-    for path in [*wheel["only-include"], *wheel["sources"]]:
-        assert (source / path).exists(), path
-
-
-def test_the_wheel_holds_every_file_that_is_copied(source: Path, installed: Path) -> None:
-    package = files(installed / "motionlab")
-    copied = files(source / "backend" / "motionlab")
-    copied |= {Path("configs") / path for path in files(source / "configs")}
-    assert copied == package
-    assert {Path("page/index.html.gz"), Path("studies/paper/known_failures.toml")} <= package
-
-
-def test_nothing_that_the_wheel_serves_fails(installed: Path, tmp_path: Path) -> None:
-    variables = {"PYTHONPATH": str(installed), "NUMBA_DISABLE_JIT": "1"}
-    server = Server(tmp_path, **variables)
+def test_nothing_that_the_wheel_serves_fails(python: Path, tmp_path: Path) -> None:
+    code = "import motionlab; print(motionlab.__file__, motionlab.__version__)"
+    file, version = subprocess.check_output([python, "-c", code], cwd=tmp_path, text=True).split()
+    assert Path(file).is_relative_to(python.parents[1])
+    assert version == "0.1.0.dev0"
+    server = Server(tmp_path, python=str(python), NUMBA_DISABLE_JIT="1")
     try:
-        maps = Path(f"/proc/{server.pid}/environ").read_bytes()
-        assert f"PYTHONPATH={installed}".encode() in maps
         with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
 
             def ask(method: str, path: str, body: object = None) -> tuple[int, bytes]:
@@ -81,11 +197,14 @@ def test_nothing_that_the_wheel_serves_fails(installed: Path, tmp_path: Path) ->
                 return answer.status_code, answer.content
 
             asked = look_at_everything(ask)
-            described = client.get("/openapi.json").json()["paths"]
+            described = client.get("/openapi.json").json()
     finally:
         server.stop()
+    assert described["info"]["version"] == version
     readable = [
-        path for path, each in described.items() if "get" in each and not path.startswith(NO_DRIVE)
+        path
+        for path, each in described["paths"].items()
+        if "get" in each and not path.startswith(NO_DRIVE)
     ]
     for path in [*UNDESCRIBED, *readable]:
         form = re.sub(r"\\\{\w+\\\}", "[^/]+", re.escape(path))

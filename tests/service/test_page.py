@@ -20,11 +20,12 @@ GZIP = {"Accept-Encoding": "br, gzip;q=0.8"}
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
-    """A server of a small page, its texts compressed beforehand."""
+    """A server of a small page, its texts compressed beforehand, those of assets nothing else."""
     folder = tmp_path_factory.mktemp("page")
     (folder / "assets").mkdir()
     for name in ("index.html", "docs.html", "assets/index-AbCdEfGh.js", "favicon.svg"):
-        (folder / name).write_bytes(TEXT)
+        if not name.startswith("assets"):
+            (folder / name).write_bytes(TEXT)
         (folder / f"{name}.gz").write_bytes(gzip.compress(TEXT))
     (folder / "assets" / "font-AbCdEfGh.woff2").write_bytes(TEXT)
     with pytest.MonkeyPatch.context() as patched:
@@ -68,6 +69,12 @@ def test_a_text_is_sent_as_it_was_compressed(site: httpx.Client, path: str, medi
     assert site.get(path).content == TEXT
     head = site.head(path, headers=GZIP).headers
     assert head["content-length"] == packed.headers["content-length"]
+    assert site.head(path, headers=PLAIN).content == b""
+
+
+@pytest.mark.parametrize("path", ["/assets/none.js", "/assets/", "/assets", "/none.gz"])
+def test_what_is_not_there_is_not_found(site: httpx.Client, path: str) -> None:
+    assert site.get(path, headers=PLAIN).status_code == 404
 
 
 @pytest.mark.parametrize(

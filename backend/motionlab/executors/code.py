@@ -65,7 +65,8 @@ def processor() -> str:
 def _source_hash() -> str:
     package = Path(__file__).resolve().parent.parent
     digest = hashlib.sha256()
-    _add(digest, package, package.rglob("*.py"))
+    built = package / "_version.py"  # another number does not make it other code
+    _add(digest, package, (path for path in package.rglob("*.py") if path != built))
     for pattern in ("*.toml", "maps/*.json"):
         _add(digest, config_root(), config_root().rglob(pattern))
     return digest.hexdigest()[:16]

@@ -42,7 +42,7 @@ class ForceMapDocument(Config):
     format: Literal["motionlab-force-map"] = FORMAT
     format_version: int = Field(default=FORMAT_VERSION, ge=FORMAT_VERSION, le=FORMAT_VERSION)
     method_version: int = Field(default=METHOD_VERSION, ge=1)
-    motionlab_version: str = __version__
+    motionlab_version: str = Field(default_factory=lambda: __version__)
     preset: PresetName
     method: str = Field(description="How the numbers were found, in words")
     content_hash: str = Field(description="Of geometry, preset and method_version")

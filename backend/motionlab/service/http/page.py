@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gzip
 import os
+from collections.abc import Iterator
 from http import HTTPStatus
 from mimetypes import guess_type
 from pathlib import Path
@@ -11,7 +13,7 @@ from fastapi import FastAPI, Request
 from fastapi.staticfiles import StaticFiles
 from starlette.datastructures import Headers
 from starlette.exceptions import HTTPException
-from starlette.responses import FileResponse, Response
+from starlette.responses import FileResponse, Response, StreamingResponse
 from starlette.staticfiles import NotModifiedResponse
 from starlette.types import Scope
 
@@ -21,6 +23,7 @@ _HASHED = "assets"
 """Folder whose file names hold a hash of the content: such a file never changes."""
 
 _FOR_EVER = "public, max-age=31536000, immutable"
+_PIECE = 64 * 1024  # bytes
 _NOT_BUILT = "The page is not built: `make run` in a checkout builds and serves it."
 
 
@@ -36,9 +39,17 @@ def page_root() -> Path | None:
 class PageFiles(StaticFiles):
     """The files of the built page.
 
-    FILE.gz in place of FILE goes to clients that accept it. Hashed files are kept by browsers for
-    good; the others are revalidated by their ETag.
+    FILE.gz goes to clients that accept it, and is unpacked for others where there is no FILE.
+    Hashed files are kept by browsers for good; the others are revalidated by their ETag.
     """
+
+    def lookup_path(self, path: str) -> tuple[str, os.stat_result | None]:
+        """Return where a file is, and its status: that of FILE.gz where there is no FILE."""
+        found, status = super().lookup_path(path)
+        if status is None:
+            found, status = super().lookup_path(f"{path}.gz")
+            found = found.removesuffix(".gz")
+        return found, status
 
     def file_response(
         self,
@@ -59,12 +70,22 @@ class PageFiles(StaticFiles):
                 sent, stat_result = packed, packed.stat()
                 headers["Content-Encoding"] = "gzip"
         media = guess_type(path.name)[0]
-        response = FileResponse(
-            sent, status_code, headers, media_type=media, stat_result=stat_result
-        )
+        if sent is packed or path.is_file():
+            response = FileResponse(
+                sent, status_code, headers, media_type=media, stat_result=stat_result
+            )
+        else:
+            headers["ETag"] = f'"{stat_result.st_mtime_ns:x}"'
+            response = StreamingResponse(_unpacked(packed), status_code, headers, media_type=media)
         if self.is_not_modified(response.headers, asked):
             return NotModifiedResponse(response.headers)
         return response
+
+
+def _unpacked(path: Path) -> Iterator[bytes]:
+    with gzip.open(path) as file:
+        while piece := file.read(_PIECE):
+            yield piece
 
 
 def install(app: FastAPI) -> None:

@@ -5720,11 +5720,8 @@ export interface components {
              * @default 1
              */
             method_version: number;
-            /**
-             * Motionlab Version
-             * @default 0.1.0
-             */
-            motionlab_version: string;
+            /** Motionlab Version */
+            motionlab_version?: string;
             /**
              * Preset
              * @enum {string}

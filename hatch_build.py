@@ -1,0 +1,111 @@
+"""Build hook: wheel and sdist hold what is built by other tools than Python's.
+
+The sdist holds each part where the checkout has it, so a wheel is built from either alike. An
+editable install has none: the server finds them in the checkout.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+
+
+class Part(NamedTuple):
+    """A folder of the package that is built from sources of its own.
+
+    Attributes
+    ----------
+    name : str
+        In messages.
+    folder : str
+        Where it is built, from the top of the checkout.
+    target : str
+        Its folder in the package.
+    sources : str
+        What it is built from; with `folder` or packages of npm in it, these do not count.
+    command : tuple of str
+        What builds it.
+    remedy : str
+        What to do where that fails.
+    needed : bool
+        Whether a build without it fails rather than warns.
+    """
+
+    name: str
+    folder: str
+    target: str
+    sources: str
+    command: tuple[str, ...]
+    remedy: str
+    needed: bool
+
+
+PARTS = (
+    Part(
+        name="page",
+        folder="frontend/dist",
+        target="motionlab/page",
+        sources="frontend",
+        command=("frontend/npm", "run", "--silent", "build"),
+        remedy="install node 20.19 or newer, or run `make setup frontend/dist/index.html` before",
+        needed=True,
+    ),
+    Part(
+        name="help",
+        folder="build/help",
+        target="motionlab/help",
+        sources="docs",
+        command=(sys.executable, "-m", "sphinx", "-q", "docs", "build/help"),
+        remedy="run `make docs` before",
+        needed=False,
+    ),
+)
+
+
+class BuiltParts(BuildHookInterface):
+    """Add every part to the wheel or the sdist, built anew if its sources are newer."""
+
+    def initialize(self, version: str, build_data: dict[str, Any]) -> None:
+        """Name the folders to include; end the build with one line where a part cannot be had."""
+        if version == "editable":
+            return
+        root = Path(self.root)
+        for part in PARTS:
+            problem = None if _is_current(root, part) else _build(root, part)
+            if problem and part.needed:
+                self.app.abort(f"motionlab: no {part.name}: {problem}; {part.remedy}")
+            if problem:
+                self.app.display_warning(f"motionlab: no {part.name}: {problem}; {part.remedy}")
+                continue
+            target = part.target if self.target_name == "wheel" else part.folder
+            build_data["force_include"][str(root / part.folder)] = target
+
+
+def _is_current(root: Path, part: Part) -> bool:
+    index = root / part.folder / "index.html"
+    if not index.is_file():
+        return False
+    built = index.stat().st_mtime
+    passed_over = {root / part.folder, root / part.sources / "node_modules"}
+    return all(
+        path.stat().st_mtime <= built
+        for path in (root / part.sources).rglob("*")
+        if path.is_file() and passed_over.isdisjoint(path.parents)
+    )
+
+
+def _build(root: Path, part: Part) -> str | None:
+    """Build a part; return why that failed, in a line, or None."""
+    try:
+        done = subprocess.run(part.command, cwd=root, capture_output=True, text=True, check=False)
+    except OSError as error:
+        return f"{part.command[0]}: {error.strerror}"
+    if done.returncode == 0 and (root / part.folder / "index.html").is_file():
+        return None
+    said = (done.stderr or done.stdout).strip().splitlines() or [f"exit code {done.returncode}"]
+    reason = next((line for line in said if "rror" in line), said[-1])
+    return f"`{' '.join(part.command)}` failed: {reason.strip()}"
