@@ -22,7 +22,7 @@ examples:
   motionlab map --json --set tau=8e-3 --set p=4e-3
   motionlab map --fit new-design
 
-Maps are kept under MOTIONLAB_DATA/maps (./data/maps) and found again.
+Maps are kept in the folder maps of the data, MOTIONLAB_DATA, and found again.
 """
 
 
@@ -105,8 +105,10 @@ class MapStudy(Study):
 
         if options.fit is not None:
             return _fit(options)
-        if kept_maps().find(plan.geometry, plan.preset) is not None:
-            print("motionlab: this map was computed before", file=sys.stderr)
+        kept = kept_maps()
+        found = kept.find(plan.geometry, plan.preset) is not None
+        told = "was computed before and is kept" if found else "will be kept"
+        print(f"motionlab: this map {told} in {kept.folder}", file=sys.stderr)
         return super().before(plan, options)
 
 
