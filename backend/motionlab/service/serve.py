@@ -91,9 +91,10 @@ def serve(loaded: Loaded, *, opens: bool = False) -> None:
             scheduler=given.scheduler,
             drive=link,
         )
-        _say(f"Serving http://{shown}:{taken}/ (Ctrl-C ends it)")
+        served = f"http://{shown}:{taken}/"
         if page_root() is None:
-            _say("The page is not in this installation: only the API is served, /openapi.json")
+            served += "openapi.json without the page, which is not in this installation"
+        _say(f"Serving {served} (Ctrl-C ends it)")
         _keep_freed_memory()
         _allow_connections(settings.connections_max)
         sys.setswitchinterval(_SWITCH_SECONDS)

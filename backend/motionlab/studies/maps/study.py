@@ -105,11 +105,16 @@ class MapStudy(Study):
 
         if options.fit is not None:
             return _fit(options)
-        kept = kept_maps()
-        found = kept.find(plan.geometry, plan.preset) is not None
-        told = "was computed before and is kept" if found else "will be kept"
-        print(f"motionlab: this map {told} in {kept.folder}", file=sys.stderr)
+        if kept_maps().find(plan.geometry, plan.preset) is not None:
+            print("motionlab: this map was computed before", file=sys.stderr)
         return super().before(plan, options)
+
+    def after(self, found: ForceMap, options: argparse.Namespace) -> None:
+        """Say where the map is kept."""
+        from motionlab.studies.maps.compute import kept_maps
+
+        super().after(found, options)
+        print(f"motionlab: kept in {kept_maps().folder}", file=sys.stderr)
 
 
 def _fit(options: argparse.Namespace) -> str:
