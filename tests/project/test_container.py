@@ -14,7 +14,7 @@ import yaml
 from motionlab.config.drive import load_drive
 from motionlab.errors import ConfigError
 from motionlab.service import app
-from motionlab.service.serve import serve
+from motionlab.service.server_settings import load
 from motionlab.service.settings import Settings
 from tests.project.dockerfile import ROOT, command, copied, is_ignored, stages
 from tests.service.servers import PATIENCE, Server

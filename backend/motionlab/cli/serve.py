@@ -22,9 +22,8 @@ def add(commands: Any) -> None:
         help="serve the lab: page, API and their documentation",
         description="Serve the lab: the page at /, the API below /api/v1, its documentation at "
         "/docs. Another host than loopback needs a token, in MOTIONLAB_TOKEN or a file.",
-        epilog="Each setting is an option, a variable MOTIONLAB_NAME or a key of the file of "
-        "settings, in this order of precedence; docs/deploy.md lists them, --show-settings prints "
-        "those in effect.",
+        epilog="A setting is an option, a variable or a key of the file of settings, in this order "
+        "of precedence: docs/deploy.md lists them, --show-settings prints those in effect.",
     )
     parser.add_argument("--host", help="address to listen on (127.0.0.1)")
     parser.add_argument("--port", type=_port, help="port (8000)")
@@ -77,9 +76,9 @@ def _serve(options: argparse.Namespace) -> int:
     from motionlab.service.server_settings import load
 
     loaded = load({name: getattr(options, name) for name in _OPTIONS}, options.settings)
-    for warning in loaded.warnings:
-        print(f"motionlab: {warning}", file=sys.stderr)
     if options.show_settings:
+        for warning in loaded.warnings:
+            print(f"motionlab: {warning}", file=sys.stderr)
         rows = [("setting", "value", "from", "unit", "range"), *loaded.rows()]
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
         for row in rows:

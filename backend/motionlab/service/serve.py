@@ -80,8 +80,7 @@ def serve(loaded: Loaded, *, opens: bool = False) -> None:
     with executing(given.scheduler):
         pass  # what is no scheduler is refused now
     link = None if given.drive is None else load_drive(given.drive)
-    with _alone(data_root()):
-        listener = listen(given.host, given.port)
+    with _alone(data_root()), listen(given.host, given.port) as listener:
         address, taken = listener.getsockname()[:2]
         shown = f"[{address}]" if ":" in address else address
         settings = Settings(
@@ -95,6 +94,8 @@ def serve(loaded: Loaded, *, opens: bool = False) -> None:
         if page_root() is None:
             served += "openapi.json without the page, which is not in this installation"
         _say(f"Serving {served} (Ctrl-C ends it)")
+        for warning in loaded.warnings:
+            _say(f"motionlab: {warning}")
         _keep_freed_memory()
         _allow_connections(settings.connections_max)
         sys.setswitchinterval(_SWITCH_SECONDS)

@@ -35,6 +35,7 @@ FILE = "MOTIONLAB_SETTINGS"
 LogLevel = Literal["debug", "info", "warning", "error", "critical"]
 
 _OTHERS = frozenset({FILE, "MOTIONLAB_SERVER"})  # the second is of `npm run dev`
+_OF_TESTS = "MOTIONLAB_TEST_"
 _SECRETS = frozenset({"token"})
 _BELOW = ("data", "configs", "database_url", "runs_url", "runs_max")
 """Read from the environment by packages that know no server."""
@@ -140,7 +141,7 @@ class Loaded:
     def rows(self) -> list[tuple[str, str, str, str, str]]:
         """Return field, value in effect, origin, unit and range of every setting."""
         return [
-            (name, self._shown(name), self.origins.get(name, "default"), *_unit_and_range(info))
+            (name, self._shown(name), self.origins.get(name, "default"), *unit_and_range(info))
             for name, info in sorted(
                 ServerSettings.model_fields.items(),
                 key=lambda field: field[0] in Bounds.model_fields,
@@ -248,10 +249,12 @@ def _names(settings: ServerSettings, origins: Mapping[str, str]) -> tuple[str, .
 
 def _unknown_variables() -> tuple[str, ...]:
     known = {PREFIX + name.upper() for name in ServerSettings.model_fields} | _OTHERS
-    unknown = sorted(name for name in os.environ if name.startswith(PREFIX) and name not in known)
+    given = {name for name in os.environ if name.startswith(PREFIX)}
+    unknown = sorted(name for name in given - known if not name.startswith(_OF_TESTS))
     return tuple(f"{name} is no setting{did_you_mean(name, sorted(known))}" for name in unknown)
 
 
-def _unit_and_range(info: FieldInfo) -> tuple[str, str]:
+def unit_and_range(info: FieldInfo) -> tuple[str, str]:
+    """Return the unit of a field, empty for a pure number, and what is allowed, in words."""
     bounds = FieldError("", "", bounds=bounds_of(info)).range
     return unit_of_field(info).removeprefix("1"), choices_of(info) or bounds
