@@ -14218,12 +14218,13 @@ export interface components {
         Problem: {
             /**
              * Type
-             * @description about:blank: the status defines the problem
+             * @description What a program can tell problems apart by
+             * @enum {string}
              */
-            type: string;
+            type: "urn:motionlab:problem:invalid-body" | "urn:motionlab:problem:invalid-host" | "urn:motionlab:problem:invalid-message" | "urn:motionlab:problem:token-needed" | "urn:motionlab:problem:foreign-request" | "urn:motionlab:problem:not-found" | "urn:motionlab:problem:method-not-allowed" | "urn:motionlab:problem:wrong-state" | "urn:motionlab:problem:shipped" | "urn:motionlab:problem:busy" | "urn:motionlab:problem:not-replayable" | "urn:motionlab:problem:lease-not-held" | "urn:motionlab:problem:drive-link" | "urn:motionlab:problem:body-too-large" | "urn:motionlab:problem:unsupported-media-type" | "urn:motionlab:problem:invalid-field" | "urn:motionlab:problem:infeasible-trajectory" | "urn:motionlab:problem:limit-reached" | "urn:motionlab:problem:internal-error" | "urn:motionlab:problem:unavailable" | "urn:motionlab:problem:no-room";
             /**
              * Title
-             * @description Phrase of the status
+             * @description Name of the type
              */
             title: string;
             /**
@@ -14559,6 +14560,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -14844,6 +14847,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -15131,6 +15136,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -15217,6 +15224,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -15303,6 +15312,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -15389,6 +15400,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -15485,6 +15498,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -15599,6 +15614,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -15705,6 +15722,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -15803,6 +15822,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -15899,6 +15920,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -15995,6 +16018,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -16455,6 +16480,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -17607,6 +17634,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -17793,6 +17822,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -17898,6 +17929,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -18066,6 +18099,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -18234,6 +18269,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -18361,6 +18398,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -18617,6 +18656,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -18849,6 +18890,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -19056,6 +19099,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -19305,6 +19350,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -19474,6 +19521,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -19658,6 +19707,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -19856,6 +19907,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -19921,6 +19974,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -20037,6 +20092,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -20142,6 +20199,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -20238,6 +20297,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -20341,6 +20402,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -20545,6 +20608,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -20668,6 +20733,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -20759,6 +20826,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -20929,6 +20998,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -21015,6 +21086,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -21270,6 +21343,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -21335,6 +21410,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -21449,6 +21526,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -21563,6 +21642,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -21671,6 +21752,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -21778,6 +21861,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -21899,6 +21984,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -22003,6 +22090,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -22117,6 +22206,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -22229,6 +22320,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -22325,6 +22418,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -22439,6 +22534,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -22553,6 +22650,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -22667,6 +22766,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -22781,6 +22882,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -22895,6 +22998,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -22978,6 +23083,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -23043,6 +23150,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -23129,6 +23238,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -23224,6 +23335,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -23332,6 +23445,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -23427,6 +23542,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -23531,6 +23648,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -23626,6 +23745,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -23691,6 +23812,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -23790,6 +23913,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -23883,6 +24008,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -23969,6 +24096,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -24034,6 +24163,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -24133,6 +24264,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -24226,6 +24359,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -25154,6 +25289,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
