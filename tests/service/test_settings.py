@@ -7,8 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pydantic import TypeAdapter
-
 from motionlab.cli import main
 from motionlab.config import shipped
 from motionlab.errors import ConfigError
@@ -212,7 +210,6 @@ def test_all_settings_in_effect_are_printed_but_no_secret(
 def test_the_bounds_fit_their_types() -> None:
     """A default that its own range refuses would only be seen by who sets it."""
     for name, info in Bounds.model_fields.items():
-        TypeAdapter(info.annotation).validate_python(info.default)
         assert Bounds(**{name: info.default}) == Bounds()
 
 
