@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+
 from motionlab.cli import main
 from motionlab.config import shipped
 from motionlab.errors import ConfigError
