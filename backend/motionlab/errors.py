@@ -226,6 +226,10 @@ class Busy(StoreError):
     """A record that cannot be changed while it is being written."""
 
 
+class Shipped(StoreError):
+    """A record that ships with the project and cannot be changed."""
+
+
 class NotReplayable(StoreError):
     """A run that cannot be simulated again from its record."""
 

@@ -242,7 +242,8 @@ def test_a_german_csv_is_corrected_and_imported(
     (drift,) = (column for column in columns if column["column"] == "Drift")
     assert (drift["channel"], drift["unit"]) == ("M.x.thrust", "mN")
 
-    gone = {"type": "about:blank", "title": "Out of reach", "status": 503, "errors": []}
+    gone = {"type": "urn:motionlab:problem:unavailable", "title": "Unavailable", "status": 503}
+    gone |= {"errors": []}
     body = json.dumps(gone | {"detail": "the index cannot be reached"})
     page.route(re.compile(r"/api/v1/runs\?"), lambda route: route.fulfill(status=503, body=body))
     runs = region(page, "Runs")

@@ -6,10 +6,9 @@ import json
 import re
 import struct
 import subprocess
-from collections.abc import Iterator
-from dataclasses import fields
+from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -17,14 +16,18 @@ from jsonschema import Draft202012Validator
 from numpy.typing import NDArray
 
 from motionlab import __version__
+from motionlab.service.http.problem_types import BY_STATUS, TYPES, Kind
 from motionlab.service.live.messages import CLIENT_MESSAGES, SERVER_MESSAGES, asyncapi
-from motionlab.service.settings import Settings
+from motionlab.service.server_settings import PREFIX as VARIABLE
+from motionlab.service.server_settings import ServerSettings, unit_and_range
+from motionlab.service.settings import Bounds
 from tests.fixtures.__main__ import QUESTION, WHAT_IF, what_if
 from tests.paths import ROOT
 
 NPM = ROOT / "frontend" / "npm"
 API_TYPES = ROOT / "frontend" / "src" / "app" / "api"
 REST = (ROOT / "docs" / "rest.md").read_text()
+DEPLOY = (ROOT / "docs" / "deploy.md").read_text()
 PREFIX = "/api/v1"
 
 
@@ -208,25 +211,55 @@ def test_the_page_names_every_query_and_key(document: dict[str, Any]) -> None:
 
 
 def test_the_page_tells_every_status_of_a_failure(document: dict[str, Any]) -> None:
-    told = set(re.findall(r"^\| (4\d\d) \|", REST, re.MULTILINE))
+    told = {str(kind.status) for kind in TYPES.values()}
     answered = {
         status
         for path in document["paths"].values()
         for operation in path.values()
         for status in operation["responses"]
-        if status.startswith("4")
+        if status >= "400"
     }
-    assert told == answered | {"405"}
+    assert told == answered | {"405", "500"}
 
 
-def test_the_page_tells_every_bound() -> None:
-    told = dict(re.findall(r"^\| `(\w+)` \| (\d+) \|", REST, re.MULTILINE))
-    bounds = {f.name: f"{f.default:.0f}" for f in fields(Settings) if f.type in {"int", "float"}}
-    assert told == bounds
+def test_the_page_tells_every_type_of_a_problem() -> None:
+    rows = [
+        f"| `{name}` | {kind.status} | {kind.title} | {kind.meaning} |"
+        for name, kind in TYPES.items()
+    ]
+    told = [line for line in REST.splitlines() if re.match(r"\| `[a-z-]+` \| \d\d\d \|", line)]
+    assert told == rows
+    assert set(TYPES) == set(get_args(Kind))
+    assert {status: TYPES[name].status for status, name in BY_STATUS.items()} == {
+        status: status for status in BY_STATUS
+    }
 
 
-def test_every_environment_variable_is_told() -> None:
+def settings_rows(names: Iterable[str]) -> list[str]:
+    """Return the rows of a table of settings: name, default, range with unit, meaning."""
+    rows = []
+    for name in names:
+        info = ServerSettings.model_fields[name]
+        unit, allowed = unit_and_range(info)
+        default = f"{info.default:.0f}" if isinstance(info.default, float) else info.default or ""
+        rows.append(
+            f"| `{name}` | {default} | {f'{allowed} {unit}'.strip()} | {info.description} |"
+        )
+    return rows
+
+
+def test_the_pages_tell_every_setting() -> None:
+    others = [name for name in ServerSettings.model_fields if name not in Bounds.model_fields]
+    for page, title, names in ((REST, "Limits", Bounds.model_fields), (DEPLOY, "Settings", others)):
+        section = page[page.index(f"## {title}\n") :].partition("\n## ")[0]
+        told = [line for line in section.splitlines() if line.startswith("| `")]
+        assert told == settings_rows(names)
+
+
+def test_every_environment_variable_is_a_setting() -> None:
     sources = [*(ROOT / "backend" / "motionlab").rglob("*.py"), *(ROOT / "frontend").glob("*.ts")]
     used = {name for path in sources for name in re.findall("MOTIONLAB_[A-Z_]+", path.read_text())}
-    told = set(re.findall(r"^\| `(MOTIONLAB_[A-Z_]+)` \|", REST, re.MULTILINE))
-    assert told == used
+    settings = {VARIABLE + name.upper() for name in ServerSettings.model_fields}
+    others = used - settings
+    assert others == {"MOTIONLAB_SETTINGS", "MOTIONLAB_SERVER", "MOTIONLAB_TEST_"}
+    assert all(f"`{name}`" in DEPLOY for name in others if not name.endswith("_"))

@@ -13,6 +13,7 @@ LATER = {
     "scipy.sparse",
     "skfem",
     "pyarrow",
+    "pydantic_settings",
     "motionlab.studies.identify.experiment",
     "motionlab.studies.montecarlo.cases",
     "motionlab.studies.paper.registry",

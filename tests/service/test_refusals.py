@@ -36,7 +36,7 @@ def refused(response: httpx.Response) -> list[dict[str, Any]]:
     """Return the refused fields of a 422."""
     assert response.status_code == 422, response.text
     problem = response.json()
-    assert problem["title"] == "Unprocessable Entity"
+    assert problem["type"] == "urn:motionlab:problem:invalid-field"
     assert problem["detail"]
     assert problem["errors"]
     for error in problem["errors"]:
@@ -170,7 +170,7 @@ def test_a_path_in_the_place_of_a_name(client: httpx.Client, name: str) -> None:
 def test_broken_json(client: httpx.Client, path: str, text: bytes) -> None:
     response = post(client, text, path)
     assert response.status_code == 400
-    assert response.json()["title"] == "Bad Request"
+    assert response.json()["type"] == "urn:motionlab:problem:invalid-body"
 
 
 @pytest.mark.parametrize("depth", [100, 400, 700, 960, 1100, 100_000])

@@ -15,6 +15,7 @@ import pytest
 SERVE = """
 import threading, time
 from motionlab.service import app, serve
+from motionlab.service.server_settings import load
 
 serve._GRACE_SECONDS, serve._CLOSING_SECONDS = 1, 1.0
 make = app.create_app
@@ -30,7 +31,7 @@ def create_app(settings):
     return made
 
 serve.create_app = create_app
-serve.serve("127.0.0.1", 0, frozenset())
+serve.serve(load({"port": 0}))
 """
 
 

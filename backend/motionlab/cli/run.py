@@ -74,10 +74,12 @@ def _run(options: argparse.Namespace) -> int:
     if options.out is not None:
         write(recording, options.out, metadata=metadata(prepared.scenario))
     if options.keep:
+        from motionlab.config.shipped import data_root
+        from motionlab.runs.files import runs_url
         from motionlab.runs.library import library
 
         result["run"] = library().keep(prepared, recording, result, name=options.name).id
-        print(f"kept as {result['run']}", file=sys.stderr)
+        print(f"kept as {result['run']} in {runs_url(data_root())}", file=sys.stderr)
     if options.json:
         print(json.dumps(result, allow_nan=False))
     else:

@@ -4,32 +4,41 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 from typing import Any
 
 from motionlab.cli.exit_codes import DONE
 from motionlab.studies.options import add_scheduler
 
 _PORT_MAX = 65_535
+_LEVELS = ("debug", "info", "warning", "error", "critical")
+_OPTIONS = ("host", "port", "hosts", "token_file", "drive", "scheduler", "data", "log_level")
 
 
 def add(commands: Any) -> None:
     """Add ``motionlab serve`` and ``motionlab openapi``."""
     parser = commands.add_parser(
         "serve",
-        help="serve the REST API",
-        description="Serve the REST API; /docs describes it. Another host than loopback needs a "
-        "token in MOTIONLAB_TOKEN.",
+        help="serve the lab: page, API and their documentation",
+        description="Serve the lab: the page at /, the API below /api/v1, its documentation at "
+        "/docs. Another host than loopback needs a token, in MOTIONLAB_TOKEN or a file.",
+        epilog="A setting is an option, a variable or a key of the file of settings, in this order "
+        "of precedence: docs/deploy.md lists them, --show-settings prints those in effect.",
     )
-    parser.add_argument("--host", default="127.0.0.1", help="address to listen on (%(default)s)")
-    parser.add_argument("--port", type=_port, default=8000, help="port (%(default)s)")
+    parser.add_argument("--host", help="address to listen on (127.0.0.1)")
+    parser.add_argument("--port", type=_port, help="port (8000)")
     parser.add_argument(
         "--name",
-        dest="host_names",
+        dest="hosts",
         metavar="HOST",
         action="append",
-        default=[],
         help="further name under which clients reach this server (repeatable; MOTIONLAB_HOSTS "
         "takes several, comma between them)",
+    )
+    parser.add_argument("--open", action="store_true", help="open the page in the browser")
+    parser.add_argument("--token-file", metavar="FILE", help="what clients must present")
+    parser.add_argument(
+        "--data", metavar="FOLDER", help="runs, trajectories, jobs and force maps (MOTIONLAB_DATA)"
     )
     parser.add_argument(
         "--drive",
@@ -38,6 +47,16 @@ def add(commands: Any) -> None:
         "(MOTIONLAB_DRIVE); docs/drive.md",
     )
     add_scheduler(parser)
+    parser.add_argument(
+        "--log-level",
+        choices=_LEVELS,
+        help="least level of what is logged (warning); info: also "
+        "one line of JSON on stdout for each request",
+    )
+    parser.add_argument("--settings", metavar="FILE", help="TOML file (MOTIONLAB_SETTINGS)")
+    parser.add_argument(
+        "--show-settings", action="store_true", help="print all settings in effect, and end"
+    )
     parser.set_defaults(command=_serve)
     parser = commands.add_parser(
         "openapi", help="print the OpenAPI document", description="Print the OpenAPI document."
@@ -54,15 +73,22 @@ def _port(text: str) -> int:
 
 def _serve(options: argparse.Namespace) -> int:
     """Carry out ``motionlab serve``."""
+    from motionlab.service.server_settings import load
+
+    loaded = load({name: getattr(options, name) for name in _OPTIONS}, options.settings)
+    if options.show_settings:
+        for warning in loaded.warnings:
+            print(f"motionlab: {warning}", file=sys.stderr)
+        rows = [("setting", "value", "from", "unit", "range"), *loaded.rows()]
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        for row in rows:
+            cells = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+            print("  ".join(cells).rstrip())
+        return DONE
+
     from motionlab.service.serve import serve
 
-    serve(
-        options.host,
-        options.port,
-        frozenset(options.host_names),
-        options.scheduler,
-        drive=options.drive,
-    )
+    serve(loaded, opens=options.open)
     return DONE
 
 

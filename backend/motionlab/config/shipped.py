@@ -25,6 +25,9 @@ _NAME = re.compile("[a-z0-9-]{1,64}")
 ORIGIN = "origin"
 """Table of a motor's file that tells where its numbers come from; no part of the motor."""
 
+SERVER_LOCK = ".server"
+"""File of the folder of data, which a server locks."""
+
 _WORD_MAX = 100  # characters of a word that is compared with others
 _PACKAGE = Path(__file__).resolve().parent.parent
 
@@ -39,8 +42,19 @@ def config_root() -> Path:
 
 
 def data_root() -> Path:
-    """Return the folder of the user's data: MOTIONLAB_DATA, or ``data`` where the server runs."""
-    return Path(os.environ.get("MOTIONLAB_DATA") or "data")
+    """Return the folder of the user's data.
+
+    MOTIONLAB_DATA; ``data`` in a checkout, and where a server has used it before; elsewhere the
+    folder of the user's data that the platform defines.
+    """
+    if given := os.environ.get("MOTIONLAB_DATA"):
+        return Path(given)
+    here = Path("data")
+    if _PACKAGE.parent.parent == Path.cwd() or (here / SERVER_LOCK).exists():
+        return here
+    import platformdirs  # noqa: PLC0415 - most commands do without
+
+    return Path(platformdirs.user_data_dir("motionlab", appauthor=False))
 
 
 def is_name(text: str) -> bool:

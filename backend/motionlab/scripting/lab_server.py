@@ -10,6 +10,7 @@ import urllib.error
 import urllib.request
 from collections.abc import Mapping, Sequence
 from http import HTTPStatus
+from pathlib import Path
 from types import TracebackType
 from typing import Any
 
@@ -32,7 +33,7 @@ class LabServer:
     address : str
         Such as ``http://127.0.0.1:8000``.
     token : str, optional
-        What it asks for; MOTIONLAB_TOKEN when left out.
+        What it asks for; MOTIONLAB_TOKEN or MOTIONLAB_TOKEN_FILE when left out.
     loc : str
         Name of the address in errors.
     timeout : float
@@ -58,7 +59,7 @@ class LabServer:
             raise ConfigError(FieldError(loc, "is no address", address, f"as {ADDRESS}"))
         self.address = address.rstrip("/")
         self._timeout = timeout
-        token = token or os.environ.get("MOTIONLAB_TOKEN")
+        token = token or _token()
         self.headers = {"Authorization": f"Bearer {token}"} if token else {}
 
     def call(
@@ -176,6 +177,26 @@ class HeldLease:
                 return
 
 
+def _token() -> str | None:
+    """Return what the server asks for: MOTIONLAB_TOKEN, or the content of MOTIONLAB_TOKEN_FILE.
+
+    Raises
+    ------
+    ConfigError
+        If that file cannot be read.
+    """
+    file = os.environ.get("MOTIONLAB_TOKEN_FILE")
+    if not file or os.environ.get("MOTIONLAB_TOKEN"):
+        return os.environ.get("MOTIONLAB_TOKEN")
+    try:
+        return Path(file).read_text(encoding="utf-8").strip("\r\n")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "is not UTF-8 text"
+        raise ConfigError(
+            FieldError("MOTIONLAB_TOKEN_FILE", f"cannot be read: {reason}", file)
+        ) from None
+
+
 def _refusal(error: urllib.error.HTTPError) -> MotionLabError:
     """Return what a problem document says."""
     try:
@@ -184,7 +205,7 @@ def _refusal(error: urllib.error.HTTPError) -> MotionLabError:
     except (ValueError, KeyError, TypeError, OSError):
         return ServerRefused(f"{error.url}: {error.code} {error.reason}")
     if error.code == HTTPStatus.UNAUTHORIZED:
-        return ServerRefused(f"{detail}: set MOTIONLAB_TOKEN")
+        return ServerRefused(f"{detail}: set MOTIONLAB_TOKEN or MOTIONLAB_TOKEN_FILE")
     if error.code == HTTPStatus.UNPROCESSABLE_ENTITY and fields:
         known = ("loc", "message", "value", "range", "unit")
         return ConfigError(*(FieldError(**{name: each[name] for name in known}) for each in fields))

@@ -18,6 +18,7 @@ from motionlab.config.shipped import data_root
 from motionlab.service.drive_friction import FrictionStep
 from motionlab.service.drives import Drives
 from motionlab.service.http import openapi, page, problems
+from motionlab.service.http.access_log import AccessLog
 from motionlab.service.http.compression import CompressedJson
 from motionlab.service.http.head_requests import Heads
 from motionlab.service.http.logins import Logins
@@ -206,6 +207,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.add_middleware(CompressedJson)
     app.add_middleware(Guard, settings=settings, logins=app.state.logins)
     app.add_middleware(Heads)
+    app.add_middleware(AccessLog)
     problems.install(app)
     for module in _MODULES:
         app.include_router(module.router, prefix=PREFIX)

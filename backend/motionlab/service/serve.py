@@ -9,11 +9,11 @@ import fcntl
 import ipaddress
 import logging
 import os
-import re
 import resource
 import socket
 import sys
 import threading
+import webbrowser
 from pathlib import Path
 from types import FrameType
 
@@ -21,20 +21,18 @@ import uvicorn
 from fastapi import FastAPI
 
 from motionlab.config.drive import load_drive
-from motionlab.config.shipped import data_root
+from motionlab.config.shipped import SERVER_LOCK, data_root
 from motionlab.errors import ConfigError, FieldError
 from motionlab.executors.executor import executing
 from motionlab.service.app import create_app
+from motionlab.service.http import access_log
 from motionlab.service.http.connection_limits import Socket, bounded
 from motionlab.service.http.page import page_root
-from motionlab.service.memory_budget import recordable
-from motionlab.service.settings import LOOPBACK, Settings
+from motionlab.service.server_settings import Loaded
+from motionlab.service.settings import LOOPBACK, Bounds, Settings
 from motionlab.store.files import remove_leftovers
 
-_TOKEN_MIN = 16
-_LOCK = ".server"  # of the folder of the data, while a server uses it
-_VISIBLE = re.compile("[!-~]+")
-_HOST_NAME = re.compile(r"[a-z0-9._-]+|\[[0-9a-f:.]+\]")
+_EVERY_ADDRESS = {"0.0.0.0", "::", "[::]"}
 MESSAGE_MAX = 128 * 1024
 """Largest message of a stream's client, bytes; a subscription to every column has half of that."""
 
@@ -52,88 +50,72 @@ _PONG_SECONDS = 60.0  # after which a websocket that answers no ping is closed
 _UNREAD_MAX = 60_000  # ms after which a client that reads nothing at all is disconnected
 
 
-def serve(
-    host: str,
-    port: int,
-    names: frozenset[str],
-    scheduler: str | None = None,
-    *,
-    drive: str | None = None,
-) -> None:
+def serve(loaded: Loaded, *, opens: bool = False) -> None:
     """Serve until interrupted.
 
     Parameters
     ----------
-    host : str
-        Address to listen on.
-    port : int
-        Port; 0 takes a free one.
-    names : frozenset of str
-        Further host names under which clients may reach the server, beside those of
-        MOTIONLAB_HOSTS.
-    scheduler : str, optional
-        Where jobs are computed; that of MOTIONLAB_SCHEDULER when left out.
-    drive : str, optional
-        File of a link to drives, or the name of a shipped one; MOTIONLAB_DRIVE when left out.
+    loaded : Loaded
+        The settings.
+    opens : bool
+        Whether to open the page in the browser once the server answers.
 
     Raises
     ------
     ConfigError
-        If another address than loopback has no token, the token cannot serve as one, a name is
-        none, another server uses the folder of the data, or the server cannot listen at the
-        address.
+        If another address than loopback has no token, another server uses the folder of the data,
+        or the server cannot listen at the address.
     """
-    token = os.environ.get("MOTIONLAB_TOKEN") or None
-    if token is None and not _is_loopback(host):
+    given = loaded.settings
+    if given.token is None and not _is_loopback(given.host):
         raise ConfigError(
             FieldError(
-                loc="--host",
-                message="is not loopback: set MOTIONLAB_TOKEN to what clients must present",
-                value=host,
+                loc=loaded.origins.get("host", "--host"),
+                message="is not loopback: set MOTIONLAB_TOKEN, or name a file by --token-file, to "
+                "what clients must present",
+                value=given.host,
             )
         )
-    if token is not None and len(token) < _TOKEN_MIN:
-        raise ConfigError(
-            FieldError("MOTIONLAB_TOKEN", "is too short", range=f">= {_TOKEN_MIN} characters")
-        )
-    if token is not None and not _VISIBLE.fullmatch(token):
-        raise ConfigError(
-            FieldError(
-                "MOTIONLAB_TOKEN",
-                "has a character that no header can carry",
-                range="ASCII without blanks and line ends",
-            )
-        )
-    with executing(scheduler):
+    loaded.export()
+    with executing(given.scheduler):
         pass  # what is no scheduler is refused now
-    drive = drive or os.environ.get("MOTIONLAB_DRIVE") or None
-    link = None if drive is None else load_drive(drive)
-    names |= _names_in(os.environ.get("MOTIONLAB_HOSTS", ""))
-    with _alone(data_root()):
-        listener = listen(host, port)
+    link = None if given.drive is None else load_drive(given.drive)
+    with _alone(data_root()), listen(given.host, given.port) as listener:
         address, taken = listener.getsockname()[:2]
-        own = {f"[{address}]" if ":" in address else address}
+        shown = f"[{address}]" if ":" in address else address
         settings = Settings(
-            token=token,
-            hosts=LOOPBACK | own | {name.lower() for name in names},
-            memory_max=recordable(Settings.memory_max),
-            scheduler=scheduler,
+            **given.model_dump(include=set(Bounds.model_fields)),
+            token=given.token,
+            hosts=LOOPBACK | {shown} | set(given.hosts),
+            scheduler=given.scheduler,
             drive=link,
         )
-        shown = f"[{address}]" if ":" in address else address
-        page = "" if page_root() is not None else "docs"  # without the page built there is the API
-        print(
-            f"Serving http://{shown}:{taken}/{page} (Ctrl-C ends it)", file=sys.stderr, flush=True
-        )
+        served = f"http://{shown}:{taken}/"
+        if page_root() is None:
+            served += "openapi.json without the page, which is not in this installation"
+        _say(f"Serving {served} (Ctrl-C ends it)")
+        for warning in loaded.warnings:
+            _say(f"motionlab: {warning}")
         _keep_freed_memory()
         _allow_connections(settings.connections_max)
         sys.setswitchinterval(_SWITCH_SECONDS)
-        os.environ.pop("MOTIONLAB_TOKEN", None)  # child processes have no use for it
         remove_leftovers(data_root())
-        logging.basicConfig(format="%(asctime)s %(levelname)s %(message)s")
-        logging.getLogger("motionlab").setLevel(logging.INFO)
+        _log_from(given.log_level)
+        config = configuration(create_app(settings), given.log_level)
+        local = "127.0.0.1" if given.host in _EVERY_ADDRESS else shown
         with contextlib.suppress(KeyboardInterrupt):  # how it is meant to end
-            _Server(configuration(create_app(settings))).run(sockets=[listener])
+            _Server(config, f"http://{local}:{taken}/" if opens else None).run(sockets=[listener])
+
+
+def _say(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
+
+
+def _log_from(level: str) -> None:
+    """Log from a level on: text on stderr, and one JSON object a request on stdout."""
+    logging.basicConfig(format="%(asctime)s %(levelname)s %(message)s")
+    logging.getLogger("motionlab").setLevel(level.upper())
+    access_log.install()
 
 
 def _alone(root: Path) -> contextlib.AbstractContextManager[object]:
@@ -146,7 +128,7 @@ def _alone(root: Path) -> contextlib.AbstractContextManager[object]:
     """
     try:
         root.mkdir(parents=True, exist_ok=True)
-        file = (root / _LOCK).open("wb")
+        file = (root / SERVER_LOCK).open("wb")
     except OSError:  # a folder that cannot be written needs no lock
         return contextlib.nullcontext()
     try:
@@ -165,6 +147,7 @@ def configuration(app: FastAPI, log_level: str = "warning") -> uvicorn.Config:
     return uvicorn.Config(
         app,
         log_level=log_level,
+        access_log=False,  # `access_log` has more to say
         http=bounded(app.state.settings),
         ws=Socket,
         ws_ping_timeout=_PONG_SECONDS,
@@ -178,7 +161,25 @@ def configuration(app: FastAPI, log_level: str = "warning") -> uvicorn.Config:
 
 
 class _Server(uvicorn.Server):
-    """A uvicorn server that ends within its grace period despite busy threads and clients."""
+    """A uvicorn server that ends within its grace period despite busy threads and clients.
+
+    Parameters
+    ----------
+    config : uvicorn.Config
+        What it serves.
+    page : str or None
+        Address that the browser opens once the server answers.
+    """
+
+    def __init__(self, config: uvicorn.Config, page: str | None = None) -> None:
+        super().__init__(config)
+        self._page = page
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Begin to answer, and open the page."""
+        await super().startup(sockets)
+        if self._page is not None and self.started:
+            threading.Thread(target=_open, args=(self._page,), daemon=True).start()
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
         """Begin to end; the first signal starts the last deadline too."""
@@ -187,6 +188,16 @@ class _Server(uvicorn.Server):
             last.daemon = True
             last.start()
         super().handle_exit(sig, frame)
+
+
+def _open(page: str) -> None:
+    """Open a page in the user's browser; say so where there is none."""
+    try:
+        opened = webbrowser.open(page)
+    except (webbrowser.Error, OSError):
+        opened = False
+    if not opened:
+        _say(f"There is no browser here: open {page} in one")
 
 
 def _allow_connections(count: int) -> None:
@@ -217,18 +228,6 @@ def _is_loopback(host: str) -> bool:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
         return False
-
-
-def _names_in(text: str) -> frozenset[str]:
-    """Return the host names of a list with commas, as browsers write them."""
-    found = frozenset(name for part in text.split(",") if (name := part.strip().lower()))
-    wrong = [name for name in sorted(found) if not _HOST_NAME.fullmatch(name)]
-    if wrong:
-        rule = "names without scheme, port or path, comma between them"
-        raise ConfigError(
-            *(FieldError("MOTIONLAB_HOSTS", "is no host name", name, rule) for name in wrong)
-        )
-    return found
 
 
 def listen(host: str, port: int) -> socket.socket:

@@ -1,98 +1,114 @@
-"""Server settings, and limits on requests."""
+"""Settings of a server's application: its bounds, and who may reach it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from typing import Any
+
+from pydantic import Field
 
 from motionlab.config.drive import DriveConfig
+from motionlab.config.quantity import OURS, Config, quantity
 
 LOOPBACK = frozenset({"127.0.0.1", "localhost", "[::1]"})
 
 
-@dataclass(frozen=True)
-class Settings:
-    """Settings of one server.
+def _bound(description: str, *, unit: str, default: float, ge: float = 1, le: float) -> Any:
+    return quantity(description, unit=unit, source=OURS, default=default, ge=ge, le=le)
 
-    Attributes
-    ----------
-    token : str or None
-        Token that clients must present; None, on loopback only: none is needed.
-    hosts : frozenset of str
-        Host names, without port, under which the server may be reached.
-    body_max : int
-        Largest request body, bytes.
-    upload_max : int
-        Largest file that is imported, bytes.
-    direct_max : float
-        Simulated time beyond which a simulation becomes a job, s.
-    direct_work_max : float
-        The same for simulated time summed over variants, s; bounds the memory of all that runs at
-        once.
-    work_max : float
-        Largest simulated time summed over variants, s; bounds the time of a run.
-    memory_max : int
-        Memory for the recordings of all active runs, bytes; an hour of two variants takes
-        3.8e9. `serve` lowers it to half of what the machine or container has.
-    trials_max : float
-        Largest simulated time of one search for gains, summed over trials and axes, s.
-    answer_max : int
-        Largest answer of curves, bytes.
-    workers : int
-        Calls that are computed at once, each by a process; the others wait.
-    waiting_max : int
-        Calls that may wait; one more is refused.
-    jobs_at_once : int
-        Jobs that run at once, each in a process; the others wait.
-    jobs_max : int
-        Jobs that may wait or run; one more is refused.
-    jobs_kept : int
-        Ended jobs that are kept in memory, of those that could not be recorded.
-    map_vertices_max : int
-        Nodes of the mesh of a force map; the reference preset of the paper's motor has 12161.
-    sessions_max : int
-        Live sessions.
-    downloads_max : int
-        Files of telemetry that are written or sent at once; others wait.
-    downloads_waiting_max : int
-        How many wait; one more is refused.
-    connections_max : int
-        Connections; a further one takes the place of the oldest that waits for its client.
-    websockets_max : int
-        Websockets among them; one more is refused.
-    scenes_max : int
-        Sessions that are shown in 3-D at once, each by a process.
-    scheduler : str or None
-        Where jobs are computed, docs/cluster.md; None for that of MOTIONLAB_SCHEDULER, or threads.
-    drive : DriveConfig, optional
-        The link to drives.
-    """
 
-    token: str | None = None
-    hosts: frozenset[str] = field(default=LOOPBACK)
-    body_max: int = 1_000_000
-    upload_max: int = 200_000_000
-    direct_max: float = 300.0
-    direct_work_max: float = 600.0
-    work_max: float = 7200.0
-    memory_max: int = 4_000_000_000
-    trials_max: float = 1e6
-    answer_max: int = 64_000_000
-    workers: int = 2
-    waiting_max: int = 32
-    jobs_at_once: int = 2
-    jobs_max: int = 16
-    jobs_kept: int = 64
-    map_vertices_max: int = 60_000
-    sessions_max: int = 32
-    downloads_max: int = 8
-    downloads_waiting_max: int = 64
-    connections_max: int = 800
-    websockets_max: int = 512
-    scenes_max: int = 4
-    scheduler: str | None = None
-    drive: DriveConfig | None = None
+class Bounds(Config):
+    """Bounds on requests, work and connections."""
+
+    body_max: int = _bound("Body of a request", unit="bytes", default=1_000_000, le=1_000_000_000)
+    upload_max: int = _bound("Imported file", unit="bytes", default=200_000_000, le=100_000_000_000)
+    direct_max: float = _bound(
+        "Time simulated by a direct answer; beyond, a job", unit="s", default=300.0, ge=0, le=1e6
+    )
+    direct_work_max: float = _bound(
+        "The same, summed over variants; beyond, no what-if runs from the start",
+        unit="s",
+        default=600.0,
+        ge=0,
+        le=1e6,
+    )
+    work_max: float = _bound(
+        "Time simulated by one request, summed over variants",
+        unit="s",
+        default=7200.0,
+        ge=0,
+        le=1e9,
+    )
+    memory_max: int = _bound(
+        "Memory of all recordings and sessions; `serve` lowers it to half of the machine's",
+        unit="bytes",
+        default=4_000_000_000,
+        le=1_000_000_000_000,
+    )
+    trials_max: float = _bound(
+        "Time simulated by one gain search or cost map, over trials and axes",
+        unit="s",
+        default=1e6,
+        ge=0,
+        le=1e12,
+    )
+    answer_max: int = _bound(
+        "Curves of one what-if", unit="bytes", default=64_000_000, le=1_000_000_000
+    )
+    workers: int = _bound(
+        "Calls computed at once, and one more for short ones", unit="1", default=2, le=256
+    )
+    waiting_max: int = _bound(
+        "Calls waiting for a worker, at most 30 s", unit="1", default=32, ge=0, le=10_000
+    )
+    jobs_at_once: int = _bound("Running jobs, one process each", unit="1", default=2, le=256)
+    jobs_max: int = _bound("Jobs queued or running", unit="1", default=16, le=10_000)
+    jobs_kept: int = _bound(
+        "Ended jobs kept in memory if not recorded; 500 are recorded",
+        unit="1",
+        default=64,
+        ge=0,
+        le=10_000,
+    )
+    map_vertices_max: int = _bound(
+        "Mesh nodes of a force map, preview or field; 12161 for the reference preset",
+        unit="1",
+        default=60_000,
+        le=10_000_000,
+    )
+    sessions_max: int = _bound("Live sessions, 26 MB each", unit="1", default=32, ge=0, le=10_000)
+    downloads_max: int = _bound(
+        "Telemetry files written or sent at once", unit="1", default=8, le=1000
+    )
+    downloads_waiting_max: int = _bound(
+        "Telemetry files waiting, at most 60 s", unit="1", default=64, ge=0, le=10_000
+    )
+    connections_max: int = _bound(
+        "Connections; a new one replaces the oldest idle one", unit="1", default=800, le=100_000
+    )
+    websockets_max: int = _bound("Websockets among them", unit="1", default=512, ge=0, le=100_000)
+    scenes_max: int = _bound(
+        "Sessions shown in 3-D, one process each", unit="1", default=4, ge=0, le=100
+    )
+
+
+class Settings(Bounds):
+    """Settings of one application."""
+
+    token: str | None = Field(
+        default=None,
+        description="What clients must present; None on loopback",
+        repr=False,
+    )
+    hosts: frozenset[str] = Field(
+        default=LOOPBACK, description="Host names, without port, under which it may be reached"
+    )
+    scheduler: str | None = Field(
+        default=None,
+        description="Where jobs are computed; None: as MOTIONLAB_SCHEDULER says",
+    )
+    drive: DriveConfig | None = Field(default=None, description="Link to drives")
 
     @property
     def bounds(self) -> Settings:
         """The same without token and drives, for processes that do not need them."""
-        return replace(self, token=None, drive=None)
+        return self.model_copy(update={"token": None, "drive": None})

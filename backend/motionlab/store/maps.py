@@ -31,7 +31,7 @@ class MapStore:
     """
 
     def __init__(self, folder: Path) -> None:
-        self._folder = folder
+        self.folder = folder
 
     def check_room(self) -> None:
         """Refuse another map, before it is computed, where no more may be kept.
@@ -41,7 +41,7 @@ class MapStore:
         StoreFull
             If those that are kept take too much.
         """
-        taken = sum(_size(path) for path in self._folder.glob("*.json"))
+        taken = sum(_size(path) for path in self.folder.glob("*.json"))
         if taken >= FOLDER_MOST:
             raise StoreFull(
                 f"computed force maps take {taken} bytes, {FOLDER_MOST} are the most; "
@@ -51,7 +51,7 @@ class MapStore:
     def find(self, geometry: Geometry, preset: PresetName) -> ForceMap | None:
         """Return the map that was kept for a geometry; None without one, or if it is damaged."""
         wanted = content_hash(geometry, preset)
-        path = self._folder / f"{wanted}.json"
+        path = self.folder / f"{wanted}.json"
         if not path.is_file():
             return None
         try:
@@ -74,7 +74,7 @@ class MapStore:
             If it cannot be written.
         """
         self.check_room()
-        path = self._folder / f"{force_map.document.content_hash}.json"
+        path = self.folder / f"{force_map.document.content_hash}.json"
         save(force_map, path, loc=f"map {path.stem}")
         return path
 

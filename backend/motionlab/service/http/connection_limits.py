@@ -70,8 +70,8 @@ class Connection(HttpToolsProtocol):
         Websockets among them; a further one is refused.
     """
 
-    connections_max = Settings.connections_max
-    websockets_max = Settings.websockets_max
+    connections_max = Settings().connections_max
+    websockets_max = Settings().websockets_max
 
     _waiting = 0
     _deadline: asyncio.TimerHandle | None = None
@@ -229,6 +229,9 @@ class Socket(WebSocketsSansIOProtocol):
     stream of frames a fraction of the work of one ASGI message each.
     """
 
+    written = 0
+    """Bytes of messages that were sent by `write`."""
+
     _taker: Callable[[bytes | None], None] | None = None
     _drained: Callable[[], None] | None = None
 
@@ -289,6 +292,7 @@ class Socket(WebSocketsSansIOProtocol):
         if self.close_sent or self.transport.is_closing():
             return
         length = sum(map(len, parts))
+        self.written += length
         if length < 126:  # RFC 6455, 5.2
             head = bytes((_FINAL | opcode, length))
         elif length < 1 << 16:

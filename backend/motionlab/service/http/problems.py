@@ -26,14 +26,38 @@ from motionlab.errors import (
     Infeasible,
     MotionLabError,
     NotReplayable,
+    Shipped,
     StoreError,
     StoreFull,
     Unknown,
     shown,
 )
+from motionlab.service.http.problem_types import BY_STATUS, PREFIX, TYPES, Kind
 from motionlab.service.live.session_info import WrongState
 
 MEDIA_TYPE = "application/problem+json"
+RETRY_SECONDS = 2
+"""``Retry-After`` of a 429 that says nothing else."""
+
+_KINDS: dict[type[BaseException], Kind] = {
+    NotHeld: "lease-not-held",
+    LinkError: "drive-link",
+    StoreFull: "no-room",
+    Unknown: "not-found",
+    Busy: "busy",
+    NotReplayable: "not-replayable",
+    Shipped: "shipped",
+    StoreError: "unavailable",  # any other one
+}
+"""Types of the failures that are no field's, the first that fits."""
+
+_RETRY_AFTER = {
+    "Retry-After": {
+        "description": "Seconds after which the request may be repeated",
+        "required": True,
+        "schema": {"type": "integer", "minimum": 0},
+    }
+}
 
 
 class ProblemField(BaseModel):
@@ -52,8 +76,11 @@ class ProblemField(BaseModel):
 class Problem(BaseModel):
     """RFC 9457 problem document."""
 
-    type: str = Field(description="about:blank: the status defines the problem")
-    title: str = Field(description="Phrase of the status")
+    type: str = Field(
+        description="What a program can tell problems apart by",
+        json_schema_extra={"enum": [PREFIX + kind for kind in TYPES]},
+    )
+    title: str = Field(description="Name of the type")
     status: int = Field(description="HTTP status")
     detail: str = Field(description="What happened, for people")
     errors: list[ProblemField] = Field(
@@ -62,7 +89,7 @@ class Problem(BaseModel):
 
 
 def problem(
-    status: int,
+    kind: Kind,
     detail: str,
     *,
     errors: list[dict[str, Any]] | None = None,
@@ -72,19 +99,22 @@ def problem(
 
     Parameters
     ----------
-    status : int
-        HTTP status.
+    kind : str
+        Its type, one of `TYPES`.
     detail : str
         What happened, for people.
     errors : list of dict, optional
         Refused fields, each with the fields of `ProblemField`.
     headers : dict, optional
-        Further headers.
+        Further headers; of a 429, ``Retry-After`` is added where it is missing.
     """
     errors = errors or []
+    status, title, _ = TYPES[kind]
+    if status == HTTPStatus.TOO_MANY_REQUESTS:
+        headers = {"Retry-After": str(RETRY_SECONDS), **(headers or {})}
     content = {
-        "type": "about:blank",
-        "title": HTTPStatus(status).phrase,
+        "type": PREFIX + kind,
+        "title": title,
         "status": status,
         "detail": _plain(detail),
         "errors": [
@@ -101,6 +131,7 @@ def responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
         status: {
             "description": HTTPStatus(status).phrase,
             "content": {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/Problem"}}},
+            **({"headers": _RETRY_AFTER} if status == HTTPStatus.TOO_MANY_REQUESTS else {}),
         }
         for status in statuses
     }
@@ -112,7 +143,7 @@ def install(app: FastAPI) -> None:
     @app.exception_handler(ConfigError)
     async def refuse_config(_: Request, error: ConfigError) -> JSONResponse:
         fields = [vars(field) for field in error.errors]
-        return problem(HTTPStatus.UNPROCESSABLE_ENTITY, str(error), errors=fields)
+        return problem("invalid-field", str(error), errors=fields)
 
     @app.exception_handler(Infeasible)
     async def refuse_motion(_: Request, error: Infeasible) -> JSONResponse:
@@ -124,60 +155,53 @@ def install(app: FastAPI) -> None:
             unit=error.unit,
             bounds={"minimum": error.limit[0], "maximum": error.limit[1]},
         )
-        return problem(HTTPStatus.UNPROCESSABLE_ENTITY, str(error), errors=[vars(field)])
+        return problem("infeasible-trajectory", str(error), errors=[vars(field)])
 
     @app.exception_handler(RequestValidationError)
     async def refuse_request(request: Request, error: RequestValidationError) -> JSONResponse:
         found = error.errors()
         fields = [vars(_field(each)) for each in found[:SHOWN_MAX]]
         if any(e["type"] == "json_invalid" for e in found):
-            return problem(HTTPStatus.BAD_REQUEST, "the body is not JSON")
+            return problem("invalid-body", "the body is not JSON")
         if isinstance(error.body, bytes):  # FastAPI has parsed it if it was declared as JSON
             return problem(
-                HTTPStatus.UNSUPPORTED_MEDIA_TYPE,
+                "unsupported-media-type",
                 f"a body of {request.headers.get('content-type', '')!r} cannot be read; "
                 "send Content-Type: application/json",
             )
         detail = "the request is not of the documented form"
         if len(found) > SHOWN_MAX:
             detail += f": {SHOWN_MAX} errors and {len(found) - SHOWN_MAX} more"
-        return problem(HTTPStatus.UNPROCESSABLE_ENTITY, detail, errors=fields)
+        return problem("invalid-field", detail, errors=fields)
 
     @app.exception_handler(HTTPException)
     async def answer(request: Request, error: HTTPException) -> JSONResponse:
         headers = dict(error.headers) if error.headers else None
-        if error.status_code not in {HTTPStatus.NOT_FOUND, HTTPStatus.METHOD_NOT_ALLOWED}:
-            return problem(error.status_code, str(error.detail), headers=headers)
+        kind = BY_STATUS.get(error.status_code, "internal-error")
+        if kind not in {"not-found", "method-not-allowed"}:
+            return problem(kind, str(error.detail), headers=headers)
         # The page's files are mounted at the root: they answer where no route has path and method.
         allowed = _methods(request)
         if allowed and request.method not in allowed:
             detail = f"{request.method} is not among {', '.join(allowed)}"
             headers = {"Allow": ", ".join(allowed)}
-            return problem(HTTPStatus.METHOD_NOT_ALLOWED, detail, headers=headers)
+            return problem("method-not-allowed", detail, headers=headers)
         if error.status_code == HTTPStatus.METHOD_NOT_ALLOWED:
             if request.url.path.startswith("/api/"):
-                return problem(HTTPStatus.NOT_FOUND, "Not Found")
+                return problem("not-found", "Not Found")
             headers = {"Allow": "GET, HEAD"}
-        return problem(error.status_code, str(error.detail), headers=headers)
+        return problem(kind, str(error.detail), headers=headers)
 
-    @app.exception_handler(NotHeld)
-    @app.exception_handler(LinkError)
     @app.exception_handler(WrongState)
-    async def refuse_state(_: Request, error: Exception) -> JSONResponse:
-        return problem(HTTPStatus.CONFLICT, str(error))
-
-    @app.exception_handler(StoreError)
-    async def refuse_to_keep(_: Request, error: StoreError) -> JSONResponse:
-        statuses = {StoreFull: HTTPStatus.INSUFFICIENT_STORAGE, Unknown: HTTPStatus.NOT_FOUND} | {
-            Busy: HTTPStatus.CONFLICT,
-            NotReplayable: HTTPStatus.CONFLICT,
-        }
-        status = statuses.get(type(error), HTTPStatus.SERVICE_UNAVAILABLE)
-        return problem(status, str(error))
+    async def refuse_state(_: Request, error: WrongState) -> JSONResponse:
+        return problem("wrong-state", str(error))
 
     @app.exception_handler(MotionLabError)
     async def fail(_: Request, error: MotionLabError) -> JSONResponse:
-        return problem(HTTPStatus.INTERNAL_SERVER_ERROR, str(error))
+        for failure, kind in _KINDS.items():
+            if isinstance(error, failure):
+                return problem(kind, str(error))
+        return problem("internal-error", str(error))
 
 
 def _field(item: dict[str, Any]) -> FieldError:

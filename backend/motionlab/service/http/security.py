@@ -13,6 +13,7 @@ from starlette.requests import cookie_parser
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from motionlab.service.http.logins import Login, Logins, cookie_name, set_cookie
+from motionlab.service.http.problem_types import Kind
 from motionlab.service.http.problems import problem
 from motionlab.service.settings import Settings
 
@@ -80,31 +81,30 @@ class Guard:
         elif scope["type"] == "websocket":
             await send({"type": "websocket.close", "code": _POLICY_VIOLATION, "reason": refusal[1]})
         else:
-            status, detail = refusal
-            unauthorized = status == HTTPStatus.UNAUTHORIZED
-            headers = {"WWW-Authenticate": "Bearer"} if unauthorized else None
-            await problem(status, detail, headers=headers)(scope, receive, _protected(send))
+            kind, detail = refusal
+            headers = {"WWW-Authenticate": "Bearer"} if kind == "token-needed" else None
+            await problem(kind, detail, headers=headers)(scope, receive, _protected(send))
 
-    def _refusal(self, scope: Scope) -> tuple[HTTPStatus, str] | None:
-        """Return status and reason for turning a request away, or None."""
+    def _refusal(self, scope: Scope) -> tuple[Kind, str] | None:
+        """Return type and reason for turning a request away, or None."""
         headers = Headers(scope=scope)
         hosts = headers.getlist("host")
         if len(hosts) != 1:  # which of several is meant is a guess, on which proxies differ
-            return HTTPStatus.BAD_REQUEST, f"{len(hosts)} Host headers; there has to be one"
+            return "invalid-host", f"{len(hosts)} Host headers; there has to be one"
         host = hosts[0].lower()
         if _name(host) not in self.settings.hosts:
-            return HTTPStatus.FORBIDDEN, f"host {host!r} is not one of this server's names"
+            return "foreign-request", f"host {host!r} is not one of this server's names"
         foreign = _foreign(scope, headers, host)
         if foreign is not None:
-            return HTTPStatus.FORBIDDEN, foreign
+            return "foreign-request", foreign
         closed = scope["path"].startswith(_NEEDS_TOKEN) and scope["path"] not in OPEN_PATHS
         if closed and not self._knows_token(headers, (scope.get("client") or ("",))[0]):
-            return HTTPStatus.UNAUTHORIZED, "a token is needed: Authorization: Bearer <token>"
+            return "token-needed", "a token is needed: Authorization: Bearer <token>"
         length = headers.get("content-length", "0")
         most = self._body_max(scope)
         if not length.isdecimal() or int(length) > most:
             detail = f"body of {length} bytes; at most {most}"
-            return HTTPStatus.REQUEST_ENTITY_TOO_LARGE, detail
+            return "body-too-large", detail
         return None
 
     def _body_max(self, scope: Scope) -> int:
@@ -162,7 +162,7 @@ class Guard:
             if answered:
                 raise
             _LOG.exception("%s %s failed", scope["method"], scope["path"])
-            failed = problem(HTTPStatus.INTERNAL_SERVER_ERROR, "unexpected; the server's log tells")
+            failed = problem("internal-error", "unexpected; the server's log tells")
             await failed(scope, receive, _protected(send))
 
 

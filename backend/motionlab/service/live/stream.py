@@ -12,6 +12,7 @@ from websockets.frames import Opcode
 
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.service.http.connection_limits import Socket
+from motionlab.service.http.problem_types import PREFIX, TYPES
 from motionlab.service.http.problems import Problem
 from motionlab.service.live.broadcast import Broadcast
 from motionlab.service.live.clock import FRAME_SECONDS
@@ -165,10 +166,11 @@ class Stream(Listener):
         self._answer(Subscribed(columns=message.columns, from_tick=self._next))
 
     def _refuse(self, detail: str) -> None:
+        status, title, _ = TYPES["invalid-message"]
         problem = Problem(
-            type="about:blank",
-            title="Bad message",
-            status=400,
+            type=f"{PREFIX}invalid-message",
+            title=title,
+            status=status,
             detail=detail[:DETAIL_MAX],
             errors=[],
         )

@@ -27,7 +27,13 @@ from motionlab.simulation.prepare import Prepared
 router = APIRouter(prefix="/drive", tags=["drive"], route_class=JsonRoute)
 
 Token = Annotated[
-    str, Header(alias="Lease", max_length=64, description="Token of the lease, from takeControl")
+    str,
+    Header(
+        alias="Lease",
+        max_length=64,
+        description="Token of the lease, from takeControl",
+        examples=["q0zYg1Vv5xkPjQ2m"],
+    ),
 ]
 
 

@@ -62,7 +62,9 @@ def get_fields(request: Request) -> Response:
 )
 def get_request_fields(
     request: Request,
-    kind: Annotated[str, Path(pattern="^[a-z0-9-]{1,64}$", description="Kind of a study")],
+    kind: Annotated[
+        str, Path(pattern="^[a-z0-9-]{1,64}$", description="Kind of a study", examples=["tune"])
+    ],
 ) -> Response:
     """Return the same of the request of a study, with its defaults."""
     if kind not in BY_KIND:

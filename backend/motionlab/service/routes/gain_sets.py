@@ -20,7 +20,9 @@ from motionlab.service.workers.worker import Call
 
 router = APIRouter(prefix="/gain-sets", tags=["gain sets"], route_class=JsonRoute)
 
-SetName = Annotated[str, Path(pattern=NAME, description="Name of a gain set")]
+SetName = Annotated[
+    str, Path(pattern=NAME, description="Name of a gain set", examples=["stiffer B"])
+]
 
 
 class GainSetRequest(ChangedScenario):

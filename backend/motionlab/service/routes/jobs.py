@@ -19,7 +19,14 @@ from motionlab.store.records import RecordStore
 
 router = APIRouter()
 
-JobId = Annotated[str, Path(json_schema_extra={"pattern": ID}, description="Identifier of a job")]
+JobId = Annotated[
+    str,
+    Path(
+        json_schema_extra={"pattern": ID},
+        description="Identifier of a job",
+        examples=["U0xWEJm0dmZg"],
+    ),
+]
 
 _JSON = "application/json"
 _GOES_ON = {"queued", "running"}

@@ -17,7 +17,7 @@ from motionlab.service.workers.worker import Call
 
 router = APIRouter(prefix="/layouts", tags=["layouts"], route_class=JsonRoute)
 
-LayoutName = Annotated[str, Path(pattern=NAME, description="Name of a layout")]
+LayoutName = Annotated[str, Path(pattern=NAME, description="Name of a layout", examples=["errors"])]
 
 
 class LayoutRequest(Scopes):

@@ -13,7 +13,7 @@ from motionlab.design.fem.document import MapEntry, MapTables, tables
 from motionlab.design.fem.force_map import ForceMapDocument, PresetName
 from motionlab.design.fem.geometry import Geometry
 from motionlab.design.fem.picture import FieldPicture, FieldRequest, picture
-from motionlab.errors import ConfigError
+from motionlab.errors import ConfigError, Shipped
 from motionlab.service.http.openapi_input import DescribedTable
 from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute
@@ -35,7 +35,10 @@ register_url_convertor("map", _MapName())
 
 router = APIRouter(prefix="/maps", tags=["maps"], route_class=JsonRoute)
 
-Name = Annotated[str, Path(pattern="^[a-z0-9-]{1,64}$", description="Name or content hash")]
+Name = Annotated[
+    str,
+    Path(pattern="^[a-z0-9-]{1,64}$", description="Name or content hash", examples=["new-design"]),
+]
 Positions = Annotated[int, Query(ge=5, le=721, description="Rows of the tables, over one pitch")]
 Currents = Annotated[int, Query(ge=2, le=201, description="Columns of the tables, from 0")]
 
@@ -132,7 +135,7 @@ def delete_map(name: Name) -> Response:
     """Delete a computed map."""
     file = map_file(name)
     if file is not None and file.shipped:
-        raise HTTPException(409, f"{name!r} ships with the project and cannot be deleted")
+        raise Shipped(f"{name!r} ships with the project and cannot be deleted")
     if not delete_computed(name):
         raise HTTPException(404, f"no map {name!r}")
     return Response(status_code=204)

@@ -9,14 +9,16 @@ from pydantic import BaseModel, Field
 
 from motionlab.config.includes import resolve
 from motionlab.config.shipped import names, own_motors, read
-from motionlab.errors import ConfigError
+from motionlab.errors import ConfigError, Shipped
 from motionlab.runs.motor import Motor, find_motor, motors, save_motor
 from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute
 
 router = APIRouter(prefix="/motors", tags=["motors"], route_class=JsonRoute)
 
-Name = Annotated[str, Path(pattern="^[a-z0-9-]{1,64}$", description="Name of a motor")]
+Name = Annotated[
+    str, Path(pattern="^[a-z0-9-]{1,64}$", description="Name of a motor", examples=["nominal"])
+]
 _EXAMPLE = {"plant": {"base": "nominal", "x": {"mass": 6.1}}}
 
 
@@ -96,4 +98,4 @@ def _kept(name: str, motor: Motor, *, shipped: bool) -> KeptMotor:
 
 def _refuse_shipped(name: str) -> None:
     if name in names("motors"):
-        raise HTTPException(409, f"{name!r} ships with the project and cannot be changed")
+        raise Shipped(f"{name!r} ships with the project and cannot be changed")

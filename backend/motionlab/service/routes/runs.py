@@ -36,7 +36,12 @@ _UNHELD = 8_000_000  # bytes of samples and curves that a call needs not reserve
 async def _listed(
     request: Request,
     run_id: Annotated[
-        str, PathParameter(json_schema_extra={"pattern": ID}, description="Identifier of a run")
+        str,
+        PathParameter(
+            json_schema_extra={"pattern": ID},
+            description="Identifier of a run",
+            examples=["r-k5q2mzx7abcd"],
+        ),
     ],
 ) -> str:
     """Return the identifier once the index has the run, if a session has only just begun it."""

@@ -51,7 +51,12 @@ _OF_A_SESSION = (
 )
 
 SessionId = Annotated[
-    str, Path(json_schema_extra={"pattern": ID}, description="Identifier of a session")
+    str,
+    Path(
+        json_schema_extra={"pattern": ID},
+        description="Identifier of a session",
+        examples=["k3Jx_9aQ-mZ1"],
+    ),
 ]
 
 

@@ -14,6 +14,7 @@ from motionlab.config.drawn_path import DrawnPath
 from motionlab.config.load import epochs, load_scenario, validate_trajectory
 from motionlab.config.shipped import config_root, data_root, names, read
 from motionlab.config.trajectory import TrajectoryConfig
+from motionlab.errors import Shipped
 from motionlab.kernel.force_maps import map_digests
 from motionlab.service.http.binary_answer import MEDIA_TYPE, packed
 from motionlab.service.http.openapi_input import EXAMPLE_PATH, TrajectoryTable, examples
@@ -42,7 +43,9 @@ register_url_convertor("trajectory", _TrajectoryName())
 
 router = APIRouter(prefix="/trajectories", tags=["trajectories"], route_class=JsonRoute)
 
-Name = Annotated[str, Path(pattern="^[a-z0-9-]{1,64}$", description="Name of a trajectory")]
+Name = Annotated[
+    str, Path(pattern="^[a-z0-9-]{1,64}$", description="Name of a trajectory", examples=["circle"])
+]
 Table = Annotated[dict[str, Any], TrajectoryTable()]
 
 
@@ -379,7 +382,7 @@ def _store() -> TrajectoryStore:
 
 def _refuse_shipped(name: str) -> None:
     if name in names("trajectories"):
-        raise HTTPException(409, f"{name!r} ships with the project and cannot be changed")
+        raise Shipped(f"{name!r} ships with the project and cannot be changed")
 
 
 def _entry(name: str) -> TrajectoryEntry:

@@ -22,7 +22,9 @@ router = APIRouter(prefix="/sessions", tags=["sessions"], route_class=JsonRoute)
 VIEWER = "^[a-z0-9]{8,32}$"
 """Form of the name that a page gives its view."""
 
-ViewerName = Annotated[str, Path(pattern=VIEWER, description="The page's name of its view")]
+ViewerName = Annotated[
+    str, Path(pattern=VIEWER, description="The page's name of its view", examples=["a1b2c3d4"])
+]
 Number = float | None
 Three = tuple[Number, Number, Number]
 

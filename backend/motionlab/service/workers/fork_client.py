@@ -36,7 +36,7 @@ from motionlab.service.workers.channel import (
 _LOG = logging.getLogger(__name__)
 
 _COMMAND = (sys.executable, "-m", "motionlab.service.workers.forkserver")
-_SECRETS = ("MOTIONLAB_TOKEN", "MOTIONLAB_HOSTS")
+_SECRETS = ("MOTIONLAB_TOKEN", "MOTIONLAB_TOKEN_FILE", "MOTIONLAB_HOSTS")
 _ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 _FOLDERS = ("MOTIONLAB_DATA", "MOTIONLAB_CONFIGS")
 _AGAIN_AFTER = 1.0  # s until a fork server that has ended is started again

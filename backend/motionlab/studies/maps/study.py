@@ -22,7 +22,7 @@ examples:
   motionlab map --json --set tau=8e-3 --set p=4e-3
   motionlab map --fit new-design
 
-Maps are kept under MOTIONLAB_DATA/maps (./data/maps) and found again.
+Maps are kept in the folder maps of the data, MOTIONLAB_DATA, and found again.
 """
 
 
@@ -108,6 +108,13 @@ class MapStudy(Study):
         if kept_maps().find(plan.geometry, plan.preset) is not None:
             print("motionlab: this map was computed before", file=sys.stderr)
         return super().before(plan, options)
+
+    def after(self, found: ForceMap, options: argparse.Namespace) -> None:
+        """Say where the map is kept."""
+        from motionlab.studies.maps.compute import kept_maps
+
+        super().after(found, options)
+        print(f"motionlab: kept in {kept_maps().folder}", file=sys.stderr)
 
 
 def _fit(options: argparse.Namespace) -> str:

@@ -14215,12 +14215,13 @@ export interface components {
         Problem: {
             /**
              * Type
-             * @description about:blank: the status defines the problem
+             * @description What a program can tell problems apart by
+             * @enum {string}
              */
-            type: string;
+            type: "urn:motionlab:problem:invalid-body" | "urn:motionlab:problem:invalid-host" | "urn:motionlab:problem:invalid-message" | "urn:motionlab:problem:token-needed" | "urn:motionlab:problem:foreign-request" | "urn:motionlab:problem:not-found" | "urn:motionlab:problem:method-not-allowed" | "urn:motionlab:problem:wrong-state" | "urn:motionlab:problem:shipped" | "urn:motionlab:problem:busy" | "urn:motionlab:problem:not-replayable" | "urn:motionlab:problem:lease-not-held" | "urn:motionlab:problem:drive-link" | "urn:motionlab:problem:body-too-large" | "urn:motionlab:problem:unsupported-media-type" | "urn:motionlab:problem:invalid-field" | "urn:motionlab:problem:infeasible-trajectory" | "urn:motionlab:problem:limit-reached" | "urn:motionlab:problem:internal-error" | "urn:motionlab:problem:unavailable" | "urn:motionlab:problem:no-room";
             /**
              * Title
-             * @description Phrase of the status
+             * @description Name of the type
              */
             title: string;
             /**
@@ -14556,6 +14557,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -14841,6 +14844,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -15128,6 +15133,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -15214,6 +15221,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -15300,6 +15309,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -15386,6 +15397,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -15482,6 +15495,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -15596,6 +15611,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -15702,6 +15719,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -15800,6 +15819,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -15896,6 +15917,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -15992,6 +16015,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -16452,6 +16477,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -17604,6 +17631,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -17790,6 +17819,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -17895,6 +17926,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -18063,6 +18096,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -18231,6 +18266,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -18358,6 +18395,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -18614,6 +18653,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -18846,6 +18887,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -19053,6 +19096,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -19302,6 +19347,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -19471,6 +19518,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -19655,6 +19704,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -19853,6 +19904,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -19918,6 +19971,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -20034,6 +20089,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -20139,6 +20196,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -20235,6 +20294,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -20338,6 +20399,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -20542,6 +20605,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -20665,6 +20730,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -20756,6 +20823,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -20926,6 +20995,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -21012,6 +21083,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -21267,6 +21340,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -21332,6 +21407,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -21446,6 +21523,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -21560,6 +21639,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -21668,6 +21749,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -21775,6 +21858,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -21896,6 +21981,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -22000,6 +22087,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -22114,6 +22203,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -22226,6 +22317,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -22322,6 +22415,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -22436,6 +22531,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -22550,6 +22647,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -22664,6 +22763,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -22778,6 +22879,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -22892,6 +22995,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -22975,6 +23080,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -23040,6 +23147,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -23126,6 +23235,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -23221,6 +23332,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -23329,6 +23442,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -23424,6 +23539,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -23528,6 +23645,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -23623,6 +23742,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -23688,6 +23809,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -23787,6 +23910,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -23880,6 +24005,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -23966,6 +24093,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -24031,6 +24160,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -24130,6 +24261,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -24223,6 +24356,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -25151,6 +25286,8 @@ export interface operations {
             /** @description Too Many Requests */
             429: {
                 headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
                     [name: string]: unknown;
                 };
                 content: {

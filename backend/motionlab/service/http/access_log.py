@@ -1,0 +1,121 @@
+"""One line of JSON for each request, and for each opening and closing of a websocket."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import logging
+import re
+import secrets
+import sys
+import time
+from datetime import UTC, datetime
+from typing import Any
+
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+LOG = logging.getLogger("motionlab.access")
+"""Its level decides: at info every request is logged, above that none."""
+
+ID_HEADER = b"x-request-id"
+_ID = re.compile(rb"[A-Za-z0-9._-]{1,64}")
+_PATH_MAX = 500  # characters
+_OURS = secrets.token_hex(4)
+_COUNT = itertools.count(1)
+
+
+class AccessLog:
+    """ASGI middleware that logs requests: never their query, headers or body.
+
+    Answers carry the line's identifier as ``X-Request-ID``: that of the request, where it has one.
+
+    Parameters
+    ----------
+    app : ASGI application
+        What answers.
+    """
+
+    def __init__(self, app: ASGIApp) -> None:
+        self.app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one connection."""
+        kind = scope["type"]
+        if kind not in {"http", "websocket"} or not LOG.isEnabledFor(logging.INFO):
+            await self.app(scope, receive, send)
+            return
+        begun = time.perf_counter()
+        identifier = _identifier(scope)
+        status = 0  # of a client that has left before its answer
+        size = 0
+
+        def log(**event: str) -> None:
+            line = {
+                "time": datetime.now(UTC).isoformat(timespec="milliseconds"),
+                "method": scope.get("method", "WEBSOCKET"),
+                "path": scope["path"][:_PATH_MAX],
+                "status": status,
+                "ms": round(1e3 * (time.perf_counter() - begun), 3),
+                "bytes": size,
+                "client": (scope.get("client") or ("",))[0],
+                "request": identifier.decode(),
+            }
+            LOG.info(json.dumps(line | event))
+
+        async def watched(message: Message) -> None:
+            nonlocal status, size
+            match message["type"]:
+                case "http.response.body":
+                    size += len(message.get("body", b""))
+                case "http.response.start":
+                    status = message["status"]
+                    headers = [*message.get("headers", ()), (ID_HEADER, identifier)]
+                    message = {**message, "headers": headers}
+                case "websocket.send":
+                    size += len(message.get("bytes") or message.get("text") or b"")
+                case "websocket.accept":
+                    status = 101
+                    log(event="open")
+                case "websocket.close":
+                    status = message.get("code", 1000) if status else 403
+                case _:
+                    pass
+            await send(message)
+
+        try:
+            await self.app(scope, receive, watched)
+        finally:
+            if kind == "http":
+                log()
+            else:
+                size += _written(scope)
+                log(event="close")
+
+
+def install() -> None:
+    """Write the lines to stdout, whatever other loggers do."""
+    handler = _Lines(sys.stdout)
+    handler.setFormatter(logging.Formatter("%(message)s"))
+    LOG.handlers = [handler]
+    LOG.propagate = False
+
+
+class _Lines(logging.StreamHandler[Any]):
+    """A handler that loses lines which cannot be written."""
+
+    def handleError(self, record: logging.LogRecord) -> None:
+        """Do nothing: a full disk or a reader that has left must not fill stderr too."""
+
+
+def _identifier(scope: Scope) -> bytes:
+    """Return the identifier that a proxy has given, or a new one."""
+    for name, value in scope["headers"]:
+        if name == ID_HEADER and _ID.fullmatch(value):
+            return value
+    return f"{_OURS}-{next(_COUNT):x}".encode()
+
+
+def _written(scope: Scope) -> int:
+    """Return how many bytes a stream has sent past ASGI."""
+    socket = scope.get("extensions", {}).get("motionlab.socket")
+    return 0 if socket is None else socket.written
