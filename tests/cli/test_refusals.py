@@ -45,7 +45,7 @@ BAD: dict[str, tuple[list[str], list[str]]] = {
     ),
     "a path outside the stroke": (
         ["circle", "--set", "trajectory.center.x=0.0801"],
-        ["position on x", "0.0951 m", "t = 0.0000 s", "x = 95.1000 mm", "-0.085 to 0.085 m"],
+        ["position on x", "0.0951 m", "t = 0.0000 s", "x = 0.0951 m", "-0.085 to 0.085 m"],
     ),
     "a path that leaves the stroke on its way": (
         ["circle", "--set", "trajectory.center.y=0.14"],

@@ -23,7 +23,7 @@ examples:
   motionlab compare r-gpd6hecc7x3n measured.parquet --variant M=B
 
 The exit code is 1 if a channel is beyond its tolerance or could not be compared;
-docs/runs-compare.md.
+`motionlab docs runs-compare`.
 """
 
 
@@ -59,16 +59,21 @@ def add_comparing(parser: argparse.ArgumentParser) -> None:
         "--offset", metavar="S", type=float, default=0.0, help="with time: move B by so much, s"
     )
     parser.add_argument(
-        "--from", dest="start", metavar="S", type=float, help="first time of A, s (the overlap)"
+        "--from",
+        dest="start",
+        metavar="S",
+        type=float,
+        help="first time of A, s (default: the overlap)",
     )
     parser.add_argument(
-        "--to", dest="end", metavar="S", type=float, help="last time of A, s (the overlap)"
+        "--to", dest="end", metavar="S", type=float, help="last time of A, s (default: the overlap)"
     )
     parser.add_argument(
         "--samples",
         choices=("union", "intersection"),
         default="union",
-        help="compare at the samples of either run, or only at those of both (%(default)s)",
+        help="compare at the samples of either run, or only at those of both "
+        "(default: %(default)s)",
     )
     parser.add_argument(
         "--tolerance",
@@ -76,14 +81,14 @@ def add_comparing(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         help="max(ABS, REL |baseline|) in SI, and a tolerance in time, of all channels or of those "
-        "that fit a name such as '*.following_error' (repeatable; 0,0)",
+        "that fit a name such as '*.following_error' (repeatable; default: 0,0)",
     )
     parser.add_argument(
         "--time-tolerance",
         metavar="S",
         type=float,
         default=0.0,
-        help="time by which a value may come earlier or later, s (%(default)s)",
+        help="time by which a value may come earlier or later, s (default: %(default)s)",
     )
     parser.add_argument(
         "--interpolation",

@@ -17,7 +17,7 @@ examples:
   motionlab glitches r-gpd6hecc7x3n
   motionlab glitches r-gpd6hecc7x3n --json
 
-docs/glitches.md says how height, delay, rise and duration are measured.
+`motionlab docs glitches` says how height, delay, rise and duration are measured.
 """
 _MICRO, _MILLI = 1e6, 1e3
 

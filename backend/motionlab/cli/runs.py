@@ -19,7 +19,7 @@ examples:
   motionlab runs tag:rig 'B.x.max<3um' after:2026-11-01
   motionlab runs scenario:circle --sort B.x.max --json
 
-docs/runs.md has the language of searches.
+`motionlab docs runs` has the language of searches.
 """
 
 

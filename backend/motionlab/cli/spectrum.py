@@ -8,6 +8,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from motionlab.cli.exit_codes import DONE
+from motionlab.cli.output import add_overwrite, check_output, wrote
 from motionlab.studies.options import add_json
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ examples:
   motionlab spectrum r-gpd6hecc7x3n --column A.x.following_error --column B.x.following_error \\
       --from 4.5 --to 10.5 --averages 4 --out spectrum.csv
 
-docs/spectrum.md defines lines, broad peaks and peaks of the loop.
+`motionlab docs spectrum` defines lines, broad peaks and peaks of the loop.
 """
 _UNITS = {"m": (1e9, "nm"), "N": (1e3, "mN"), "A": (1e3, "mA")}
 
@@ -44,10 +45,18 @@ def add(commands: Any) -> None:
         "--to", dest="end", metavar="S", type=float, help="last time, s (default: the last)"
     )
     parser.add_argument(
-        "--window", default="hann", help="hann, rectangular, blackman-harris or flat-top"
+        "--window",
+        default="hann",
+        help="hann, rectangular, blackman-harris or flat-top (default: %(default)s)",
     )
-    parser.add_argument("--averages", type=int, default=8, help="segments; 1 is no average")
+    parser.add_argument(
+        "--averages",
+        type=int,
+        default=8,
+        help="segments; 1 is no average (default: %(default)s)",
+    )
     parser.add_argument("--out", metavar="FILE", help="every bin as CSV")
+    add_overwrite(parser)
     add_json(parser)
     parser.set_defaults(command=_spectrum)
 
@@ -56,17 +65,17 @@ def _spectrum(options: argparse.Namespace) -> int:
     from motionlab.config.validation_errors import checked
     from motionlab.loop.spectrum import SpectrumOptions, document
     from motionlab.runs.spectrum import run_spectra
-    from motionlab.store.files import check_target
 
     wanted = checked(
         SpectrumOptions, {"window": options.window, "averages": options.averages}, "spectrum"
     )
     if options.out:
-        check_target(options.out, ".csv")
+        check_output(options.out, ".csv", overwrite=options.overwrite)
     first, stop = _samples(options)
     taken, period = run_spectra(options.run, options.column, first, stop, wanted)
     if options.out:
         _write(options.out, taken)
+        wrote(options.out)
     if options.json:
         print(json.dumps(document(taken, wanted, period=period).model_dump(mode="json")))
     else:

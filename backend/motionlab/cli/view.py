@@ -22,7 +22,7 @@ examples:
   motionlab view ballbar r-gpd6hecc7x3n --from 0 --to 10.5
   motionlab view positioning circle-matched --axis y --targets 7 --runs 5
 
-docs/views.md defines every figure.
+`motionlab docs views` defines every figure.
 """
 _RUN = "r-"
 _POSITIONING = "positioning"
@@ -44,7 +44,10 @@ def add(commands: Any) -> None:
     parser.add_argument(
         "scenario",
         metavar="RUN|SCENARIO",
-        help="identifier of a kept run, path of a .toml file, or a shipped scenario",
+        nargs="?",
+        default="circle",
+        help="identifier of a kept run, path of a .toml file, - for stdin, or a shipped scenario "
+        "(default: %(default)s)",
     )
     parser.add_argument("--from", dest="start", metavar="S", type=float, help="begin, s")
     parser.add_argument("--to", dest="end", metavar="S", type=float, help="end, s")

@@ -211,7 +211,7 @@ def _field_error(item: dict[str, Any], model: type[BaseModel]) -> FieldError:
             range="one of " + ", ".join(siblings),
         )
     message, allowed = in_words(item)
-    allowed = _choices(info) or allowed
+    allowed = choices_of(info) or allowed
     if kind == "union":
         kinds = [words for member, words in _WORDS.items() if member in item["members"]]
         message = f"must be {', '.join(kinds[:-1])} or {kinds[-1]}"
@@ -356,7 +356,7 @@ def ends_of(found: Mapping[str, Any]) -> dict[str, float]:
     return {key: found[name] for name, key in _ENDS.items() if name in found}
 
 
-def _choices(info: FieldInfo | None) -> str:
+def choices_of(info: FieldInfo | None) -> str:
     """Return the values that a field may take, in words; empty where it is no choice."""
     annotation = strip(info.annotation) if info is not None else None
     if typing.get_origin(annotation) is not typing.Literal:

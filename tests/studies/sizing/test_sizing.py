@@ -185,7 +185,7 @@ def test_help_names_the_page(capsys: pytest.CaptureFixture[str]) -> None:
         main(["design", "--help"])
     assert left.value.code == 0
     text = " ".join(capsys.readouterr().out.split())
-    for word in ("--set KEY=VALUE", "--json", "preset=previous", "docs/design.md"):
+    for word in ("--set KEY=VALUE", "--json", "preset=previous", "motionlab docs design"):
         assert word in text
 
 

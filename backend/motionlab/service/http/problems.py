@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from http import HTTPStatus
 from typing import Any
 
@@ -17,20 +16,8 @@ from starlette.routing import compile_path
 from motionlab.config.validation_errors import ends_of, in_words
 from motionlab.drive.lease import NotHeld
 from motionlab.drive.link.carrier import LinkError
-from motionlab.errors import (
-    SHOWN_MAX,
-    SIGNS,
-    Busy,
-    ConfigError,
-    FieldError,
-    Infeasible,
-    MotionLabError,
-    NotReplayable,
-    StoreError,
-    StoreFull,
-    Unknown,
-    shown,
-)
+from motionlab.errors import SHOWN_MAX, SIGNS, FieldError, MotionLabError
+from motionlab.problems import fields_of, problem_document, status_of
 from motionlab.service.live.session_info import WrongState
 
 MEDIA_TYPE = "application/problem+json"
@@ -81,17 +68,7 @@ def problem(
     headers : dict, optional
         Further headers.
     """
-    errors = errors or []
-    content = {
-        "type": "about:blank",
-        "title": HTTPStatus(status).phrase,
-        "status": status,
-        "detail": _plain(detail),
-        "errors": [
-            _plain({**each, "loc": shown(each["loc"]), "value": shown(each["value"])})
-            for each in errors[:SHOWN_MAX]
-        ],
-    }
+    content = problem_document(status, detail, errors or [])
     return JSONResponse(content, status, headers, MEDIA_TYPE)
 
 
@@ -109,22 +86,9 @@ def responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
 def install(app: FastAPI) -> None:
     """Answer every failure of `app` with a problem document."""
 
-    @app.exception_handler(ConfigError)
-    async def refuse_config(_: Request, error: ConfigError) -> JSONResponse:
-        fields = [vars(field) for field in error.errors]
-        return problem(HTTPStatus.UNPROCESSABLE_ENTITY, str(error), errors=fields)
-
-    @app.exception_handler(Infeasible)
-    async def refuse_motion(_: Request, error: Infeasible) -> JSONResponse:
-        field = FieldError(
-            loc="trajectory",
-            message=f"{error.quantity} on {error.axis} at t = {error.time:.4f} s, "
-            f"x = {error.place[0]:.6g} m, y = {error.place[1]:.6g} m",
-            value=error.value,
-            unit=error.unit,
-            bounds={"minimum": error.limit[0], "maximum": error.limit[1]},
-        )
-        return problem(HTTPStatus.UNPROCESSABLE_ENTITY, str(error), errors=[vars(field)])
+    @app.exception_handler(MotionLabError)
+    async def fail(_: Request, error: MotionLabError) -> JSONResponse:
+        return problem(status_of(error), str(error), errors=fields_of(error))
 
     @app.exception_handler(RequestValidationError)
     async def refuse_request(request: Request, error: RequestValidationError) -> JSONResponse:
@@ -166,19 +130,6 @@ def install(app: FastAPI) -> None:
     async def refuse_state(_: Request, error: Exception) -> JSONResponse:
         return problem(HTTPStatus.CONFLICT, str(error))
 
-    @app.exception_handler(StoreError)
-    async def refuse_to_keep(_: Request, error: StoreError) -> JSONResponse:
-        statuses = {StoreFull: HTTPStatus.INSUFFICIENT_STORAGE, Unknown: HTTPStatus.NOT_FOUND} | {
-            Busy: HTTPStatus.CONFLICT,
-            NotReplayable: HTTPStatus.CONFLICT,
-        }
-        status = statuses.get(type(error), HTTPStatus.SERVICE_UNAVAILABLE)
-        return problem(status, str(error))
-
-    @app.exception_handler(MotionLabError)
-    async def fail(_: Request, error: MotionLabError) -> JSONResponse:
-        return problem(HTTPStatus.INTERNAL_SERVER_ERROR, str(error))
-
 
 def _field(item: dict[str, Any]) -> FieldError:
     """Return an error of a request's form; of a key, at the key itself."""
@@ -202,23 +153,3 @@ def _methods(request: Request) -> list[str]:
             known.setdefault(path, set()).update(methods)
     found = known.get(request.url.path) or set().union(*known.values())
     return sorted(found | {"HEAD"} if "GET" in found else found)
-
-
-def _plain(value: Any) -> Any:
-    """Return a value that JSON can hold: non-finite numbers as text, anything odd as its repr.
-
-    Half of a surrogate pair, which JSON can spell and UTF-8 cannot, comes back as its escape.
-    """
-    match value:
-        case float() if not math.isfinite(value):
-            return str(value)
-        case str():
-            return value.encode("utf-8", "backslashreplace").decode()
-        case None | bool() | int() | float():
-            return value
-        case dict():
-            return {_plain(str(key)): _plain(item) for key, item in value.items()}
-        case list() | tuple():
-            return [_plain(item) for item in value]
-        case _:
-            return repr(value)

@@ -49,7 +49,7 @@ class MapStudy(Study):
         help="compute a force map by finite elements",
         description="Compute co-energy, thrust and normal force of one phase over position and "
         "current, by 2-D nonlinear magnetostatics. The default geometry is the paper's; "
-        "docs/maps.md lists the fields.",
+        "`motionlab docs maps` lists the fields.",
         examples=_EXAMPLES,
         scenario=None,
         set="change a field of the geometry, SI (repeatable, all applied together)",
@@ -81,8 +81,9 @@ class MapStudy(Study):
             "--preset",
             choices=("preview", "default", "reference"),
             default="default",
-            help="preview: a magnetic circuit, at once; default; reference: finer, minutes "
-            "(%(default)s)",
+            help="preview: a magnetic circuit, at once; default: finite elements; reference: finer "
+            "ones, minutes "
+            "(default: %(default)s)",
         )
         parser.add_argument(
             "--fit",

@@ -45,8 +45,8 @@ class ReproduceStudy(Study):
         name="reproduce",
         help="compute the paper's numbers and compare them",
         description="Compute every number that the paper prints and judge it by its band. Exit "
-        "code 1 if a row fails, or one of docs/known-failures.md has come to hold; "
-        "docs/paper.md explains.",
+        "code 1 if a row fails, or one of the known failures has come to hold; "
+        "`motionlab docs paper` explains.",
         examples=_EXAMPLES,
         scenario=None,
         set=None,
