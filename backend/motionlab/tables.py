@@ -53,7 +53,8 @@ def _fitted(heads: Sequence[str], rows: list[list[str]], right: Collection[int])
     from rich.table import Table
     from rich.text import Text
 
-    found = Table(box=None, pad_edge=False, show_header=any(heads), header_style="bold")
+    style = "" if os.environ.get("NO_COLOR") else "bold"
+    found = Table(box=None, pad_edge=False, show_header=any(heads), header_style=style)
     for index, head in enumerate(heads):
         found.add_column(
             head,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from json import loads
 from pathlib import Path
 
 import pytest
@@ -112,7 +113,14 @@ def test_bad_input(what: str, json: bool, here: Path, capsys: pytest.CaptureFixt
     output = [] if "--out" in arguments else ["--out", "run.csv"]
     assert main(["run", *arguments, *output, *(["--json"] if json else [])]) == 2
     printed = capsys.readouterr()
-    assert printed.out == ""
+    if json:
+        problem = loads(printed.out)
+        assert (problem["status"], problem["title"]) == (422, "Unprocessable Entity")
+        told = [f"motionlab: {line}" for line in problem["detail"].splitlines()]
+        assert told == printed.err.splitlines()
+        assert problem["errors"]
+    else:
+        assert printed.out == ""
     assert printed.err.startswith("motionlab: ")
     assert "Traceback" not in printed.err
     for word in words:

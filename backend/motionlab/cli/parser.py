@@ -85,8 +85,9 @@ class Parser(argparse.ArgumentParser):
             name, value, choices = found.groups()
             known = [word.strip().strip("'") for word in choices.split(",")]
             hint = did_you_mean(value, known)
-            if not hint and name == "COMMAND":
-                hint = did_you_mean(value, list(_MEANT))
+            if not hint:
+                meant = [word for word, command in _MEANT.items() if command in known]
+                hint = did_you_mean(value, meant)
                 for other, command in _MEANT.items():
                     hint = hint.replace(f"{other!r}", f"{command!r}")
             allowed = "" if name == "COMMAND" else f"one of {', '.join(known)}"

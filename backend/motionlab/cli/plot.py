@@ -104,7 +104,7 @@ def _curves(options: argparse.Namespace) -> tuple[NDArray[np.float64], list[Curv
         found = of_file_or_run(name)
         wanted = _wanted(options.channels, list(found.units))
         values = found.read(wanted)
-        time = found.grid.start + found.grid.period * np.arange(found.grid.ticks)
+        time = found.grid.first + found.grid.period * np.arange(found.grid.ticks)
         units = found.units
         return time, [Curve(n, units[n], v) for n, v in zip(wanted, values, strict=True)]
     return _simulated(options)

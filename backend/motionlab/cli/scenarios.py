@@ -7,7 +7,7 @@ import json
 from typing import Any
 
 from motionlab.cli.exit_codes import DONE
-from motionlab.cli.output import add_overwrite, check_output, wrote
+from motionlab.cli.output import add_overwrite, check_output, show, wrote
 from motionlab.studies.options import add_json, add_scenario, add_set, source
 
 EXAMPLES = """\
@@ -70,16 +70,14 @@ def add(commands: Any) -> None:
 
 
 def _list(options: argparse.Namespace) -> int:
-    from motionlab.config.load import load_scenario
-    from motionlab.config.shipped import names
+    from motionlab.config.shipped import names, read
+    from motionlab.tables import table
 
-    titles = {name: load_scenario(name).title for name in names("scenarios")}
+    titles = {name: read("scenarios", name, loc="")["title"] for name in names("scenarios")}
     if options.json:
         print(json.dumps([{"name": name, "title": title} for name, title in titles.items()]))
         return DONE
-    width = max(map(len, titles))
-    for name, title in titles.items():
-        print(f"{name.ljust(width)}  {title}")
+    show(table(("", ""), titles.items()))
     return DONE
 
 
