@@ -7,6 +7,7 @@ import json
 from typing import TYPE_CHECKING, Any, get_args
 
 from motionlab.cli.exit_codes import DONE, FAILED
+from motionlab.cli.output import show
 from motionlab.studies.options import add_json
 
 if TYPE_CHECKING:
@@ -117,11 +118,10 @@ def _compare(options: argparse.Namespace) -> int:
 
     how = comparing_of(options)
     found = compare(of_file_or_run(options.a), of_file_or_run(options.b), how)
-    print(
-        json.dumps(found.model_dump(mode="json"), allow_nan=False)
-        if options.json
-        else _report(found)
-    )
+    if options.json:
+        print(json.dumps(found.model_dump(mode="json"), allow_nan=False))
+    else:
+        show(_report(found))
     return DONE if found.holds else FAILED
 
 
@@ -191,24 +191,16 @@ def _tolerance(numbers: str, text: str) -> dict[str, float]:
 
 
 def _report(found: Comparison) -> str:
-    rows = [
-        ("channel", "verdict", "largest", "rms", "unit", "beyond", "at"),
-        *map(_row, found.channels),
-    ]
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]) - 1)]
-    lines = [
-        "  ".join(
-            [*(cell.ljust(w) for cell, w in zip(row, widths, strict=False)), row[-1]]
-        ).rstrip()
-        for row in rows
-    ]
+    from motionlab.tables import table
+
+    heads = ("channel", "verdict", "largest", "rms", "unit", "beyond", "at")
     overlap = found.note
     if found.start is not None and found.end is not None:
         overlap = (
             f"{found.instants} instants from {found.start.time:.4f} s to {found.end.time:.4f} s of "
             f"{found.a.name}"
         )
-    return "\n".join([*lines, "", f"{found.headline}; {overlap}"])
+    return "\n".join([table(heads, map(_row, found.channels)), "", f"{found.headline}; {overlap}"])
 
 
 def _row(channel: ChannelComparison) -> tuple[str, ...]:

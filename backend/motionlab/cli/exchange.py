@@ -158,6 +158,8 @@ def _empty(column: ImportedColumn) -> str:
 
 def _described(document: Import) -> str:
     """Return for people how a file is read."""
+    from motionlab.tables import table
+
     text = document.text
     form = f", {text['delimiter']}, decimal {text['decimal']}" if text else ""
     lines = [f"{document.format}{form}: {document.rows} rows"]
@@ -179,11 +181,7 @@ def _described(document: Import) -> str:
         (column.column, column.name or column.channel, column.unit, column.why + _empty(column))
         for column in document.columns
     ]
-    widths = [max(len(row[i]) for row in rows) for i in range(3)]
-    lines += [
-        "  " + "  ".join([*(c.ljust(w) for c, w in zip(row, widths, strict=False)), row[3]])
-        for row in rows
-    ]
+    lines += [f"  {line}" for line in table(("", "", "", ""), rows).splitlines()]
     lines += [f"  {name}: computed" for name in document.derived]
     lines += [f"  {name}: not read, {why}" for name, why in document.ignored.items()]
     if document.run is not None:

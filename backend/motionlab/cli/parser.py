@@ -58,7 +58,8 @@ class Parser(argparse.ArgumentParser):
     """Refuses in two lines, with the closest of the words that it knows."""
 
     def __init__(self, **settings: Any) -> None:
-        super().__init__(**settings | {"formatter_class": HelpFormatter})
+        settings["formatter_class"] = HelpFormatter
+        super().__init__(**settings)
         self._given: list[str] = []
         self.add_argument(
             "-q", "--quiet", action="store_true", default=argparse.SUPPRESS, help=_QUIET

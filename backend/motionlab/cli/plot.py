@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from motionlab.cli.exit_codes import DONE
 from motionlab.cli.output import add_overwrite, check_output, wrote
-from motionlab.progress import tick_bar
 from motionlab.errors import ConfigError, FieldError, MotionLabError
+from motionlab.progress import tick_bar
 from motionlab.studies.options import add_set, source
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ def _curves(options: argparse.Namespace) -> tuple[NDArray[np.float64], list[Curv
         found = of_file_or_run(name)
         wanted = _wanted(options.channels, list(found.units))
         values = found.read(wanted)
-        time = found.grid.first + found.grid.period * np.arange(found.grid.ticks)
+        time = found.grid.first + found.grid.period * np.arange(found.grid.ticks, dtype=np.float64)
         units = found.units
         return time, [Curve(n, units[n], v) for n, v in zip(wanted, values, strict=True)]
     return _simulated(options)
@@ -126,7 +126,7 @@ def _simulated(options: argparse.Namespace) -> tuple[NDArray[np.float64], list[C
     with tick_bar(prepared.reference.ticks) as progress:
         recording = run(prepared, progress)
     of = {name: Curve(name, channel.unit, v) for name, channel, v in columns(recording)}
-    time = CONTROL_PERIOD * np.arange(recording.ticks)
+    time = CONTROL_PERIOD * np.arange(recording.ticks, dtype=np.float64)
     return time, [of[name] for name in _wanted(options.channels, list(of))]
 
 

@@ -120,8 +120,8 @@ def _troubles(scenario: Scenario, result: dict[str, Any]) -> Iterator[str]:
             yield f"variant {name} diverged at t = {where['time']:.4f} s: {where['channel']}"
             continue
         for axis, metrics in variant["axes"].items():
-            share = metrics["saturated_fraction"]
-            saturated = share is not None and share > _SATURATED
+            share = metrics["saturated_fraction"] or 0.0
+            saturated = share > _SATURATED
             unstable = _is_unstable(scenario, name, axis)
             if saturated or unstable:
                 causes = ["its linearised loop is unstable"] * unstable

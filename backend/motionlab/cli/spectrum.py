@@ -8,7 +8,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from motionlab.cli.exit_codes import DONE
-from motionlab.cli.output import add_overwrite, check_output, wrote
+from motionlab.cli.output import add_overwrite, check_output, show, wrote
 from motionlab.studies.options import add_json
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def _spectrum(options: argparse.Namespace) -> int:
     if options.json:
         print(json.dumps(document(taken, wanted, period=period).model_dump(mode="json")))
     else:
-        print("\n".join(line for each in taken for line in _table(each, wanted, period)))
+        show("\n".join(line for each in taken for line in _table(each, wanted, period)))
     return DONE
 
 
@@ -98,6 +98,8 @@ def _samples(options: argparse.Namespace) -> tuple[int, int | None]:
 
 
 def _table(taken: Taken, options: SpectrumOptions, period: float) -> list[str]:
+    from motionlab.tables import table
+
     samples, part, found = taken.samples, taken.part, taken.spectrum
     factor, unit = _UNITS.get(samples.unit, (1.0, samples.unit))
     start, stop = (period * (samples.start + end) for end in (part.start, part.stop))
@@ -115,16 +117,16 @@ def _table(taken: Taken, options: SpectrumOptions, period: float) -> list[str]:
             f"  loop about {1e3 * taken.loop.velocity:.3g} mm/s, fitted with "
             f"{1e3 * taken.loop.force:.3g} mN/sqrt(Hz)"
         )
-    heads = (f"amplitude {unit}", f"RMS {unit}", "above loop dB")
-    lines.append(f"  {'Hz':>9}  {'':5}" + "".join(f"{head:>15}" for head in heads))
-    return lines + [_row(peak, factor) for peak in taken.peaks]
+    heads = ("Hz", "", f"amplitude {unit}", f"RMS {unit}", "above loop dB")
+    found_peaks = table(heads, [_row(peak, factor) for peak in taken.peaks], right={0, 2, 3, 4})
+    return lines + [f"  {line}" for line in found_peaks.splitlines()]
 
 
-def _row(peak: SpectrumPeak, factor: float) -> str:
+def _row(peak: SpectrumPeak, factor: float) -> tuple[str, ...]:
     amplitude = "-" if peak.amplitude is None else f"{factor * peak.amplitude:.4g}"
     above = "-" if peak.above_loop is None else f"{peak.above_loop:.1f}"
-    cells = (amplitude, f"{factor * peak.rms:.4g}", above)
-    return f"  {peak.frequency:>9.3f}  {peak.kind:5}" + "".join(f"{cell:>15}" for cell in cells)
+    rms = f"{factor * peak.rms:.4g}"
+    return f"{peak.frequency:.3f}", peak.kind, amplitude, rms, above
 
 
 def _write(path: str, taken: list[Taken]) -> None:

@@ -7,7 +7,7 @@ import functools
 from typing import Any
 
 from motionlab.cli.exit_codes import DONE, FAILED
-from motionlab.cli.output import add_overwrite, check_output, wrote
+from motionlab.cli.output import add_overwrite, check_output, show, wrote
 from motionlab.executors.executor import executing
 from motionlab.progress import share_done
 from motionlab.studies.options import add_json, add_scenario, add_scheduler, add_set, source
@@ -64,5 +64,8 @@ def _carry_out(study: Study, options: argparse.Namespace) -> int:
     study.after(found, options)
     if out is not None:
         wrote(out)
-    print(study.text(found) if options.json else study.report(found))
+    if options.json:
+        print(study.text(found))
+    else:
+        show(study.report(found))
     return FAILED if study.has_failed(found) else DONE

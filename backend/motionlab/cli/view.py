@@ -7,6 +7,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from motionlab.cli.exit_codes import DONE
+from motionlab.cli.output import show
 from motionlab.errors import ConfigError, FieldError
 from motionlab.runs.views.table import BY_NAME, VIEWS
 from motionlab.studies.options import add_json, add_set, source
@@ -76,7 +77,10 @@ def _view(options: argparse.Namespace) -> int:
         view = BY_NAME[options.view]
         found = view.compute(_recorded(options, window=view.window))
         lines = view.report(found)
-    print(json.dumps(found.model_dump(mode="json")) if options.json else "\n".join(lines))
+    if options.json:
+        print(json.dumps(found.model_dump(mode="json")))
+    else:
+        show("\n".join(lines))
     return DONE
 
 

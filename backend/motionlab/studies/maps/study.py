@@ -8,6 +8,7 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from motionlab.errors import ConfigError, FieldError
+from motionlab.progress import is_told
 from motionlab.studies.study import RequestLimits, Study, StudyCommand, lazy
 
 if TYPE_CHECKING:
@@ -109,6 +110,19 @@ class MapStudy(Study):
         if kept_maps().find(plan.geometry, plan.preset) is not None:
             print("motionlab: this map was computed before", file=sys.stderr)
         return super().before(plan, options)
+
+    def after(self, found: ForceMap, options: argparse.Namespace) -> None:
+        """Write the file of ``--out``, and say where the map is kept and by which name."""
+        from motionlab.config.shipped import data_root
+
+        super().after(found, options)
+        name = found.document.content_hash
+        if is_told():
+            print(
+                f"motionlab: kept in {data_root() / 'maps'}; in a motor: "
+                f"--set plant.force_map={name}",
+                file=sys.stderr,
+            )
 
 
 def _fit(options: argparse.Namespace) -> str:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import sys
+import os
 from typing import TYPE_CHECKING, Any
 
 from motionlab.studies.study import Study, StudyCommand, lazy
+from motionlab.tables import on_terminal
 
 if TYPE_CHECKING:
     from motionlab.studies.paper.document import ReproduceDocument
@@ -57,7 +58,7 @@ class ReproduceStudy(Study):
         """Return rows and errata as tables, in colour on a terminal."""
         from motionlab.studies.paper.report import report
 
-        return report(found, colour=sys.stdout.isatty())
+        return report(found, colour=on_terminal() and not os.environ.get("NO_COLOR"))
 
     def add_options(self, parser: argparse.ArgumentParser) -> None:
         """Add the choice of rows."""
