@@ -40,7 +40,7 @@ def check_output(path: str, *suffixes: str, overwrite: bool, loc: str = "--out")
     Raises
     ------
     ConfigError
-        If it cannot be written, or is there and nobody can be asked.
+        If it cannot be written, or is there and no terminal can be asked.
     MotionLabError
         If the user wants to keep it.
     """
