@@ -14,6 +14,9 @@ SHOWN_MAX = 20
 LENGTH_MAX = 200
 """Characters of a value or a path that are shown."""
 
+_WHOLE_MAX = 1e16
+_DIGITS, _DIGITS_MAX = 6, 12  # of a value that is beyond a limit
+
 _INTEGER_MAX = 128  # bits; Python refuses to print one of thousands of digits
 
 
@@ -93,6 +96,12 @@ def _remade(kind: type[MotionLabError], args: tuple[Any, ...], facts: dict[str, 
     return error
 
 
+def _end(value: float) -> str:
+    """Return an end of a range; whole numbers with all their digits."""
+    whole = float(value).is_integer() and abs(value) < _WHOLE_MAX
+    return str(int(value)) if whole else f"{value:.10g}"
+
+
 SIGNS = {"minimum": ">=", "exclusive_minimum": ">", "maximum": "<=", "exclusive_maximum": "<"}
 """Kinds of bounds, in the words of JSON schema."""
 
@@ -128,7 +137,7 @@ class FieldError:
         """Write the bounds as text."""
         if self.bounds and not self.range:
             ends = (
-                f"{sign} {self.bounds[end]:.10g}"
+                f"{sign} {_end(self.bounds[end])}"
                 for end, sign in SIGNS.items()
                 if end in self.bounds
             )
@@ -204,10 +213,17 @@ class Infeasible(MotionLabError):
         self.limit = limit
         self.unit = unit
         super().__init__(
-            f"trajectory: {quantity} on {axis} is {value:.12g} {unit} at t = {time:.4f} s, "
-            f"x = {place[0] * 1e3:.4f} mm, y = {place[1] * 1e3:.4f} mm; "
+            f"trajectory: {quantity} on {axis} is {_beyond(value, limit)} {unit} "
+            f"at t = {time:.4f} s, x = {place[0]:.6g} m, y = {place[1]:.6g} m; "
             f"allowed {limit[0]:.6g} to {limit[1]:.6g} {unit}"
         )
+
+
+def _beyond(value: float, limit: tuple[float, float]) -> str:
+    """Return a value with as many digits as tell it from the limit that it exceeds."""
+    ends = {f"{end:.6g}" for end in limit}
+    texts = [f"{value:.{digits}g}" for digits in range(_DIGITS, _DIGITS_MAX + 1)]
+    return next((text for text in texts if text not in ends), texts[-1])
 
 
 class StoreError(MotionLabError):

@@ -89,7 +89,7 @@ def test_a_full_disk_leaves_nothing_half_written(
 
     monkeypatch.setattr(exports, "batches", fail)
     (here / "out.csv").write_text("before")
-    assert main(["export", "run.parquet", "out.csv"]) == 1
+    assert main(["export", "run.parquet", "out.csv", "--overwrite"]) == 1
     assert "No space left on device" in capsys.readouterr().err
     assert (here / "out.csv").read_text() == "before"
     assert sorted(path.name for path in here.iterdir()) == ["out.csv", "run.parquet"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from json import loads
 from pathlib import Path
 
 import pytest
@@ -45,7 +46,7 @@ BAD: dict[str, tuple[list[str], list[str]]] = {
     ),
     "a path outside the stroke": (
         ["circle", "--set", "trajectory.center.x=0.0801"],
-        ["position on x", "0.0951 m", "t = 0.0000 s", "x = 95.1000 mm", "-0.085 to 0.085 m"],
+        ["position on x", "0.0951 m", "t = 0.0000 s", "x = 0.0951 m", "-0.085 to 0.085 m"],
     ),
     "a path that leaves the stroke on its way": (
         ["circle", "--set", "trajectory.center.y=0.14"],
@@ -112,7 +113,14 @@ def test_bad_input(what: str, json: bool, here: Path, capsys: pytest.CaptureFixt
     output = [] if "--out" in arguments else ["--out", "run.csv"]
     assert main(["run", *arguments, *output, *(["--json"] if json else [])]) == 2
     printed = capsys.readouterr()
-    assert printed.out == ""
+    if json:
+        problem = loads(printed.out)
+        assert (problem["status"], problem["title"]) == (422, "Unprocessable Entity")
+        told = [f"motionlab: {line}" for line in problem["detail"].splitlines()]
+        assert told == printed.err.splitlines()
+        assert problem["errors"]
+    else:
+        assert printed.out == ""
     assert printed.err.startswith("motionlab: ")
     assert "Traceback" not in printed.err
     for word in words:

@@ -44,8 +44,8 @@ NUMBERS: list[tuple[dict[str, Any], str, str, Any, str, str]] = [
     ({"plant.x.mass": True}, "plant.x.mass", "number", True, ">= 0.001 and <= 1000", "kg"),
     ({GAIN: "stiff"}, GAIN, "must be a number", "stiff", ">= 0 and <= 1000000000", "N/m"),
     ({GAIN: -1.0}, GAIN, "range", -1.0, ">= 0 and <= 1000000000", "N/m"),
-    ({"seed": 1.5}, "seed", "whole", 1.5, ">= 0 and <= 9.007199255e+15", "1"),
-    ({"seed": -1}, "seed", "range", -1, ">= 0 and <= 9.007199255e+15", "1"),
+    ({"seed": 1.5}, "seed", "whole", 1.5, ">= 0 and <= 9007199254740991", "1"),
+    ({"seed": -1}, "seed", "range", -1, ">= 0 and <= 9007199254740991", "1"),
     ({"trajectory.radius": "5"}, "trajectory.radius", "number", "5", "> 0 and <= 1", "m"),
     (
         sequence({"kind": "circle", "radius": -1.0, "frequency": 1.0}),

@@ -16,7 +16,7 @@ from jsonschema import Draft202012Validator
 from numpy.typing import NDArray
 
 from motionlab import __version__
-from motionlab.service.http.problem_types import BY_STATUS, TYPES, Kind
+from motionlab.problems import BY_STATUS, TYPES, Kind
 from motionlab.service.live.messages import CLIENT_MESSAGES, SERVER_MESSAGES, asyncapi
 from motionlab.service.server_settings import PREFIX as VARIABLE
 from motionlab.service.server_settings import ServerSettings, unit_and_range

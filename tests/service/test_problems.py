@@ -12,8 +12,8 @@ from fastapi import FastAPI, HTTPException
 from motionlab import errors
 from motionlab.drive.lease import NotHeld
 from motionlab.drive.link.carrier import LinkError
+from motionlab.problems import BY_STATUS, PREFIX, TYPES
 from motionlab.service.http import problems
-from motionlab.service.http.problem_types import BY_STATUS, PREFIX, TYPES
 from motionlab.service.live.session_info import WrongState
 
 INFEASIBLE = errors.Infeasible(

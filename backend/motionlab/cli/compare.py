@@ -7,6 +7,7 @@ import json
 from typing import TYPE_CHECKING, Any, get_args
 
 from motionlab.cli.exit_codes import DONE, FAILED
+from motionlab.cli.output import show
 from motionlab.studies.options import add_json
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ examples:
   motionlab compare r-gpd6hecc7x3n measured.parquet --variant M=B
 
 The exit code is 1 if a channel is beyond its tolerance or could not be compared;
-docs/runs-compare.md.
+`motionlab docs runs-compare`.
 """
 
 
@@ -59,16 +60,21 @@ def add_comparing(parser: argparse.ArgumentParser) -> None:
         "--offset", metavar="S", type=float, default=0.0, help="with time: move B by so much, s"
     )
     parser.add_argument(
-        "--from", dest="start", metavar="S", type=float, help="first time of A, s (the overlap)"
+        "--from",
+        dest="start",
+        metavar="S",
+        type=float,
+        help="first time of A, s (default: the overlap)",
     )
     parser.add_argument(
-        "--to", dest="end", metavar="S", type=float, help="last time of A, s (the overlap)"
+        "--to", dest="end", metavar="S", type=float, help="last time of A, s (default: the overlap)"
     )
     parser.add_argument(
         "--samples",
         choices=("union", "intersection"),
         default="union",
-        help="compare at the samples of either run, or only at those of both (%(default)s)",
+        help="compare at the samples of either run, or only at those of both "
+        "(default: %(default)s)",
     )
     parser.add_argument(
         "--tolerance",
@@ -76,14 +82,14 @@ def add_comparing(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         help="max(ABS, REL |baseline|) in SI, and a tolerance in time, of all channels or of those "
-        "that fit a name such as '*.following_error' (repeatable; 0,0)",
+        "that fit a name such as '*.following_error' (repeatable; default: 0,0)",
     )
     parser.add_argument(
         "--time-tolerance",
         metavar="S",
         type=float,
         default=0.0,
-        help="time by which a value may come earlier or later, s (%(default)s)",
+        help="time by which a value may come earlier or later, s (default: %(default)s)",
     )
     parser.add_argument(
         "--interpolation",
@@ -112,11 +118,10 @@ def _compare(options: argparse.Namespace) -> int:
 
     how = comparing_of(options)
     found = compare(of_file_or_run(options.a), of_file_or_run(options.b), how)
-    print(
-        json.dumps(found.model_dump(mode="json"), allow_nan=False)
-        if options.json
-        else _report(found)
-    )
+    if options.json:
+        print(json.dumps(found.model_dump(mode="json"), allow_nan=False))
+    else:
+        show(_report(found))
     return DONE if found.holds else FAILED
 
 
@@ -186,24 +191,16 @@ def _tolerance(numbers: str, text: str) -> dict[str, float]:
 
 
 def _report(found: Comparison) -> str:
-    rows = [
-        ("channel", "verdict", "largest", "rms", "unit", "beyond", "at"),
-        *map(_row, found.channels),
-    ]
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]) - 1)]
-    lines = [
-        "  ".join(
-            [*(cell.ljust(w) for cell, w in zip(row, widths, strict=False)), row[-1]]
-        ).rstrip()
-        for row in rows
-    ]
+    from motionlab.tables import table
+
+    heads = ("channel", "verdict", "largest", "rms", "unit", "beyond", "at")
     overlap = found.note
     if found.start is not None and found.end is not None:
         overlap = (
             f"{found.instants} instants from {found.start.time:.4f} s to {found.end.time:.4f} s of "
             f"{found.a.name}"
         )
-    return "\n".join([*lines, "", f"{found.headline}; {overlap}"])
+    return "\n".join([table(heads, map(_row, found.channels)), "", f"{found.headline}; {overlap}"])
 
 
 def _row(channel: ChannelComparison) -> tuple[str, ...]:

@@ -27,7 +27,7 @@ examples:
   motionlab drive commission commutation --take
   motionlab drive stop
 
-The server needs --drive; docs/drive.md. stop needs no control: it is for everybody.
+The server needs --drive; `motionlab docs drive`. stop needs no control: it is for everybody.
 """
 _POLL = 0.1  # s
 _UP_TIME = 60.0  # s, for drives to come up, to enable, to come to rest
@@ -49,7 +49,7 @@ def add(commands: Any) -> None:
     def order(name: str, command: Callable[[argparse.Namespace], int], told: str) -> Any:
         added = orders.add_parser(name, help=told, description=f"{told[0].upper()}{told[1:]}.")
         added.add_argument(
-            "--server", metavar="URL", default=ADDRESS, help="the server (%(default)s)"
+            "--server", metavar="URL", default=ADDRESS, help="the server (default: %(default)s)"
         )
         added.set_defaults(command=command)
         return added

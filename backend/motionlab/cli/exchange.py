@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from motionlab.cli.exit_codes import BAD_INPUT, DONE
-from motionlab.runs.import_document import DECIMALS, DELIMITERS
+from motionlab.cli.output import add_overwrite, check_output, wrote
 from motionlab.studies.options import add_json
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ examples:
   motionlab export run.parquet last.csv --from 2.5 --to 3
   motionlab export run.parquet power.csv --columns 'power=A.x.thrust*A.x.velocity'
 
-docs/exchange.md describes the formats.
+`motionlab docs exchange` describes the formats.
 """
 
 IMPORT_EXAMPLES = """\
@@ -33,8 +33,12 @@ examples:
   motionlab import rig.csv --map 'Pos=M.x.position_measured[um]' --map Temp=- --name 'rig 7'
   motionlab import currents.mat --rate 10000
 
-docs/exchange.md has the channels and what is guessed.
+`motionlab docs exchange` has the channels and what is guessed.
 """
+
+_DELIMITERS = ("comma", "semicolon", "tab")
+_DECIMALS = ("point", "comma")
+"""`motionlab.runs.import_document` has both; its import would slow down ``motionlab --help``."""
 
 
 def add(commands: Any) -> None:
@@ -62,6 +66,7 @@ def add(commands: Any) -> None:
     parser.add_argument(
         "--to", dest="end", metavar="S", type=float, help="last time, s (default: the last)"
     )
+    add_overwrite(parser)
     parser.set_defaults(command=_export)
 
     parser = commands.add_parser(
@@ -89,10 +94,10 @@ def add(commands: Any) -> None:
         "--resample", metavar="HZ", type=float, help="interpolate to this rate (default: do not)"
     )
     parser.add_argument(
-        "--delimiter", choices=DELIMITERS, default="", help="of CSV (default: found out)"
+        "--delimiter", choices=_DELIMITERS, default="", help="of CSV (default: found out)"
     )
     parser.add_argument(
-        "--decimal", choices=DECIMALS, default="", help="decimal sign of CSV (default: found out)"
+        "--decimal", choices=_DECIMALS, default="", help="decimal sign of CSV (default: found out)"
     )
     parser.add_argument("--name", metavar="TEXT", default="", help="what the run is called")
     parser.add_argument("--preview", action="store_true", help="keep nothing, show how it is read")
@@ -103,16 +108,18 @@ def add(commands: Any) -> None:
 def _export(options: argparse.Namespace) -> int:
     from motionlab.runs.exports import check_selection, export, within
     from motionlab.runs.selection import FORMATS, Selection
-    from motionlab.store.files import check_target, complete_file
+    from motionlab.store.files import complete_file
     from motionlab.telemetry.expressions.columns import split_columns
 
-    check_target(options.file, *(f".{name}" for name in FORMATS), loc="FILE")
+    suffixes = (f".{name}" for name in FORMATS)
+    check_output(options.file, *suffixes, overwrite=options.overwrite, loc="FILE")
     columns = tuple(split_columns(options.columns)) if options.columns else ()
     with _source(options.run) as source:
         selection = within(source, Selection(columns), options.start, options.end)
         selection = check_selection(source, selection)
         with complete_file(options.file) as part:
             export(source, selection, part, Path(options.file).suffix[1:])
+    wrote(options.file)
     return DONE
 
 
@@ -151,6 +158,8 @@ def _empty(column: ImportedColumn) -> str:
 
 def _described(document: Import) -> str:
     """Return for people how a file is read."""
+    from motionlab.tables import table
+
     text = document.text
     form = f", {text['delimiter']}, decimal {text['decimal']}" if text else ""
     lines = [f"{document.format}{form}: {document.rows} rows"]
@@ -172,11 +181,7 @@ def _described(document: Import) -> str:
         (column.column, column.name or column.channel, column.unit, column.why + _empty(column))
         for column in document.columns
     ]
-    widths = [max(len(row[i]) for row in rows) for i in range(3)]
-    lines += [
-        "  " + "  ".join([*(c.ljust(w) for c, w in zip(row, widths, strict=False)), row[3]])
-        for row in rows
-    ]
+    lines += [f"  {line}" for line in table(("", "", "", ""), rows).splitlines()]
     lines += [f"  {name}: computed" for name in document.derived]
     lines += [f"  {name}: not read, {why}" for name, why in document.ignored.items()]
     if document.run is not None:

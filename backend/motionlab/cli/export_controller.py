@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from motionlab.cli.exit_codes import DONE
-from motionlab.config.shipped import names
-from motionlab.studies.options import add_set, source
+from motionlab.studies.options import add_scenario, add_set, source
 
 EXAMPLES = """\
 examples:
@@ -16,7 +15,7 @@ examples:
   motionlab export-controller tuned.toml -o controller
   make -C controller check
 
-docs/export-controller.md says what is in the folder.
+`motionlab docs export-controller` says what is in the folder.
 """
 
 
@@ -30,11 +29,7 @@ def add(commands: Any) -> None:
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument(
-        "scenario",
-        metavar="SCENARIO",
-        help="path of a .toml file, or a shipped scenario: " + ", ".join(names("scenarios")),
-    )
+    add_scenario(parser)
     parser.add_argument(
         "-o",
         "--out",

@@ -15,7 +15,7 @@ examples:
   motionlab export-plant circle --out plant.fmu
   motionlab export-plant circle --out plant.fmu --set plant=matched-resonant
 
-docs/fmu.md says what is in the FMU, and how to close a loop around it.
+`motionlab docs fmu` says what is in the FMU, and how to close a loop around it.
 """
 
 

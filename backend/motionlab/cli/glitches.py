@@ -7,6 +7,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from motionlab.cli.exit_codes import DONE
+from motionlab.cli.output import show
 from motionlab.studies.options import add_json
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ examples:
   motionlab glitches r-gpd6hecc7x3n
   motionlab glitches r-gpd6hecc7x3n --json
 
-docs/glitches.md says how height, delay, rise and duration are measured.
+`motionlab docs glitches` says how height, delay, rise and duration are measured.
 """
 _MICRO, _MILLI = 1e6, 1e3
 
@@ -40,26 +41,31 @@ def _glitches(options: argparse.Namespace) -> int:
     from motionlab.runs.glitches import run_glitches
 
     found = run_glitches(options.run)
-    print(json.dumps(found.model_dump(mode="json")) if options.json else _table(found))
+    if options.json:
+        print(json.dumps(found.model_dump(mode="json")))
+    else:
+        show(_table(found))
     return DONE
 
 
 def _table(found: RunGlitches) -> str:
     if not found.axes:
         return "no axis of it reverses"
-    return "\n".join(line for name, axis in found.axes.items() for line in _axis(name, axis))
+    return "\n".join(_axis(name, axis) for name, axis in found.axes.items())
 
 
-def _axis(name: str, axis: AxisGlitches) -> list[str]:
-    lines = [f"  {name}  variant      time s   height um   delay ms    rise ms  duration ms"]
+def _axis(name: str, axis: AxisGlitches) -> str:
+    from motionlab.tables import table
+
+    rows: list[tuple[str, ...]] = []
     for variant, each in axis.variants.items():
-        lines += [_row(variant, f"{row.time:.4f}", row.height, row) for row in each.rows]
-        lines.append(_row(variant, "mean", each.mean.height, each.mean))
-    return lines
+        rows += [_row(variant, f"{row.time:.4f}", row.height, row) for row in each.rows]
+        rows.append(_row(variant, "mean", each.mean.height, each.mean))
+    heads = (name, "variant", "time s", "height um", "delay ms", "rise ms", "duration ms")
+    return table(heads, rows, right=range(2, len(heads)))
 
 
-def _row(variant: str, when: str, height: float, of: GlitchRow | GlitchMean) -> str:
+def _row(variant: str, when: str, height: float, of: GlitchRow | GlitchMean) -> tuple[str, ...]:
     times = [of.delay, of.rise, of.duration]
     cells = ["-" if each is None else f"{_MILLI * each:.1f}" for each in times]
-    figures = "".join(f"{cell:>{width}}" for cell, width in zip(cells, (11, 11, 13), strict=True))
-    return f"     {variant:7} {when:>11} {_MICRO * height:>11.3f}{figures}"
+    return "", variant, when, f"{_MICRO * height:.3f}", *cells

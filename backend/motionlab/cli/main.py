@@ -3,56 +3,52 @@
 from __future__ import annotations
 
 import argparse
+import importlib
 import io
 import select
 import sys
+import time
+import traceback
 from collections.abc import Sequence
 
 from motionlab import __version__
-from motionlab.cli import (
-    compare,
-    drive,
-    exchange,
-    export_controller,
-    export_plant,
-    glitches,
-    replay,
-    report,
-    run,
-    runs,
-    scenarios,
-    serve,
-    spectrum,
-    study,
-    trajectory,
-    vdrive,
-    view,
-)
-from motionlab.cli.exit_codes import BAD_INPUT, DONE, FAILED
-from motionlab.cli.messages import discard, unbreakable_stderr
-from motionlab.cli.parser import Parser
+from motionlab.cli.exit_codes import BAD_INPUT, DONE, FAILED, INTERRUPTED
+from motionlab.cli.messages import discard, say, unbreakable_stderr
+from motionlab.cli.parser import Parser, print_problem
 from motionlab.errors import ConfigError, Infeasible, MotionLabError
+from motionlab.progress import told
 
-_COMMANDS = (
-    run,
-    scenarios,
-    runs,
-    compare,
-    replay,
-    glitches,
-    spectrum,
-    view,
-    report,
-    exchange,
-    trajectory,
-    export_controller,
-    export_plant,
-    study,
-    serve,
-    drive,
-    vdrive,
-)
-"""In the order of the help page."""
+_MODULES = {
+    "run": ("run",),
+    "scenarios": ("scenarios", "show", "new"),
+    "fields": ("fields", "laws"),
+    "check": ("check",),
+    "loop": ("loop",),
+    "plot": ("plot",),
+    "runs": ("runs",),
+    "compare": ("compare",),
+    "replay": ("replay",),
+    "glitches": ("glitches",),
+    "spectrum": ("spectrum",),
+    "view": ("view",),
+    "report": ("report",),
+    "exchange": ("export", "import"),
+    "trajectory": ("trajectory",),
+    "export_controller": ("export-controller",),
+    "export_plant": ("export-plant",),
+    "study": (),
+    "serve": ("serve", "openapi"),
+    "drive": ("drive",),
+    "vdrive": ("vdrive",),
+    "docs": ("docs", "completion"),
+}
+"""Modules in the order of the help page, and the commands of each: to import one alone."""
+
+_ENDING = """\
+`motionlab COMMAND --help` shows the options of a command, and examples.
+`motionlab docs` opens the documentation.
+Exit codes: 0 done; 1 a run, a check or a file failed; 2 bad input; 130 interrupted.
+"""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -66,30 +62,39 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        0 done, 1 the run failed, 2 bad input.
+        0 done, 1 the run failed, 2 bad input, 130 interrupted.
     """
     with unbreakable_stderr():
         return _carry_out(arguments)
 
 
-def _carry_out(arguments: Sequence[str] | None) -> int:  # noqa: PLR0911 - one a failure
+def _carry_out(arguments: Sequence[str] | None) -> int:
     if sys.stdout is None:
         return _complain("stdout is closed: there is nowhere to print a result", FAILED)
+    given = sys.argv[1:] if arguments is None else list(arguments)
+    started = time.perf_counter()
     try:
         if isinstance(sys.stdout, io.TextIOWrapper):
             sys.stdout.reconfigure(errors="backslashreplace")  # no letter stops a result
         try:
-            given = sys.argv[1:] if arguments is None else list(arguments)
-            options = _parser().parse_args(given if given not in ([], ["help"]) else ["--help"])
-            return options.command(options)
+            asked = given if given not in ([], ["help"]) else ["--help"]
+            options = _parser(asked).parse_args(asked)
+            with told(not hasattr(options, "quiet")):
+                code = options.command(options)
+                if hasattr(options, "verbose"):
+                    say(f"took {time.perf_counter() - started:.2f} s")
+            return code
+        except MotionLabError as error:
+            if {"-v", "--verbose"} & set(given):
+                traceback.print_exc()
+            if "--json" in given:
+                print_problem(error)
+            bad = isinstance(error, ConfigError | Infeasible)
+            return _complain(str(error), BAD_INPUT if bad else FAILED)
         finally:
             sys.stdout.flush()  # here, not at exit, where a failure could not be reported
-    except (ConfigError, Infeasible) as error:
-        return _complain(str(error), BAD_INPUT)
-    except MotionLabError as error:
-        return _complain(str(error), FAILED)
     except KeyboardInterrupt:
-        return _complain("interrupted", FAILED)
+        return _complain("interrupted", INTERRUPTED)
     except MemoryError as error:
         return _complain(f"not enough memory: {error}; shorten the run", FAILED)
     except OSError as error:
@@ -99,7 +104,8 @@ def _carry_out(arguments: Sequence[str] | None) -> int:  # noqa: PLR0911 - one a
 
 
 def _complain(message: str, code: int) -> int:
-    print(f"motionlab: {message}", file=sys.stderr)
+    for line in message.splitlines() or [""]:
+        print(f"motionlab: {line}", file=sys.stderr)
     return code
 
 
@@ -110,13 +116,29 @@ def _reader_has_left() -> bool:
     return bool(stdout.poll(0))
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser(given: Sequence[str] = ()) -> argparse.ArgumentParser:
+    """Return the parser: of one command where the first word names it, or of all.
+
+    Parameters
+    ----------
+    given : sequence of str
+        What follows the program's name.
+    """
     parser = Parser(
         prog="motionlab",
         description="A motion lab for planar switched reluctance motors.",
+        epilog=_ENDING,
     )
     parser.add_argument("-V", "--version", action="version", version=f"motionlab {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for command in _COMMANDS:
-        command.add(commands)
+    for module in _modules(given):
+        importlib.import_module(f"motionlab.cli.{module}").add(commands)
     return parser
+
+
+def _modules(given: Sequence[str]) -> list[str]:
+    if given:
+        for module, names in _MODULES.items():
+            if given[0] in names:
+                return [module]
+    return list(_MODULES)

@@ -8,6 +8,8 @@ import sys
 from collections.abc import Iterator
 from typing import Any, TextIO
 
+from motionlab.progress import is_told
+
 
 class _Messages:
     """A stream that is discarded after a failed write."""
@@ -43,6 +45,13 @@ def unbreakable_stderr() -> Iterator[None]:
             yield
         finally:
             messages.flush()  # here, not at exit, where a failure would set the exit code
+
+
+def say(text: str) -> None:
+    """Print a note on stderr, unless ``--quiet`` is given."""
+    if is_told():
+        for line in text.splitlines():
+            print(f"motionlab: {line}", file=sys.stderr)
 
 
 def discard(stream: TextIO) -> None:

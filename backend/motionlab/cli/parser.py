@@ -4,19 +4,69 @@ from __future__ import annotations
 
 import argparse
 import re
+import textwrap
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from motionlab.cli.exit_codes import BAD_INPUT
 from motionlab.config.shipped import did_you_mean
+from motionlab.errors import ConfigError, FieldError
 
 _CHOICE = re.compile(r"(.+?): invalid choice: '?(.*?)'? \(choose from (.*)\)")
 _NUMBER = re.compile(r"(.+?): invalid (int|float) value: (.*)")
 _MISSING = "the following arguments are required: "
+_QUIET = "print results and errors alone: no progress, no notes"
+_VERBOSE = "say how long it took, and where in the program an error arose"
+_MEANT = {
+    "convert": "export",
+    "describe": "show",
+    "diff": "compare",
+    "init": "new",
+    "list": "scenarios",
+    "ls": "runs",
+    "margins": "loop",
+    "optimise": "tune",
+    "optimize": "tune",
+    "save": "export",
+    "simulate": "run",
+    "start": "serve",
+    "template": "new",
+    "validate": "check",
+}
+"""Commands by other words for them that no spelling is close to."""
+
+
+class HelpFormatter(argparse.RawDescriptionHelpFormatter):
+    """Wraps sentences at the terminal's width, and leaves indented lines as they are."""
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        found: list[str] = []
+        sentences: list[str] = []
+        for line in [*text.splitlines(), ""]:
+            if line and not line[0].isspace() and not line.endswith(":"):
+                sentences.append(line)
+                continue
+            if sentences:
+                filled = " ".join(sentences)
+                found += textwrap.wrap(filled, width, break_long_words=False)
+                sentences.clear()
+            found.append(line)
+        return "\n".join(indent + line for line in found).rstrip() + "\n"
 
 
 class Parser(argparse.ArgumentParser):
     """Refuses in two lines, with the closest of the words that it knows."""
+
+    def __init__(self, **settings: Any) -> None:
+        settings["formatter_class"] = HelpFormatter
+        super().__init__(**settings)
+        self._given: list[str] = []
+        self.add_argument(
+            "-q", "--quiet", action="store_true", default=argparse.SUPPRESS, help=_QUIET
+        )
+        self.add_argument(
+            "-v", "--verbose", action="store_true", default=argparse.SUPPRESS, help=_VERBOSE
+        )
 
     def parse_known_args(  # pyright: ignore[reportIncompatibleMethodOverride]
         self, args: Sequence[str] | None = None, namespace: Any = None
@@ -31,21 +81,36 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """End with the reason in the words of all other errors, and the page that helps."""
         message = message.removeprefix("argument ")
+        error = FieldError(self.prog, message)
         if found := _CHOICE.fullmatch(message):
             name, value, choices = found.groups()
             known = [word.strip().strip("'") for word in choices.split(",")]
-            message = f"no such {name}{did_you_mean(value, known)}; got {value!r}"
-            if name != "COMMAND":
-                message += f"; allowed one of {', '.join(known)}"
+            hint = did_you_mean(value, known)
+            if not hint:
+                meant = [word for word, command in _MEANT.items() if command in known]
+                hint = did_you_mean(value, meant)
+                for other, command in _MEANT.items():
+                    hint = hint.replace(f"{other!r}", f"{command!r}")
+            allowed = "" if name == "COMMAND" else f"one of {', '.join(known)}"
+            error = FieldError(name, f"no such {name}{hint}", value, allowed)
+            message = str(error).removeprefix(f"{name}: ")
         elif found := _NUMBER.fullmatch(message):
             name, kind, value = found.groups()
             what = "a whole number" if kind == "int" else "a number"
-            message = f"{name}: is not {what}; got {value}"
+            error = FieldError(name, f"is not {what}", value.strip("'"))
+            message = str(error)
         elif message.startswith(_MISSING):
             for word in self._given:  # which may be why
                 if word.startswith("-") and not self._knows(word):
                     self._refuse(word)
-            message = f"{message.removeprefix(_MISSING)} is missing"
+            name = message.removeprefix(_MISSING)
+            error = FieldError(name, "is missing")
+            message = f"{name} is missing"
+        self._end(message, error)
+
+    def _end(self, message: str, error: FieldError) -> NoReturn:
+        if "--json" in self._given:
+            print_problem(ConfigError(error))
         self.exit(BAD_INPUT, f"{self.prog}: {message}\n`{self.prog} --help` shows what there is\n")
 
     def _knows(self, word: str) -> bool:
@@ -54,8 +119,18 @@ class Parser(argparse.ArgumentParser):
 
     def _refuse(self, word: str) -> NoReturn:
         if not word.startswith("-"):
-            self.error(f"nothing here takes {word!r}")
+            message = f"nothing here takes {word!r}"
+            self._end(message, FieldError(self.prog, message))
         option = word.split("=", maxsplit=1)[0]
         known = [name[2:] for name in self._option_string_actions if name.startswith("--")]
         hint = did_you_mean(option.lstrip("-"), known).replace("mean '", "mean '--")
-        self.error(f"no option {option}{hint}")
+        self._end(f"no option {option}{hint}", FieldError(option, f"no such option{hint}"))
+
+
+def print_problem(error: Any) -> None:
+    """Print an error as a problem document on stdout."""
+    import json
+
+    from motionlab.problems import problem_of
+
+    print(json.dumps(problem_of(error), allow_nan=False))

@@ -7,6 +7,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from motionlab.cli.exit_codes import DONE, FAILED
+from motionlab.cli.output import show
 from motionlab.progress import share_done
 from motionlab.studies.options import add_json
 
@@ -37,11 +38,10 @@ def _replay(options: argparse.Namespace) -> int:
     wanted = again(kept.complete(options.run))
     with kept.files.open(options.run) as file, share_done("replay") as progress:
         found = replay(wanted, file, progress)
-    print(
-        json.dumps(found.model_dump(mode="json"), allow_nan=False)
-        if options.json
-        else _report(found)
-    )
+    if options.json:
+        print(json.dumps(found.model_dump(mode="json"), allow_nan=False))
+    else:
+        show(_report(found))
     return DONE if found.identical else FAILED
 
 

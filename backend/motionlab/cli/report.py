@@ -7,13 +7,14 @@ from typing import Any
 
 from motionlab.cli.compare import add_comparing, comparing_of
 from motionlab.cli.exit_codes import DONE
+from motionlab.cli.output import add_overwrite, check_output, wrote
 
 EXAMPLES = """\
 examples:
   motionlab report r-gpd6hecc7x3n --out circle.html
   motionlab report r-gpd6hecc7x3n r-cb3v3zvyllhu --tolerance 1e-9,1e-3 --out regression.html
 
-docs/report.md says what is in it.
+`motionlab docs report` says what is in it.
 """
 
 
@@ -30,15 +31,16 @@ def add(commands: Any) -> None:
     parser.add_argument("run", metavar="RUN", help="identifier of a run; of two, the baseline")
     parser.add_argument("other", metavar="RUN_B", nargs="?", help="the candidate")
     parser.add_argument("--out", metavar="FILE", required=True, help="file to write: .html")
+    add_overwrite(parser)
     add_comparing(parser)
     parser.set_defaults(command=_report)
 
 
 def _report(options: argparse.Namespace) -> int:
     from motionlab.runs.report.reports import comparison_report, run_report
-    from motionlab.store.files import check_target, complete_file
+    from motionlab.store.files import complete_file
 
-    check_target(options.out, ".html")
+    check_output(options.out, ".html", overwrite=options.overwrite)
     _check_run("RUN", options.run)
     if options.other is None:
         content = run_report(options.run)
@@ -47,6 +49,7 @@ def _report(options: argparse.Namespace) -> int:
         content = comparison_report(options.run, options.other, comparing_of(options))
     with complete_file(options.out) as part:
         part.write_bytes(content)
+    wrote(options.out)
     return DONE
 
 

@@ -5,12 +5,22 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from typing import Any
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
 
 from motionlab.cli.exit_codes import DONE, FAILED
+from motionlab.cli.messages import say
+from motionlab.cli.output import add_overwrite, check_output, show, wrote
 from motionlab.config.shipped import names
 from motionlab.progress import tick_bar
-from motionlab.studies.options import add_json, add_set, source
+from motionlab.studies.options import add_json, add_scenario, add_set, source
+
+if TYPE_CHECKING:
+    from motionlab.config.scenario import Scenario
+    from motionlab.simulation.prepare import Prepared
+
+_SATURATED = 0.05
+"""Share of the time at a limit that is worth a word; friction reversals reach a limit at times."""
 
 EXAMPLES = """\
 examples:
@@ -21,7 +31,7 @@ examples:
   motionlab run my-scenario.toml --out run.parquet
   motionlab run circle --keep --name 'first try'
 
-Values are SI (k_p in N/m, k_d in N s/m, lengths in m); docs/scenarios.md lists the fields.
+Values are SI (k_p in N/m, k_d in N s/m, lengths in m); `motionlab docs scenarios` lists the fields.
 """
 
 
@@ -35,11 +45,7 @@ def add(commands: Any) -> None:
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument(
-        "scenario",
-        metavar="SCENARIO",
-        help="path of a .toml file, or a shipped scenario: " + ", ".join(names("scenarios")),
-    )
+    add_scenario(parser, shipped=", ".join(names("scenarios")))
     add_set(
         parser,
         "change a field (repeatable, all applied together); a part can be swapped for a "
@@ -48,7 +54,10 @@ def add(commands: Any) -> None:
     parser.add_argument(
         "--out", metavar="FILE", help="write every channel to FILE, .parquet or .csv"
     )
-    parser.add_argument("--keep", action="store_true", help="keep it as a run; docs/runs.md")
+    add_overwrite(parser)
+    parser.add_argument(
+        "--keep", action="store_true", help="keep it as a run; `motionlab docs runs`"
+    )
     parser.add_argument("--name", metavar="TEXT", default="", help="what the kept run is called")
     add_json(parser)
     parser.set_defaults(command=_run)
@@ -58,39 +67,80 @@ def _run(options: argparse.Namespace) -> int:
     """Carry out ``motionlab run``."""
     from motionlab.config.changes import parse_assignments
     from motionlab.config.load import load_scenario
-    from motionlab.simulation.prepare import prepare
     from motionlab.simulation.result import document, metadata
     from motionlab.simulation.run import run
-    from motionlab.store.files import check_target
     from motionlab.telemetry.recorder import SUFFIXES, write
 
     scenario = load_scenario(source(options), parse_assignments(options.assignments))
     if options.out is not None:
-        check_target(options.out, *SUFFIXES)
-    prepared = prepare(scenario)
+        check_output(options.out, *SUFFIXES, overwrite=options.overwrite)
+    prepared = _prepared(scenario)
     with tick_bar(prepared.reference.ticks) as progress:
         recording = run(prepared, progress)
     result = document(prepared, recording)
     if options.out is not None:
         write(recording, options.out, metadata=metadata(prepared.scenario))
+        wrote(options.out)
     if options.keep:
         from motionlab.config.shipped import data_root
         from motionlab.runs.files import runs_url
         from motionlab.runs.library import library
 
         result["run"] = library().keep(prepared, recording, result, name=options.name).id
-        print(f"kept as {result['run']} in {runs_url(data_root())}", file=sys.stderr)
+        say(f"kept as {result['run']} in {runs_url(data_root())}")
     if options.json:
         print(json.dumps(result, allow_nan=False))
     else:
         from motionlab.results.report import report
 
-        print(report(result))
-    diverged = [name for name, variant in result["variants"].items() if variant["diverged"]]
-    for name in diverged:
-        where = result["variants"][name]["diverged"]
-        print(
-            f"motionlab: variant {name} diverged at t = {where['time']:.4f} s: {where['channel']}",
-            file=sys.stderr,
-        )
-    return FAILED if diverged else DONE
+        show(report(result))
+    for line in _troubles(scenario, result):
+        print(f"motionlab: {line}", file=sys.stderr)
+    return FAILED if any(each["diverged"] for each in result["variants"].values()) else DONE
+
+
+def _prepared(scenario: Scenario) -> Prepared:
+    """Return a scenario ready to run; one that cannot be followed is refused with the remedy."""
+    from motionlab.cli.check import slower
+    from motionlab.errors import Infeasible
+    from motionlab.simulation.prepare import prepare
+
+    try:
+        return prepare(scenario)
+    except Infeasible as error:
+        remedy = slower(scenario)
+        if remedy is not None:
+            error.args = (f"{error}\n{remedy}",)
+        raise
+
+
+def _troubles(scenario: Scenario, result: dict[str, Any]) -> Iterator[str]:
+    """Yield in words what makes the figures of a variant worthless."""
+    for name, variant in result["variants"].items():
+        if variant["diverged"]:
+            where = variant["diverged"]
+            yield f"variant {name} diverged at t = {where['time']:.4f} s: {where['channel']}"
+            continue
+        for axis, metrics in variant["axes"].items():
+            share = metrics["saturated_fraction"] or 0.0
+            saturated = share > _SATURATED
+            unstable = _is_unstable(scenario, name, axis)
+            if saturated or unstable:
+                causes = ["its linearised loop is unstable"] * unstable
+                if saturated:
+                    causes.append(f"its command is at a limit {100 * share:.3g} % of the time")
+                yield (
+                    f"variant {name} on {axis}: {' and '.join(causes)}; "
+                    f"`motionlab loop` shows the margins"
+                )
+
+
+def _is_unstable(scenario: Scenario, variant: str, axis: str) -> bool:
+    """Return whether the loop of an axis is unstable while it slides, where that is known."""
+    from motionlab.loop.linearise import SLIDING, NoLinearisation, linearise
+
+    v = SLIDING * getattr(scenario.plant, axis).friction.v_s
+    try:
+        return not linearise(scenario, variant, axis, v=v).stable
+    except NoLinearisation:
+        return False

@@ -8,6 +8,7 @@ from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
 from motionlab.cli.exit_codes import DONE
+from motionlab.cli.output import show
 from motionlab.studies.options import add_json
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ examples:
   motionlab runs tag:rig 'B.x.max<3um' after:2026-11-01
   motionlab runs scenario:circle --sort B.x.max --json
 
-docs/runs.md has the language of searches.
+`motionlab docs runs` has the language of searches.
 """
 
 
@@ -59,21 +60,20 @@ def _list(options: argparse.Namespace) -> int:
     search = parse(" ".join(quoted(term) for term in options.search))
     library().recover()  # what a killed server left
     page = library().index.page(search, sort=options.sort, limit=options.limit)
-    print(json.dumps(page.model_dump(mode="json")) if options.json else _table(page))
+    if options.json:
+        print(json.dumps(page.model_dump(mode="json")))
+    else:
+        show(_table(page))
     return DONE
 
 
 def _table(page: Page) -> str:
     if not page.runs:
         return "no run: motionlab run circle --keep keeps one, and so does Play in the Lab"
+    from motionlab.tables import table
+
     rows = [_row(run) for run in page.runs]
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]) - 1)]
-    lines = [
-        "  ".join(
-            [*(cell.ljust(w) for cell, w in zip(row, widths, strict=False)), row[-1]]
-        ).rstrip()
-        for row in rows
-    ]
+    lines = [table([""] * len(rows[0]), rows)]
     if page.total > len(page.runs):
         lines.append(f"{len(page.runs)} of {page.total} runs")
     return "\n".join(lines)

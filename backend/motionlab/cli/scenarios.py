@@ -1,4 +1,4 @@
-"""The commands ``motionlab scenarios`` and ``motionlab show``."""
+"""The commands ``motionlab scenarios``, ``motionlab show`` and ``motionlab new``."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import json
 from typing import Any
 
 from motionlab.cli.exit_codes import DONE
+from motionlab.cli.output import add_overwrite, check_output, show, wrote
 from motionlab.studies.options import add_json, add_scenario, add_set, source
 
 EXAMPLES = """\
@@ -15,12 +16,19 @@ examples:
   motionlab show fig5 --set plant=matched > mine.toml
   motionlab run mine.toml
 
-docs/scenarios.md explains the fields.
+`motionlab docs scenarios` explains the fields.
+"""
+
+NEW_EXAMPLES = """\
+examples:
+  motionlab new mine.toml
+  motionlab new slow.toml --base rhombus
+  motionlab run mine.toml
 """
 
 
 def add(commands: Any) -> None:
-    """Add both commands."""
+    """Add the commands."""
     parser = commands.add_parser(
         "scenarios",
         help="list the shipped scenarios",
@@ -42,18 +50,34 @@ def add(commands: Any) -> None:
     add_json(parser)
     parser.set_defaults(command=_show)
 
+    parser = commands.add_parser(
+        "new",
+        help="write a scenario of one's own, with comments",
+        description="Write a scenario that differs in nothing from a shipped one yet: its fields "
+        "stand in comments, with unit and range. Editors that know TOML schemas complete and "
+        "check it.",
+        epilog=NEW_EXAMPLES,
+    )
+    parser.add_argument("file", metavar="FILE", help="file to write: .toml")
+    parser.add_argument(
+        "--base",
+        metavar="SCENARIO",
+        default="circle",
+        help="shipped scenario to start from (default: %(default)s)",
+    )
+    add_overwrite(parser)
+    parser.set_defaults(command=_new)
+
 
 def _list(options: argparse.Namespace) -> int:
-    from motionlab.config.load import load_scenario
-    from motionlab.config.shipped import names
+    from motionlab.config.shipped import names, read
+    from motionlab.tables import table
 
-    titles = {name: load_scenario(name).title for name in names("scenarios")}
+    titles = {name: read("scenarios", name, loc="")["title"] for name in names("scenarios")}
     if options.json:
         print(json.dumps([{"name": name, "title": title} for name, title in titles.items()]))
         return DONE
-    width = max(map(len, titles))
-    for name, title in titles.items():
-        print(f"{name.ljust(width)}  {title}")
+    show(table(("", ""), titles.items()))
     return DONE
 
 
@@ -69,4 +93,17 @@ def _show(options: argparse.Namespace) -> int:
     import tomli_w
 
     print(tomli_w.dumps(tables), end="")
+    return DONE
+
+
+def _new(options: argparse.Namespace) -> int:
+    from motionlab.config.load import load_scenario
+    from motionlab.config.template import template
+    from motionlab.store.files import complete_file
+
+    text = template(load_scenario(options.base))
+    check_output(options.file, ".toml", overwrite=options.overwrite, loc="FILE")
+    with complete_file(options.file) as part:
+        part.write_text(text, encoding="utf-8")
+    wrote(options.file)
     return DONE

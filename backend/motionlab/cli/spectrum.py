@@ -8,6 +8,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from motionlab.cli.exit_codes import DONE
+from motionlab.cli.output import add_overwrite, check_output, show, wrote
 from motionlab.studies.options import add_json
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ examples:
   motionlab spectrum r-gpd6hecc7x3n --column A.x.following_error --column B.x.following_error \\
       --from 4.5 --to 10.5 --averages 4 --out spectrum.csv
 
-docs/spectrum.md defines lines, broad peaks and peaks of the loop.
+`motionlab docs spectrum` defines lines, broad peaks and peaks of the loop.
 """
 _UNITS = {"m": (1e9, "nm"), "N": (1e3, "mN"), "A": (1e3, "mA")}
 
@@ -44,10 +45,18 @@ def add(commands: Any) -> None:
         "--to", dest="end", metavar="S", type=float, help="last time, s (default: the last)"
     )
     parser.add_argument(
-        "--window", default="hann", help="hann, rectangular, blackman-harris or flat-top"
+        "--window",
+        default="hann",
+        help="hann, rectangular, blackman-harris or flat-top (default: %(default)s)",
     )
-    parser.add_argument("--averages", type=int, default=8, help="segments; 1 is no average")
+    parser.add_argument(
+        "--averages",
+        type=int,
+        default=8,
+        help="segments; 1 is no average (default: %(default)s)",
+    )
     parser.add_argument("--out", metavar="FILE", help="every bin as CSV")
+    add_overwrite(parser)
     add_json(parser)
     parser.set_defaults(command=_spectrum)
 
@@ -56,21 +65,21 @@ def _spectrum(options: argparse.Namespace) -> int:
     from motionlab.config.validation_errors import checked
     from motionlab.loop.spectrum import SpectrumOptions, document
     from motionlab.runs.spectrum import run_spectra
-    from motionlab.store.files import check_target
 
     wanted = checked(
         SpectrumOptions, {"window": options.window, "averages": options.averages}, "spectrum"
     )
     if options.out:
-        check_target(options.out, ".csv")
+        check_output(options.out, ".csv", overwrite=options.overwrite)
     first, stop = _samples(options)
     taken, period = run_spectra(options.run, options.column, first, stop, wanted)
     if options.out:
         _write(options.out, taken)
+        wrote(options.out)
     if options.json:
         print(json.dumps(document(taken, wanted, period=period).model_dump(mode="json")))
     else:
-        print("\n".join(line for each in taken for line in _table(each, wanted, period)))
+        show("\n".join(line for each in taken for line in _table(each, wanted, period)))
     return DONE
 
 
@@ -89,6 +98,8 @@ def _samples(options: argparse.Namespace) -> tuple[int, int | None]:
 
 
 def _table(taken: Taken, options: SpectrumOptions, period: float) -> list[str]:
+    from motionlab.tables import table
+
     samples, part, found = taken.samples, taken.part, taken.spectrum
     factor, unit = _UNITS.get(samples.unit, (1.0, samples.unit))
     start, stop = (period * (samples.start + end) for end in (part.start, part.stop))
@@ -106,16 +117,16 @@ def _table(taken: Taken, options: SpectrumOptions, period: float) -> list[str]:
             f"  loop about {1e3 * taken.loop.velocity:.3g} mm/s, fitted with "
             f"{1e3 * taken.loop.force:.3g} mN/sqrt(Hz)"
         )
-    heads = (f"amplitude {unit}", f"RMS {unit}", "above loop dB")
-    lines.append(f"  {'Hz':>9}  {'':5}" + "".join(f"{head:>15}" for head in heads))
-    return lines + [_row(peak, factor) for peak in taken.peaks]
+    heads = ("Hz", "", f"amplitude {unit}", f"RMS {unit}", "above loop dB")
+    found_peaks = table(heads, [_row(peak, factor) for peak in taken.peaks], right={0, 2, 3, 4})
+    return lines + [f"  {line}" for line in found_peaks.splitlines()]
 
 
-def _row(peak: SpectrumPeak, factor: float) -> str:
+def _row(peak: SpectrumPeak, factor: float) -> tuple[str, ...]:
     amplitude = "-" if peak.amplitude is None else f"{factor * peak.amplitude:.4g}"
     above = "-" if peak.above_loop is None else f"{peak.above_loop:.1f}"
-    cells = (amplitude, f"{factor * peak.rms:.4g}", above)
-    return f"  {peak.frequency:>9.3f}  {peak.kind:5}" + "".join(f"{cell:>15}" for cell in cells)
+    rms = f"{factor * peak.rms:.4g}"
+    return f"{peak.frequency:.3f}", peak.kind, amplitude, rms, above
 
 
 def _write(path: str, taken: list[Taken]) -> None:

@@ -7,6 +7,7 @@ import functools
 from typing import Any
 
 from motionlab.cli.exit_codes import DONE, FAILED
+from motionlab.cli.output import add_overwrite, check_output, show, wrote
 from motionlab.executors.executor import executing
 from motionlab.progress import share_done
 from motionlab.studies.options import add_json, add_scenario, add_scheduler, add_set, source
@@ -31,6 +32,8 @@ def add(commands: Any) -> None:
         if study.command.set is not None:
             add_set(parser, study.command.set)
         study.add_options(parser)
+        if study.suffixes:
+            add_overwrite(parser)
         add_json(parser)
         if study.scatters:
             add_scheduler(parser)
@@ -45,6 +48,9 @@ def _carry_out(study: Study, options: argparse.Namespace) -> int:
     changes = {} if study.command.set is None else parse_assignments(options.assignments)
     scenario = None if study.command.scenario is None else source(options)
     plan = study.plan(study.request_of(options, changes), scenario)
+    out = getattr(options, "out", None)
+    if out is not None:
+        check_output(out, *study.suffixes, overwrite=options.overwrite)
     instead = study.before(plan, options)
     if instead is not None:
         print(instead)
@@ -56,5 +62,10 @@ def _carry_out(study: Study, options: argparse.Namespace) -> int:
         with executing(scheduler), share_done(study.command.title) as progress:
             found = study.run(plan, lambda share, _partial=None: progress(share))
     study.after(found, options)
-    print(study.text(found) if options.json else study.report(found))
+    if out is not None:
+        wrote(out)
+    if options.json:
+        print(study.text(found))
+    else:
+        show(study.report(found))
     return FAILED if study.has_failed(found) else DONE

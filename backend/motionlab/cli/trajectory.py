@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from motionlab.cli.exit_codes import DONE
+from motionlab.cli.output import add_overwrite, check_output, wrote
 
 EXAMPLES = """\
 examples:
@@ -16,7 +17,7 @@ examples:
   motionlab trajectory export square.toml square.svg
   motionlab trajectory export circle circle.csv --points
 
-docs/trajectories.md describes the formats.
+`motionlab docs trajectories` describes the formats.
 """
 
 
@@ -44,32 +45,36 @@ def add(commands: Any) -> None:
         "--unit",
         choices=("m", "cm", "mm", "um", "nm", "in"),
         default="mm",
-        help="of lengths in CSV that name none (%(default)s)",
+        help="of lengths in CSV that name none (default: %(default)s)",
     )
     reader.add_argument(
-        "--scale", type=_number("--scale", 1e-6, 1e6), default=1.0, help="factor on all lengths (1)"
+        "--scale",
+        type=_number("--scale", 1e-6, 1e6),
+        default=1.0,
+        help="factor on all lengths (default: 1)",
     )
     reader.add_argument(
         "--tolerance",
         type=_number("--tolerance", 1e-7, 1e-3),
         default=5e-6,
         metavar="M",
-        help="largest distance of the path from the file, m (%(default)s)",
+        help="largest distance of the path from the file, m (default: %(default)s)",
     )
     reader.add_argument(
         "--placement",
         choices=("file", "centre", "fit"),
         default="file",
         help="as in the file, its middle at mid-stroke, or scaled to fit the stroke too "
-        "(%(default)s)",
+        "(default: %(default)s)",
     )
     reader.add_argument(
         "--height",
         type=_number("--height", 1e-4, 1.0),
         default=0.01,
         metavar="M",
-        help="of capitals of a text, m (%(default)s)",
+        help="of capitals of a text, m (default: %(default)s)",
     )
+    add_overwrite(reader)
     reader.set_defaults(command=_import)
     writer = parts.add_parser(
         "export", help="write CSV, SVG or G-code", description="Write a trajectory."
@@ -79,6 +84,7 @@ def add(commands: Any) -> None:
     writer.add_argument(
         "--points", action="store_true", help="CSV of the points, not of every tick"
     )
+    add_overwrite(writer)
     writer.set_defaults(command=_export)
 
 
@@ -103,14 +109,14 @@ def _import(options: argparse.Namespace) -> int:
     import tomli_w
 
     from motionlab.errors import ConfigError, FieldError
-    from motionlab.store.files import check_target, replace
+    from motionlab.store.files import replace
     from motionlab.trajectory.exchange.reading import BYTES_MAX, ReadOptions, read_trajectory
 
     path = Path(options.file)
     if not path.is_file():
         raise ConfigError(FieldError("FILE", "is no file", options.file))
     if options.target is not None:
-        check_target(options.target, ".toml", loc="TOML")
+        check_output(options.target, ".toml", overwrite=options.overwrite, loc="TOML")
     said = ReadOptions(
         format=options.format,
         unit=options.unit,
@@ -126,6 +132,7 @@ def _import(options: argparse.Namespace) -> int:
         print(text, end="")
     else:
         replace(Path(options.target), text.encode())
+        wrote(options.target)
     print(
         f"{found.format}: {found.read}; a path of {found.points} points and {found.corners} "
         f"corners, at most {found.deviation * 1e6:.3g} um away",
@@ -140,12 +147,12 @@ def _export(options: argparse.Namespace) -> int:
     from motionlab.config.load import validate_trajectory
     from motionlab.config.shipped import data_root, names, parse_text, read
     from motionlab.errors import ConfigError, FieldError
-    from motionlab.store.files import check_target, replace
+    from motionlab.store.files import replace
     from motionlab.store.named_tables import SIZE_MAX
     from motionlab.store.trajectories import TrajectoryStore
     from motionlab.trajectory.exchange.writing import write_trajectory
 
-    check_target(options.file, ".csv", ".svg", ".ngc", loc="FILE")
+    check_output(options.file, ".csv", ".svg", ".ngc", overwrite=options.overwrite, loc="FILE")
     source = options.source
     store = TrajectoryStore(data_root() / "trajectories")
     if source in names("trajectories"):
@@ -162,4 +169,5 @@ def _export(options: argparse.Namespace) -> int:
     format = {".csv": csv, ".svg": "svg", ".ngc": "gcode"}[ending]
     text = write_trajectory(validate_trajectory(table), format)  # pyright: ignore[reportArgumentType]
     replace(Path(options.file), text.encode())
+    wrote(options.file)
     return DONE

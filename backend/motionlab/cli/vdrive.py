@@ -30,9 +30,9 @@ def add(commands: Any) -> None:
         "drives with a simulated motor behind them, in UDP packets or on a network card. It is a "
         "test double, no EtherCAT device. It runs until interrupted.",
         epilog="While it runs, motionlab vdrive --switch drop=0.05 loses 5 % of its frames, and "
-        "--switch clear=true ends that; docs/drive-virtual.md has all switches.",
+        "--switch clear=true ends that; `motionlab docs drive-virtual` has all switches.",
     )
-    parser.add_argument("--motor", default="nominal", help="shipped motor (%(default)s)")
+    parser.add_argument("--motor", default="nominal", help="shipped motor (default: %(default)s)")
     parser.add_argument(
         "--set",
         dest="assignments",
@@ -45,7 +45,7 @@ def add(commands: Any) -> None:
         "--drive",
         type=Path,
         metavar="FILE",
-        help="drive link whose nodes and encoders to be (configs/drives/virtual.toml)",
+        help="drive link whose nodes and encoders to be (default: configs/drives/virtual.toml)",
     )
     where = parser.add_mutually_exclusive_group()
     where.add_argument(
@@ -53,7 +53,7 @@ def add(commands: Any) -> None:
         type=_address,
         default=("127.0.0.1", _PORT),
         metavar="IP[:PORT]",
-        help=f"where to answer in UDP; port 0 takes a free one (127.0.0.1:{_PORT})",
+        help=f"where to answer in UDP; port 0 takes a free one (default: 127.0.0.1:{_PORT})",
     )
     where.add_argument(
         "--interface", metavar="CARD", help="answer on a network card, raw Ethernet, instead"
@@ -66,13 +66,13 @@ def add(commands: Any) -> None:
         f"--address, {_PORT + 1} with --interface)",
     )
     parser.add_argument(
-        "--start", type=_pair, default=(0.0, 0.0), metavar="X,Y", help="position, m (0,0)"
+        "--start", type=_pair, default=(0.0, 0.0), metavar="X,Y", help="position, m (default: 0,0)"
     )
     parser.add_argument(
         "--offset",
         type=_pair,
         metavar="X,Y",
-        help="position at count 0 of each encoder, m (that of the drive link)",
+        help="position at count 0 of each encoder, m (default: that of the drive link)",
     )
     parser.add_argument(
         "--swap",
@@ -84,17 +84,18 @@ def add(commands: Any) -> None:
         "--seed",
         type=_whole("seed", 0, _SEED_MAX),
         default=0,
-        help="of noise and faults (%(default)s)",
+        help="of noise and faults (default: %(default)s)",
     )
     parser.add_argument(
-        "--drift", type=_drift, default=0.0, metavar="PPM", help="of its clock, +-1000 (0)"
+        "--drift", type=_drift, default=0.0, metavar="PPM", help="of its clock, +-1000 (default: 0)"
     )
     parser.add_argument(
         "--priority",
         type=_whole("priority", 0, 99),
         default=70,
         metavar="0..99",
-        help="of the answering thread under SCHED_FIFO, if allowed; 0 does without (%(default)s)",
+        help="of the answering thread under SCHED_FIFO, if allowed; 0 does without "
+        "(default: %(default)s)",
     )
     parser.add_argument(
         "--slow",
@@ -102,7 +103,7 @@ def add(commands: Any) -> None:
         default=1,
         metavar="1..20",
         help="times slower than real time, as link.slow of the drive link, for tests and "
-        "demonstrations on busy machines (%(default)s)",
+        "demonstrations on busy machines (default: %(default)s)",
     )
     parser.add_argument(
         "--switch",

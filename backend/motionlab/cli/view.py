@@ -7,6 +7,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from motionlab.cli.exit_codes import DONE
+from motionlab.cli.output import show
 from motionlab.errors import ConfigError, FieldError
 from motionlab.runs.views.table import BY_NAME, VIEWS
 from motionlab.studies.options import add_json, add_set, source
@@ -22,7 +23,7 @@ examples:
   motionlab view ballbar r-gpd6hecc7x3n --from 0 --to 10.5
   motionlab view positioning circle-matched --axis y --targets 7 --runs 5
 
-docs/views.md defines every figure.
+`motionlab docs views` defines every figure.
 """
 _RUN = "r-"
 _POSITIONING = "positioning"
@@ -44,7 +45,10 @@ def add(commands: Any) -> None:
     parser.add_argument(
         "scenario",
         metavar="RUN|SCENARIO",
-        help="identifier of a kept run, path of a .toml file, or a shipped scenario",
+        nargs="?",
+        default="circle",
+        help="identifier of a kept run, path of a .toml file, - for stdin, or a shipped scenario "
+        "(default: %(default)s)",
     )
     parser.add_argument("--from", dest="start", metavar="S", type=float, help="begin, s")
     parser.add_argument("--to", dest="end", metavar="S", type=float, help="end, s")
@@ -73,7 +77,10 @@ def _view(options: argparse.Namespace) -> int:
         view = BY_NAME[options.view]
         found = view.compute(_recorded(options, window=view.window))
         lines = view.report(found)
-    print(json.dumps(found.model_dump(mode="json")) if options.json else "\n".join(lines))
+    if options.json:
+        print(json.dumps(found.model_dump(mode="json")))
+    else:
+        show("\n".join(lines))
     return DONE
 
 

@@ -23,6 +23,16 @@ LAWS = choices(
 )
 """Laws of friction compensation, with their names on the screen; motionlab.control.compensation."""
 
+LAW_PARAMETERS: dict[Law, tuple[str, ...]] = {
+    "off": (),
+    "lugre-observer": ("velocity", "bristle_limit"),
+    "residual-k": ("velocity", "bristle_limit", "gain", "residual_bandwidth", "regularisation"),
+    "canudas-de-wit": ("velocity", "bristle_limit", "gain"),
+    "reversed-k": ("velocity", "bristle_limit", "residual_bandwidth", "k_d_share"),
+    "published-k": ("velocity", "bristle_limit"),
+}
+"""Fields of `CompensationConfig` that each law uses, beside ``enabled``."""
+
 SHARINGS = choices(
     ("least-norm", "least norm", "In proportion to the square of what each phase can give"),
     ("force-per-ampere", "force per ampere", "Least copper loss for the force"),

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import typing
-from typing import Any
+from collections.abc import Iterator
+from typing import Any, NamedTuple
 
 from pydantic import BaseModel, Field
 from pydantic.fields import FieldInfo
@@ -11,7 +12,14 @@ from pydantic_core import PydanticUndefined, to_jsonable_python
 
 from motionlab.config.planar import AXES, PAIRS
 from motionlab.config.quantity import Choice
-from motionlab.config.validation_errors import bounds_of, members, strip, unit_of_field
+from motionlab.config.validation_errors import (
+    bounds_of,
+    choices_of,
+    members,
+    strip,
+    unit_of_field,
+)
+from motionlab.errors import FieldError
 
 EVERY = "*"
 """Stands in a path for any key of a mapping, such as the letter of a variant."""
@@ -134,3 +142,68 @@ def _add(found: dict[str, FieldEntry], path: str, entry: FieldEntry) -> None:
         ]
         empty = {name: FieldEntry.model_fields[name].default for name in differing}
         found[path] = before.model_copy(update=empty)
+
+
+class FieldValue(NamedTuple):
+    """A field of one scenario.
+
+    Attributes
+    ----------
+    path : str
+        Dotted path, as ``--set`` takes it.
+    value : Any
+        As JSON has it; None where it is left out.
+    unit : str
+        SI; empty for names and switches.
+    range : str
+        What is allowed, in words.
+    description : str
+        What it is.
+    """
+
+    path: str
+    value: Any
+    unit: str
+    range: str
+    description: str
+
+
+def values_of(model: BaseModel) -> Iterator[FieldValue]:
+    """Yield every field of a config with its value; lists of numbers are one field.
+
+    Parameters
+    ----------
+    model : BaseModel
+        A validated config, such as a scenario.
+    """
+    for name, info in type(model).model_fields.items():
+        yield from _below(info.alias or name, getattr(model, name), info)
+
+
+def _below(path: str, value: Any, info: FieldInfo) -> Iterator[FieldValue]:
+    if isinstance(value, PAIRS):
+        for axis, component in type(value).model_fields.items():
+            of_axis = f"{info.description}, {axis}" if info.description else ""
+            yield _value(f"{path}.{axis}", getattr(value, axis), component, of_axis)
+    elif isinstance(value, BaseModel):
+        for each in values_of(value):
+            yield each._replace(path=f"{path}.{each.path}")
+    elif isinstance(value, dict) and any(isinstance(item, BaseModel) for item in value.values()):
+        for key, item in value.items():
+            yield from _below(f"{path}.{key}", item, info)
+    elif isinstance(value, tuple) and any(isinstance(item, BaseModel) for item in value):
+        for index, item in enumerate(value):
+            yield from _below(f"{path}.{index}", item, info)
+    else:
+        yield _value(path, value, info, info.description or "")
+
+
+def _value(path: str, value: Any, info: FieldInfo, description: str) -> FieldValue:
+    unit = unit_of_field(info)
+    return FieldValue(
+        path,
+        to_jsonable_python(value),
+        "" if unit == "1" else unit,
+        FieldError(path, "", bounds=bounds_of(info)).range or choices_of(info),
+        description,
+    )

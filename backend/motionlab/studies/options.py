@@ -3,18 +3,34 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 from typing import Any
 
+from motionlab.config.bounds import FILE_MAX
+from motionlab.config.shipped import names, parse_text
+from motionlab.errors import ConfigError, FieldError
 
-def add_scenario(parser: argparse.ArgumentParser, what: str = "") -> None:
-    """Add the scenario, circle where none is given."""
+
+def add_scenario(parser: argparse.ArgumentParser, what: str = "", *, shipped: str = "") -> None:
+    """Add the scenario, circle where none is given.
+
+    Parameters
+    ----------
+    parser : ArgumentParser
+        Of the command.
+    what : str
+        Begin of its help.
+    shipped : str
+        Names to list in its help.
+    """
     parser.add_argument(
         "scenario",
         metavar="SCENARIO",
         nargs="?",
         default="circle",
-        help=f"{what}path of a .toml file, or a shipped scenario (%(default)s)",
+        help=f"{what}path of a .toml file, - for stdin, or a shipped scenario"
+        f"{f': {shipped}' if shipped else ''} (default: %(default)s)",
     )
 
 
@@ -36,14 +52,28 @@ def add_scheduler(parser: argparse.ArgumentParser) -> None:
         "--scheduler",
         metavar="WHERE",
         help="where studies are computed: threads, processes[:N], tls://HOST:PORT or "
-        "tcp://127.0.0.1:PORT, docs/cluster.md (MOTIONLAB_SCHEDULER, threads)",
+        "tcp://127.0.0.1:PORT, `motionlab docs cluster` (default: MOTIONLAB_SCHEDULER, or "
+        "else threads)",
     )
 
 
-def source(options: argparse.Namespace) -> str | Path:
-    """Return the scenario: a shipped one by name, or the path of a file."""
+def source(options: argparse.Namespace) -> str | Path | dict[str, Any]:
+    """Return the scenario: a shipped one by name, the path of a file, or tables from stdin.
+
+    Raises
+    ------
+    ConfigError
+        If stdin holds no TOML, or a file is named without its ending.
+    """
     name: str = options.scenario
-    return Path(name) if name.endswith(".toml") else name
+    if name == "-":
+        return parse_text(sys.stdin.buffer.read(FILE_MAX + 1), loc="stdin", size_max=FILE_MAX)
+    if name.endswith(".toml") or ("/" in name and Path(name).is_file()):
+        return Path(name)
+    if name not in names("scenarios") and Path(f"{name}.toml").is_file():
+        message = f"no shipped scenario of that name, did you mean the file '{name}.toml'?"
+        raise ConfigError(FieldError("scenario", message, name))
+    return name
 
 
 def given(options: argparse.Namespace, *names: str) -> dict[str, Any]:

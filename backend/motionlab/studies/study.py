@@ -15,11 +15,12 @@ import importlib
 import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple, Protocol
-
-from pydantic import BaseModel
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
 from motionlab.errors import FieldError
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
 
 Source = str | Path | dict[str, Any]
 Progress = Callable[..., None]

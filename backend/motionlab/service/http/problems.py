@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from http import HTTPStatus
 from typing import Any
 
@@ -17,39 +16,13 @@ from starlette.routing import compile_path
 from motionlab.config.validation_errors import ends_of, in_words
 from motionlab.drive.lease import NotHeld
 from motionlab.drive.link.carrier import LinkError
-from motionlab.errors import (
-    SHOWN_MAX,
-    SIGNS,
-    Busy,
-    ConfigError,
-    FieldError,
-    Infeasible,
-    MotionLabError,
-    NotReplayable,
-    Shipped,
-    StoreError,
-    StoreFull,
-    Unknown,
-    shown,
-)
-from motionlab.service.http.problem_types import BY_STATUS, PREFIX, TYPES, Kind
+from motionlab.errors import SHOWN_MAX, SIGNS, FieldError, MotionLabError
+from motionlab.problems import BY_STATUS, PREFIX, TYPES, Kind, fields_of, kind_of, problem_document
 from motionlab.service.live.session_info import WrongState
 
 MEDIA_TYPE = "application/problem+json"
 RETRY_SECONDS = 2
 """``Retry-After`` of a 429 that says nothing else."""
-
-_KINDS: dict[type[BaseException], Kind] = {
-    NotHeld: "lease-not-held",
-    LinkError: "drive-link",
-    StoreFull: "no-room",
-    Unknown: "not-found",
-    Busy: "busy",
-    NotReplayable: "not-replayable",
-    Shipped: "shipped",
-    StoreError: "unavailable",  # any other one
-}
-"""Types of the failures that are no field's, the first that fits."""
 
 _RETRY_AFTER = {
     "Retry-After": {
@@ -108,20 +81,10 @@ def problem(
     headers : dict, optional
         Further headers; of a 429, ``Retry-After`` is added where it is missing.
     """
-    errors = errors or []
-    status, title, _ = TYPES[kind]
+    status = TYPES[kind].status
     if status == HTTPStatus.TOO_MANY_REQUESTS:
         headers = {"Retry-After": str(RETRY_SECONDS), **(headers or {})}
-    content = {
-        "type": PREFIX + kind,
-        "title": title,
-        "status": status,
-        "detail": _plain(detail),
-        "errors": [
-            _plain({**each, "loc": shown(each["loc"]), "value": shown(each["value"])})
-            for each in errors[:SHOWN_MAX]
-        ],
-    }
+    content = problem_document(kind, detail, errors or [])
     return JSONResponse(content, status, headers, MEDIA_TYPE)
 
 
@@ -140,22 +103,17 @@ def responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
 def install(app: FastAPI) -> None:
     """Answer every failure of `app` with a problem document."""
 
-    @app.exception_handler(ConfigError)
-    async def refuse_config(_: Request, error: ConfigError) -> JSONResponse:
-        fields = [vars(field) for field in error.errors]
-        return problem("invalid-field", str(error), errors=fields)
+    @app.exception_handler(MotionLabError)
+    async def fail(_: Request, error: MotionLabError) -> JSONResponse:
+        return problem(kind_of(error), str(error), errors=fields_of(error))
 
-    @app.exception_handler(Infeasible)
-    async def refuse_motion(_: Request, error: Infeasible) -> JSONResponse:
-        field = FieldError(
-            loc="trajectory",
-            message=f"{error.quantity} on {error.axis} at t = {error.time:.4f} s, "
-            f"x = {error.place[0]:.6g} m, y = {error.place[1]:.6g} m",
-            value=error.value,
-            unit=error.unit,
-            bounds={"minimum": error.limit[0], "maximum": error.limit[1]},
-        )
-        return problem("infeasible-trajectory", str(error), errors=[vars(field)])
+    @app.exception_handler(NotHeld)
+    async def refuse_holder(_: Request, error: NotHeld) -> JSONResponse:
+        return problem("lease-not-held", str(error))
+
+    @app.exception_handler(LinkError)
+    async def refuse_link(_: Request, error: LinkError) -> JSONResponse:
+        return problem("drive-link", str(error))
 
     @app.exception_handler(RequestValidationError)
     async def refuse_request(request: Request, error: RequestValidationError) -> JSONResponse:
@@ -196,13 +154,6 @@ def install(app: FastAPI) -> None:
     async def refuse_state(_: Request, error: WrongState) -> JSONResponse:
         return problem("wrong-state", str(error))
 
-    @app.exception_handler(MotionLabError)
-    async def fail(_: Request, error: MotionLabError) -> JSONResponse:
-        for failure, kind in _KINDS.items():
-            if isinstance(error, failure):
-                return problem(kind, str(error))
-        return problem("internal-error", str(error))
-
 
 def _field(item: dict[str, Any]) -> FieldError:
     """Return an error of a request's form; of a key, at the key itself."""
@@ -226,23 +177,3 @@ def _methods(request: Request) -> list[str]:
             known.setdefault(path, set()).update(methods)
     found = known.get(request.url.path) or set().union(*known.values())
     return sorted(found | {"HEAD"} if "GET" in found else found)
-
-
-def _plain(value: Any) -> Any:
-    """Return a value that JSON can hold: non-finite numbers as text, anything odd as its repr.
-
-    Half of a surrogate pair, which JSON can spell and UTF-8 cannot, comes back as its escape.
-    """
-    match value:
-        case float() if not math.isfinite(value):
-            return str(value)
-        case str():
-            return value.encode("utf-8", "backslashreplace").decode()
-        case None | bool() | int() | float():
-            return value
-        case dict():
-            return {_plain(str(key)): _plain(item) for key, item in value.items()}
-        case list() | tuple():
-            return [_plain(item) for item in value]
-        case _:
-            return repr(value)

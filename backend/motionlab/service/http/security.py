@@ -12,8 +12,8 @@ from starlette.exceptions import HTTPException
 from starlette.requests import cookie_parser
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from motionlab.problems import Kind
 from motionlab.service.http.logins import Login, Logins, cookie_name, set_cookie
-from motionlab.service.http.problem_types import Kind
 from motionlab.service.http.problems import problem
 from motionlab.service.settings import Settings
 

@@ -11,8 +11,8 @@ from pydantic import ValidationError
 from websockets.frames import Opcode
 
 from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.problems import PREFIX, TYPES
 from motionlab.service.http.connection_limits import Socket
-from motionlab.service.http.problem_types import PREFIX, TYPES
 from motionlab.service.http.problems import Problem
 from motionlab.service.live.broadcast import Broadcast
 from motionlab.service.live.clock import FRAME_SECONDS

@@ -5,52 +5,15 @@ from __future__ import annotations
 from typing import Annotated
 
 from fastapi import APIRouter, Body, Request, Response
-from pydantic import BaseModel, Field
 
 from motionlab.config.load import load_scenario
-from motionlab.config.planar import AXES
-from motionlab.config.scenario import Scenario
-from motionlab.loop.linearise import (
-    SLIDING,
-    NoLinearisation,
-    linearise,
-    stability_limits,
-)
-from motionlab.loop.margins import margins
+from motionlab.loop.document import LoopDocument, loop_document
 from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute
 from motionlab.service.routes.simulate import ChangedScenario
 from motionlab.service.worker_answers import computed
 
 router = APIRouter(tags=["simulate"], route_class=JsonRoute)
-
-
-class LoopOfAxis(BaseModel):
-    """The loop of one axis while it slides; null where there is no such crossing."""
-
-    velocity: float = Field(description="Sliding velocity, m/s")
-    stable: bool = Field(description="Whether every pole lies inside the unit circle")
-    k_p_limit: float | None = Field(description="Nearest k_p at which stability changes, N/m")
-    k_d_limit: float | None = Field(description="Nearest k_d at which stability changes, N s/m")
-    crossover: float | None = Field(description="Highest frequency at which abs(L) = 1, Hz")
-    phase_margin: float | None = Field(description="rad")
-    gain_margin: float | None = Field(description="Factor > 1 up to the stability boundary")
-    gain_reduction: float | None = Field(description="Factor < 1 down to the stability boundary")
-    Ms: float = Field(description="Peak of the sensitivity")
-    bandwidth: float | None = Field(description="-3 dB of L/(1 + L), Hz")
-
-
-class LoopOfVariant(BaseModel):
-    """The loops of one variant."""
-
-    axes: dict[str, LoopOfAxis] = Field(description="Empty where the law has no linearisation")
-    note: str | None = Field(description="Why there are none")
-
-
-class LoopDocument(BaseModel):
-    """The loops of a scenario."""
-
-    variants: dict[str, LoopOfVariant]
 
 
 @router.post(
@@ -65,20 +28,4 @@ async def get_loop(request: Request, body: Annotated[ChangedScenario, Body()]) -
 
 
 def _loops(body: ChangedScenario) -> LoopDocument:
-    scenario = load_scenario(body.scenario, body.set)
-    return LoopDocument(variants={name: _variant(scenario, name) for name in scenario.variants})
-
-
-def _variant(scenario: Scenario, variant: str) -> LoopOfVariant:
-    try:
-        axes = {axis: _axis(scenario, variant, axis) for axis in AXES}
-    except NoLinearisation as error:
-        return LoopOfVariant(axes={}, note=error.errors[0].message)
-    return LoopOfVariant(axes=axes, note=None)
-
-
-def _axis(scenario: Scenario, variant: str, axis: str) -> LoopOfAxis:
-    v = SLIDING * getattr(scenario.plant, axis).friction.v_s
-    loop = linearise(scenario, variant, axis, v=v)
-    limits = {f"{gain}_limit": x for gain, x in stability_limits(scenario, variant, axis).items()}
-    return LoopOfAxis(velocity=v, stable=loop.stable, **limits, **vars(margins(loop.open)))
+    return loop_document(load_scenario(body.scenario, body.set))

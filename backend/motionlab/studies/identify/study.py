@@ -72,26 +72,30 @@ class IdentifyStudy(Study):
     def add_options(self, parser: argparse.ArgumentParser) -> None:
         """Add axes, motions, force ramps, variants and the file to write."""
         parser.add_argument(
-            "--axis", choices=("x", "y", "both"), default="both", help="which axis (%(default)s)"
+            "--axis",
+            choices=("x", "y", "both"),
+            default="both",
+            help="which axis (default: %(default)s)",
         )
         parser.add_argument(
             "--speeds",
             metavar="V",
             type=float,
             nargs="+",
-            help="speeds, m/s (32 from 0.0005 to 0.15)",
+            help="speeds, m/s (default: 32 from 0.0005 to 0.15)",
         )
         parser.add_argument(
             "--time-max",
             metavar="S",
             type=float,
-            help="time after which a motion takes no further pole pitch, s (20)",
+            help="time after which a motion takes no further pole pitch, s (default: 20)",
         )
         parser.add_argument(
             "--pitches-max",
             metavar="N",
             type=int,
-            help="most pole pitches that a force is averaged over (all that time and stroke allow)",
+            help="most pole pitches that a force is averaged over (default: all that time and "
+            "stroke allow)",
         )
         parser.add_argument(
             "--no-presliding",
@@ -104,23 +108,25 @@ class IdentifyStudy(Study):
             metavar="N/S",
             type=float,
             nargs="+",
-            help="rates of the force ramps (20 50 100)",
+            help="rates of the force ramps (default: 20 50 100)",
         )
         parser.add_argument(
             "--share",
             type=float,
-            help="largest force of a ramp, as a share of the stiction (0.5)",
+            help="largest force of a ramp, as a share of the stiction (default: 0.5)",
         )
         parser.add_argument(
-            "--places", type=int, help="places in a pole pitch at which ramps are repeated (7)"
+            "--places",
+            type=int,
+            help="places in a pole pitch at which ramps are repeated (default: 7)",
         )
         parser.add_argument(
             "--variant",
             metavar="NAME",
-            help="whose gains and force map drive the motor (the first)",
+            help="whose gains and force map drive the motor (default: the first)",
         )
         parser.add_argument(
-            "--apply-to", metavar="NAME", help="whose model the result is for (the second)"
+            "--apply-to", metavar="NAME", help="whose model the result is for (default: the second)"
         )
         parser.add_argument(
             "--compare",
@@ -142,7 +148,9 @@ class IdentifyStudy(Study):
         )
         record.add_argument("--run-variant", metavar="NAME", help="variant of the run (its first)")
         record.add_argument(
-            "--position", metavar="COLUMN", help="column of the position (position_measured)"
+            "--position",
+            metavar="COLUMN",
+            help="column of the position (default: position_measured)",
         )
         record.add_argument(
             "--force",
@@ -151,10 +159,10 @@ class IdentifyStudy(Study):
             "thrust: the first there is)",
         )
         record.add_argument(
-            "--mass", metavar="KG", type=float, help="moving mass, kg (identified too)"
+            "--mass", metavar="KG", type=float, help="moving mass, kg (default: identified too)"
         )
         record.add_argument(
-            "--bandwidth", metavar="HZ", type=float, help="of the filter, Hz (50, or less)"
+            "--bandwidth", metavar="HZ", type=float, help="of the filter, Hz (default: 50, or less)"
         )
         record.add_argument("--from", dest="start", metavar="S", type=float, help="begin, s")
         record.add_argument("--to", dest="end", metavar="S", type=float, help="end, s")

@@ -8,6 +8,7 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from motionlab.errors import ConfigError, FieldError
+from motionlab.progress import is_told
 from motionlab.studies.study import RequestLimits, Study, StudyCommand, lazy
 
 if TYPE_CHECKING:
@@ -49,7 +50,7 @@ class MapStudy(Study):
         help="compute a force map by finite elements",
         description="Compute co-energy, thrust and normal force of one phase over position and "
         "current, by 2-D nonlinear magnetostatics. The default geometry is the paper's; "
-        "docs/maps.md lists the fields.",
+        "`motionlab docs maps` lists the fields.",
         examples=_EXAMPLES,
         scenario=None,
         set="change a field of the geometry, SI (repeatable, all applied together)",
@@ -81,8 +82,9 @@ class MapStudy(Study):
             "--preset",
             choices=("preview", "default", "reference"),
             default="default",
-            help="preview: a magnetic circuit, at once; default; reference: finer, minutes "
-            "(%(default)s)",
+            help="preview: a magnetic circuit, at once; default: finite elements; reference: finer "
+            "ones, minutes "
+            "(default: %(default)s)",
         )
         parser.add_argument(
             "--fit",
@@ -110,11 +112,17 @@ class MapStudy(Study):
         return super().before(plan, options)
 
     def after(self, found: ForceMap, options: argparse.Namespace) -> None:
-        """Say where the map is kept."""
+        """Write the file of ``--out``, and say where the map is kept and by which name."""
         from motionlab.studies.maps.compute import kept_maps
 
         super().after(found, options)
-        print(f"motionlab: kept in {kept_maps().folder}", file=sys.stderr)
+        name = found.document.content_hash
+        if is_told():
+            print(
+                f"motionlab: kept in {kept_maps().folder}; in a motor: "
+                f"--set plant.force_map={name}",
+                file=sys.stderr,
+            )
 
 
 def _fit(options: argparse.Namespace) -> str:

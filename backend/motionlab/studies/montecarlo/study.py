@@ -23,7 +23,7 @@ examples:
   motionlab montecarlo trapezoid-y --cases 50 --json
   motionlab run circle $(motionlab montecarlo circle --case 262)
 
-docs/montecarlo.md lists how the plants differ; POST /api/v1/montecarlo takes other ways.
+`motionlab docs montecarlo` lists how the plants differ; POST /api/v1/montecarlo takes other ways.
 """
 
 
@@ -64,8 +64,8 @@ class MonteCarloStudy(Study):
 
     def add_options(self, parser: argparse.ArgumentParser) -> None:
         """Add number of plants, seed, spec and the case to print."""
-        parser.add_argument("--cases", metavar="N", type=int, help="plants to draw (300)")
-        parser.add_argument("--seed", type=int, help="of the draws (the scenario's)")
+        parser.add_argument("--cases", metavar="N", type=int, help="plants to draw (default: 300)")
+        parser.add_argument("--seed", type=int, help="of the draws (default: the scenario's)")
         parser.add_argument(
             "--spec",
             metavar="AXIS=M",

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import sys
+import os
 from typing import TYPE_CHECKING, Any
 
 from motionlab.studies.study import Study, StudyCommand, lazy
+from motionlab.tables import on_terminal
 
 if TYPE_CHECKING:
     from motionlab.studies.paper.document import ReproduceDocument
@@ -45,8 +46,8 @@ class ReproduceStudy(Study):
         name="reproduce",
         help="compute the paper's numbers and compare them",
         description="Compute every number that the paper prints and judge it by its band. Exit "
-        "code 1 if a row fails, or one of docs/known-failures.md has come to hold; "
-        "docs/paper.md explains.",
+        "code 1 if a row fails, or one of the known failures has come to hold; "
+        "`motionlab docs paper` explains.",
         examples=_EXAMPLES,
         scenario=None,
         set=None,
@@ -57,7 +58,7 @@ class ReproduceStudy(Study):
         """Return rows and errata as tables, in colour on a terminal."""
         from motionlab.studies.paper.report import report
 
-        return report(found, colour=sys.stdout.isatty())
+        return report(found, colour=on_terminal() and not os.environ.get("NO_COLOR"))
 
     def add_options(self, parser: argparse.ArgumentParser) -> None:
         """Add the choice of rows."""

@@ -18,7 +18,7 @@ examples:
   motionlab platform --set new.rib_height=0.04 --set new.support=guides
   motionlab platform --map new-design
 
-Lengths are in m, forces in N; docs/platform.md lists the fields.
+Lengths are in m, forces in N; `motionlab docs platform` lists the fields.
 """
 
 
@@ -62,7 +62,10 @@ class PlatformStudy(Study):
     def add_options(self, parser: argparse.ArgumentParser) -> None:
         """Add axis and force map."""
         parser.add_argument(
-            "--axis", choices=("x", "y"), default="y", help="whose default shapes (%(default)s)"
+            "--axis",
+            choices=("x", "y"),
+            default="y",
+            help="whose default shapes (default: %(default)s)",
         )
         parser.add_argument(
             "--map",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from motionlab.studies.sharing.sharing import FitDocument, SharingDocument, UsedMap
+from motionlab.tables import table
 
 
 def report(found: Sequence[SharingDocument]) -> str:
@@ -15,9 +16,8 @@ def report(found: Sequence[SharingDocument]) -> str:
         f"currents up to {first.current_limit:g} A",
         f"Controller's map: {_name(first.controller)}; plant's map: {_name(first.plant)}",
         "",
-        f"{'law':<18}{'linear to':>10}{'reachable':>16}{'mean':>9}{'ripple p-p':>18}"
-        f"{'rms':>9}{'copper loss':>24}{'i max':>9}",
     ]
+    rows = []
     for each in found:
         relative = each.thrust.relative
         share = "" if relative is None else f" {relative * 100:.2f} %"
@@ -26,14 +26,21 @@ def report(found: Sequence[SharingDocument]) -> str:
             loss = f"{each.loss.power:.2f} W"
         if each.loss.relative is not None:
             loss += f" ({each.loss.relative:.4f})"
-        lines.append(
-            f"{each.law:<18}{each.linear_up_to:>8.2f} N"
-            f"{each.linear_up_to:>7.1f} to {each.reachable_most:.1f} N"
-            f"{each.thrust.mean:>7.2f} N"
-            f"{f'{each.thrust.peak_to_peak:.3f} N{share}':>18}"
-            f"{each.thrust.rms:>7.3f} N{loss:>24}{each.max_current:>7.2f} A"
+        rows.append(
+            (
+                each.law,
+                f"{each.linear_up_to:.2f} N",
+                f"{each.linear_up_to:.1f} to {each.reachable_most:.1f} N",
+                f"{each.thrust.mean:.2f} N",
+                f"{each.thrust.peak_to_peak:.3f} N{share}",
+                f"{each.thrust.rms:.3f} N",
+                loss,
+                f"{each.max_current:.2f} A",
+            )
         )
+    heads = ("law", "linear to", "reachable", "mean", "ripple p-p", "rms", "copper loss", "i max")
     lines += [
+        table(heads, rows, right=range(1, len(heads))),
         "",
         "Ripple is that of the plant's thrust. Copper loss is the sum of the squared currents,",
         "times the resistance where there is one, mean over the pitch; in brackets over that of",

@@ -17,7 +17,7 @@ examples:
   motionlab sharing --set controller=new-design --set law=force-per-ampere --json
   motionlab sharing --set controller=nominal --set plant=new-design
 
-Values are SI; docs/sharing.md lists the fields.
+Values are SI; `motionlab docs sharing` lists the fields.
 """
 
 

@@ -41,7 +41,7 @@ class SizingStudy(Study):
         help="size a motor, and rate its dimensions",
         description="Size a motor by the paper's equations (1) to (14): from requirements to "
         "dimensions and from dimensions to limits, as printed beside corrected. The paper's "
-        "example is the default; docs/design.md lists the fields.",
+        "example is the default; `motionlab docs design` lists the fields.",
         examples=_EXAMPLES,
         scenario=None,
         set="change a field of requirements or dimensions, SI (repeatable, all applied together)",

@@ -9,6 +9,7 @@ from typing import Any
 
 from motionlab.store.files import complete_file
 from motionlab.studies.sweep.document import SweepDocument
+from motionlab.tables import table
 
 _ROWS = 40  # of the table on a terminal
 _PEAK = "max_abs_following_error"
@@ -23,17 +24,22 @@ def report(found: SweepDocument) -> str:
     ]
     heads = [_head(field.path, field.unit) for field in found.fields]
     heads += [f"{title} max |e|, um" for title, _ in columns]
-    lines = [f"{found.scenario} on {found.plant}, {found.cases} cases", "  ".join(heads)]
+    rows = []
     for case, values in enumerate(case_values(found)):
         if case == _ROWS:
-            lines.append(f"... {found.cases - _ROWS} more; --out FILE.csv or --json has them all")
             break
         cells = [_cell(value) for value in values]
         peaks = [peak[case] for _, peak in columns]
         cells += ["diverged" if peak is None else f"{peak * 1e6:.3g}" for peak in peaks]
         if case in found.infeasible:
-            cells = [*cells[: len(values)], "cannot follow the motion"]
-        lines.append("  ".join(c.rjust(len(h)) for c, h in zip(cells, heads, strict=False)))
+            cells[len(values) :] = ["cannot follow", *[""] * (len(peaks) - 1)]
+        rows.append(cells)
+    lines = [
+        f"{found.scenario} on {found.plant}, {found.cases} cases",
+        table(heads, rows, right=range(len(heads))),
+    ]
+    if found.cases > _ROWS:
+        lines.append(f"... {found.cases - _ROWS} more; --out FILE.csv or --json has them all")
     for best in found.best:
         if best.metric == _PEAK:
             where = ", ".join(f"{path} = {_cell(value)}" for path, value in best.set.items())

@@ -22,7 +22,7 @@ examples:
   motionlab sweep circle --grid plant.x.mass=4:8:5 --grid variants.B.compensation.gain=0.5:1.5:5
   motionlab sweep circle --list --grid seed=1,2,3 --grid trajectory.frequency=0.4,0.5,0.6 --json
 
-Values are SI; docs/sweep.md says more. POST /api/v1/sweep takes the same.
+Values are SI; `motionlab docs sweep` says more. POST /api/v1/sweep takes the same.
 """
 
 

@@ -22,7 +22,7 @@ examples:
   motionlab tune stair-y-50mm --objective settling --bounds k_p=1e5:1e7
   motionlab tune --set variants.B.controller=lugre-full --also disturbance_observer.bandwidth=10:200
 
-Gains are SI: k_p in N/m, k_d in N s/m. docs/tune.md says what each objective and constraint is.
+Gains are SI: k_p in N/m, k_d in N s/m. `motionlab docs tune` explains objectives and constraints.
 """
 
 
@@ -77,29 +77,35 @@ class TuneStudy(_TuningStudy):
     def add_options(self, parser: argparse.ArgumentParser) -> None:
         """Add objective, constraints, bounds and the effort of the search."""
         repeatable: dict[str, Any] = {"action": "append", "default": []}
-        parser.add_argument("--variant", help="whose gains (the second variant, or the only one)")
         parser.add_argument(
-            "--axis", choices=("x", "y", "both"), default="both", help="which axis (%(default)s)"
+            "--variant", help="whose gains (default: the second variant, or the only one)"
+        )
+        parser.add_argument(
+            "--axis",
+            choices=("x", "y", "both"),
+            default="both",
+            help="which axis (default: %(default)s)",
         )
         parser.add_argument(
             "--objective",
             metavar="METRIC[=WEIGHT],...",
             default="rms",
             help="what is to be small: peak, rms, itae, settling, effort, or a weighted sum of "
-            "them (%(default)s)",
+            "them (default: %(default)s)",
         )
         parser.add_argument(
             "--constraint",
             dest="constraints",
             metavar="NAME=LIMIT",
-            help="gain_margin (2), phase_margin (0.5236 rad), Ms, saturated (0), force (N); off "
-            "leaves one out (repeatable)",
+            help="gain_margin, phase_margin in rad, Ms, saturated, force in N; off leaves one "
+            "out (repeatable; default: gain_margin=2 phase_margin=0.5236 saturated=0)",
             **repeatable,
         )
         parser.add_argument(
             "--bounds",
             metavar="GAIN=LOW:HIGH",
-            help="between which gains is searched: k_p (1e4:3e7), k_d (1e2:1e5) (repeatable)",
+            help="between which gains is searched (repeatable; default: "
+            "k_p=1e4:3e7 and k_d=1e2:1e5)",
             **repeatable,
         )
         parser.add_argument(
@@ -109,9 +115,9 @@ class TuneStudy(_TuningStudy):
             "disturbance_observer.bandwidth (repeatable)",
             **repeatable,
         )
-        parser.add_argument("--starts", type=int, default=4, help="starts (%(default)s)")
+        parser.add_argument("--starts", type=int, default=4, help="starts (default: %(default)s)")
         parser.add_argument(
-            "--evaluations", type=int, default=200, help="of a start at most (%(default)s)"
+            "--evaluations", type=int, default=200, help="of a start at most (default: %(default)s)"
         )
         parser.add_argument(
             "--plants",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from motionlab.studies.why.document import Mend, WhyDocument
+from motionlab.tables import table
 
 
 def report(found: WhyDocument) -> str:
@@ -13,11 +14,19 @@ def report(found: WhyDocument) -> str:
     lines = [
         f"{head}: {_um(found.peak)} um at {found.time:.4g} s",
         "",
-        f"{'without':34s} {'um':>8s}   share of the peak",
+        table(
+            ("without", "um", "share of the peak"),
+            [
+                (
+                    cause.label,
+                    _um(cause.error),
+                    "diverged" if cause.share is None else f"{100 * cause.share:.1f} %",
+                )
+                for cause in found.causes
+            ],
+            right={1, 2},
+        ),
     ]
-    for cause in found.causes:
-        share = "diverged" if cause.share is None else f"{100 * cause.share:6.1f} %"
-        lines.append(f"{cause.label:34s} {_um(cause.error):>8s}   {share}")
     if found.absent:
         lines += ["", "not there: " + ", ".join(cause.label for cause in found.absent)]
     lines += ["", f"goal {_um(found.goal)} um: {_mend(found.mend) or found.why_not}"]

@@ -17,7 +17,7 @@ examples:
   motionlab why circle --axis x --goal 1e-6
   motionlab why fig5 --variant B --time 120 --json
 
-Values are SI; docs/why.md lists the causes. POST /api/v1/why takes the same.
+Values are SI; `motionlab docs why` lists the causes. POST /api/v1/why takes the same.
 """
 
 

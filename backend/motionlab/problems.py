@@ -1,8 +1,25 @@
-"""The types of problems: what a client can rely on, whatever the words of the detail are."""
+"""Errors as RFC 9457 problem documents, the same by REST and on the command line."""
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple
+import math
+from collections.abc import Sequence
+from typing import Any, Literal, NamedTuple
+
+from motionlab.errors import (
+    SHOWN_MAX,
+    Busy,
+    ConfigError,
+    FieldError,
+    Infeasible,
+    MotionLabError,
+    NotReplayable,
+    Shipped,
+    StoreError,
+    StoreFull,
+    Unknown,
+    shown,
+)
 
 PREFIX = "urn:motionlab:problem:"
 """What every ``type`` begins with; its name follows."""
@@ -120,3 +137,92 @@ BY_STATUS: dict[int, Kind] = {
     507: "no-room",
 }
 """The type of a failure of which no more is known than its status."""
+
+_KINDS: dict[type[MotionLabError], Kind] = {
+    ConfigError: "invalid-field",
+    Infeasible: "infeasible-trajectory",
+    StoreFull: "no-room",
+    Unknown: "not-found",
+    Busy: "busy",
+    NotReplayable: "not-replayable",
+    Shipped: "shipped",
+    StoreError: "unavailable",  # any other one
+}
+"""Types of failures, the first that fits."""
+
+
+def kind_of(error: MotionLabError) -> Kind:
+    """Return the type of an error."""
+    for failure, kind in _KINDS.items():
+        if isinstance(error, failure):
+            return kind
+    return "internal-error"
+
+
+def fields_of(error: MotionLabError) -> list[dict[str, Any]]:
+    """Return the fields that an error refuses, each with the attributes of a `FieldError`."""
+    if isinstance(error, ConfigError):
+        return [vars(field) for field in error.errors]
+    if not isinstance(error, Infeasible):
+        return []
+    field = FieldError(
+        loc="trajectory",
+        message=f"{error.quantity} on {error.axis} at t = {error.time:.4f} s, "
+        f"x = {error.place[0]:.6g} m, y = {error.place[1]:.6g} m",
+        value=error.value,
+        unit=error.unit,
+        bounds={"minimum": error.limit[0], "maximum": error.limit[1]},
+    )
+    return [vars(field)]
+
+
+def problem_of(error: MotionLabError) -> dict[str, Any]:
+    """Return the problem document of an error."""
+    return problem_document(kind_of(error), str(error), fields_of(error))
+
+
+def problem_document(
+    kind: Kind, detail: str, errors: Sequence[dict[str, Any]] = ()
+) -> dict[str, Any]:
+    """Return a problem document, bounded in size.
+
+    Parameters
+    ----------
+    kind : str
+        Its type, one of `TYPES`.
+    detail : str
+        What happened, for people.
+    errors : sequence of dict
+        Refused fields, each with the attributes of a `FieldError`; the first `SHOWN_MAX` are kept.
+    """
+    status, title, _ = TYPES[kind]
+    return {
+        "type": PREFIX + kind,
+        "title": title,
+        "status": status,
+        "detail": plain(detail),
+        "errors": [
+            plain({**each, "loc": shown(each["loc"]), "value": shown(each["value"])})
+            for each in errors[:SHOWN_MAX]
+        ],
+    }
+
+
+def plain(value: Any) -> Any:
+    """Return a value that JSON can hold: non-finite numbers as text, anything odd as its repr.
+
+    Half of a surrogate pair, which JSON can spell and UTF-8 cannot, comes back as its escape.
+    """
+    match value:
+        case float() if not math.isfinite(value):
+            return str(value)
+        case str():
+            return value.encode("utf-8", "backslashreplace").decode()
+        case None | bool() | int() | float():
+            return value
+        case dict():
+            return {plain(str(key)): plain(item) for key, item in value.items()}
+        case list() | tuple():
+            return [plain(item) for item in value]
+        case _:
+            return repr(value)

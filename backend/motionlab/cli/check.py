@@ -1,0 +1,205 @@
+"""The command ``motionlab check``: whether the motor can follow a trajectory."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from motionlab.cli.exit_codes import DONE, FAILED
+from motionlab.cli.output import show
+from motionlab.studies.options import add_json, add_set, source
+
+if TYPE_CHECKING:
+    from motionlab.config.scenario import Scenario
+    from motionlab.config.trajectory import TrajectoryConfig
+    from motionlab.trajectory.trajectory_check import Examination
+
+EXAMPLES = """\
+examples:
+  motionlab check circle
+  motionlab check circle --set trajectory.frequency=0.6
+  motionlab check square.toml --motor circle-matched
+
+`motionlab docs trajectories` says what is checked.
+"""
+_BINS = 10
+_SHOWN = 5  # violations
+_MORE = 1.005
+_NOTHING = 1e-6  # share of a limit
+
+
+def add(commands: Any) -> None:
+    """Add ``motionlab check``."""
+    parser = commands.add_parser(
+        "check",
+        help="check whether the motor can follow a trajectory",
+        description="Check a scenario, and whether its motor can follow its trajectory: every "
+        "place where it cannot, and how much slower it could. The exit code is 1 if it cannot.",
+        epilog=EXAMPLES,
+    )
+    parser.add_argument(
+        "scenario",
+        metavar="SCENARIO|FILE",
+        nargs="?",
+        default="circle",
+        help="shipped scenario, or a .toml file of a scenario or of a trajectory, - for stdin "
+        "(default: %(default)s)",
+    )
+    parser.add_argument(
+        "--motor",
+        metavar="SCENARIO",
+        default="circle",
+        help="of a trajectory's file: scenario whose motor and controllers are to follow it "
+        "(default: %(default)s)",
+    )
+    add_set(parser, "change a field of the scenario (repeatable, all applied together)")
+    add_json(parser)
+    parser.set_defaults(command=_check)
+
+
+def _check(options: argparse.Namespace) -> int:
+    from motionlab.config.load import epochs
+    from motionlab.simulation.prepare import limit_sets, planned
+    from motionlab.trajectory.trajectory_check import examine
+
+    scenario = planned(_scenario(options))
+    limits = limit_sets(tuple(epochs(scenario)))
+    found = examine(scenario.trajectory, limits, bins=_BINS)
+    remedy = None if found.feasible else slower(scenario)
+    if options.json:
+        print(json.dumps(_document(found, remedy), allow_nan=False))
+    else:
+        show("\n".join(_report(options.scenario, found, remedy)))
+    return DONE if found.feasible else FAILED
+
+
+def _scenario(options: argparse.Namespace) -> Scenario:
+    """Return the scenario: its own, or another's with the trajectory of a file."""
+    from motionlab.config.changes import parse_assignments
+    from motionlab.config.load import load_scenario
+    from motionlab.config.shipped import parse
+
+    changes = parse_assignments(options.assignments)
+    given = source(options)
+    tables = parse(given) if isinstance(given, Path) else given
+    if isinstance(tables, dict) and "kind" in tables:
+        return load_scenario(options.motor, {"trajectory": tables} | changes)
+    return load_scenario(given, changes)
+
+
+class Slower(dict[str, Any]):
+    """Changes of a trajectory by dotted path, with which it can be followed.
+
+    Attributes
+    ----------
+    stretch : float
+        How much longer its moves take.
+    """
+
+    stretch = 1.0
+
+    def __str__(self) -> str:
+        """Return what to do, in words."""
+        changes = " ".join(f"--set {path}={value!r}" for path, value in self.items())
+        return f"{self.stretch:.4g} times slower it can be followed: {changes}"
+
+
+def slower(scenario: Scenario) -> Slower | None:
+    """Return the changes that slow a trajectory until it can be followed; None if none does.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        With its trajectory, motor and controllers.
+    """
+    from motionlab.config.changes import set_path
+    from motionlab.config.load import epochs, validate_trajectory
+    from motionlab.errors import ConfigError, Infeasible
+    from motionlab.simulation.prepare import limit_sets, planned
+    from motionlab.trajectory.retiming import slow_down, stretched
+    from motionlab.trajectory.trajectory_check import examine
+
+    try:
+        scenario = planned(scenario)
+        limits = limit_sets(tuple(epochs(scenario)))
+        slow, stretch = slow_down(scenario.trajectory, limits)
+        found = _changes(scenario.trajectory, slow)
+        # Numbers that can be typed, if they will do.
+        more = _changes(scenario.trajectory, stretched(scenario.trajectory, _MORE * stretch))
+        short = Slower({path: _short(value) for path, value in more.items()})
+        tables = {"trajectory": scenario.trajectory.model_dump(mode="json")}
+        for path, value in short.items():
+            set_path(tables, path, value)
+        if examine(validate_trajectory(tables["trajectory"]), limits, bins=_BINS).feasible:
+            found = short
+    except (ConfigError, Infeasible):
+        return None
+    found.stretch = stretch
+    return found
+
+
+def _changes(before: TrajectoryConfig, after: TrajectoryConfig) -> Slower:
+    from motionlab.config.fields import values_of
+
+    old = {each.path: each.value for each in values_of(before)}
+    return Slower(
+        {
+            f"trajectory.{each.path}": each.value
+            for each in values_of(after)
+            if each.value != old.get(each.path)
+        }
+    )
+
+
+def _short(value: Any) -> Any:
+    return float(f"{value:.4g}") if isinstance(value, float) else value
+
+
+def _document(found: Examination, remedy: Slower | None) -> dict[str, Any]:
+    return {
+        "feasible": found.feasible,
+        "duration": found.duration,
+        "length": found.length,
+        "peaks": [vars(peak) for peak in found.peaks],
+        "violations": [vars(each) for each in found.violations],
+        "violation_count": found.violation_count,
+        "slower": None if remedy is None else {"stretch": remedy.stretch, "set": dict(remedy)},
+    }
+
+
+def _report(name: str, found: Examination, remedy: Slower | None) -> list[str]:
+    from motionlab.tables import table
+
+    verdict = "can be followed" if found.feasible else "cannot be followed"
+    lines = [
+        f"{name}: {verdict}; {found.duration:.6g} s, {found.length:.4g} m in "
+        f"{found.examined:.6g} s",
+        "",
+    ]
+    rows = [
+        (
+            f"{peak.axis}  {peak.quantity}",
+            "0" if peak.share is not None and peak.share < _NOTHING else f"{peak.value:.4g}",
+            "-" if peak.limit is None else f"{peak.limit:.4g}",
+            peak.unit,
+            "-" if peak.share is None else f"{100 * peak.share:.1f} %",
+        )
+        for peak in found.peaks
+    ]
+    heads = ("largest", "value", "limit", "unit", "of limit")
+    lines.append(table(heads, rows, right={1, 2, 4}))
+    if found.violations:
+        lines.append("")
+    lines += [
+        f"{each.quantity} on {each.axis} from {each.start:.4f} s to {each.end:.4f} s: "
+        f"{abs(each.value):.6g} {each.unit} at x = {each.place[0]:.4g} m, "
+        f"y = {each.place[1]:.4g} m; allowed {each.limit:.6g} {each.unit}"
+        for each in found.violations[:_SHOWN]
+    ]
+    if found.violation_count > _SHOWN:
+        lines.append(f"and {found.violation_count - _SHOWN} more; --json lists the worst")
+    if not found.feasible:
+        lines += ["", str(remedy or "no slower one can be: move or shrink it, or smooth its jumps")]
+    return lines

@@ -1,0 +1,141 @@
+"""The commands ``motionlab fields`` and ``motionlab laws``."""
+
+from __future__ import annotations
+
+import argparse
+import fnmatch
+import json
+from typing import TYPE_CHECKING, Any
+
+from motionlab.cli.exit_codes import DONE
+from motionlab.cli.output import show
+from motionlab.studies.options import add_json, add_set, source
+
+if TYPE_CHECKING:
+    from motionlab.config.fields import FieldValue
+
+EXAMPLES = """\
+examples:
+  motionlab fields
+  motionlab fields friction
+  motionlab fields 'variants.B.controller.*.k_p'
+  motionlab fields trajectory --scenario fig5
+
+`motionlab docs scenarios` explains them.
+"""
+_LONG = 40  # characters of a value
+
+
+def add(commands: Any) -> None:
+    """Add both commands."""
+    parser = commands.add_parser(
+        "fields",
+        help="list the fields of a scenario: value, unit, range",
+        description="List the fields of a scenario by dotted path, as --set takes them, with "
+        "value, unit (SI), range and meaning.",
+        epilog=EXAMPLES,
+    )
+    parser.add_argument(
+        "pattern",
+        metavar="PATTERN",
+        nargs="?",
+        default="",
+        help="part of a path, or a whole one with * for any letters (default: every field)",
+    )
+    parser.add_argument(
+        "--scenario",
+        metavar="SCENARIO",
+        default="circle",
+        help="path of a .toml file, - for stdin, or a shipped scenario (default: %(default)s)",
+    )
+    add_set(parser, "change a field (repeatable, all applied together)")
+    add_json(parser)
+    parser.set_defaults(command=_fields)
+
+    parser = commands.add_parser(
+        "laws",
+        help="list the laws of friction compensation and their parameters",
+        description="List the laws of friction compensation, with the parameters of each below "
+        "variants.B.controller.compensation, their unit and range.",
+    )
+    add_json(parser)
+    parser.set_defaults(command=_laws)
+
+
+def _fields(options: argparse.Namespace) -> int:
+    from motionlab.config.changes import parse_assignments
+    from motionlab.config.fields import values_of
+    from motionlab.config.load import load_scenario
+    from motionlab.tables import table
+
+    scenario = load_scenario(source(options), parse_assignments(options.assignments))
+    found = _matching(list(values_of(scenario)), options.pattern)
+    if options.json:
+        print(json.dumps([each._asdict() for each in found], allow_nan=False))
+        return DONE
+    heads = ("field", "value", "unit", "allowed", "meaning")
+    rows = [(f.path, _text(f.value), f.unit, f.range, f.description) for f in found]
+    show(table(heads, rows))
+    return DONE
+
+
+def _matching(fields: list[FieldValue], pattern: str) -> list[FieldValue]:
+    """Return the fields whose path fits.
+
+    Raises
+    ------
+    ConfigError
+        If none does.
+    """
+    from motionlab.config.shipped import did_you_mean
+    from motionlab.errors import ConfigError, FieldError
+
+    wild = any(sign in pattern for sign in "*?[")
+    found = [
+        each
+        for each in fields
+        if (fnmatch.fnmatchcase(each.path, pattern) if wild else pattern in each.path)
+    ]
+    if found:
+        return found
+    words = sorted({word for each in fields for word in (each.path, *each.path.split("."))})
+    message = f"fits no field{did_you_mean(pattern, words)}"
+    allowed = "part of a path such as plant.x.mass, or one with *"
+    raise ConfigError(FieldError("PATTERN", message, pattern, allowed))
+
+
+def _text(value: Any) -> str:
+    if value is None:
+        return "-"
+    text = f"{value:.10g}" if isinstance(value, float) else value
+    text = text if isinstance(text, str) else json.dumps(text)
+    line = " ".join(text.split())
+    return line if len(line) <= _LONG else line[: _LONG - 3] + "..."
+
+
+def _laws(options: argparse.Namespace) -> int:
+    from motionlab.config.controller import LAW_PARAMETERS, LAWS, CompensationConfig
+    from motionlab.config.fields import values_of
+    from motionlab.tables import table
+
+    of = {each.path: each for each in values_of(CompensationConfig())}
+    laws = [
+        {
+            "name": law["value"],
+            "title": law["label"],
+            "description": law["description"],
+            "parameters": [of[name]._asdict() for name in LAW_PARAMETERS[law["value"]]],
+        }
+        for law in LAWS["choices"]
+    ]
+    if options.json:
+        print(json.dumps(laws, allow_nan=False))
+        return DONE
+    rows = []
+    for law in laws:
+        rows.append((law["name"], "", "", "", law["description"]))
+        for each in law["parameters"]:
+            cells = (_text(each["value"]), each["unit"], each["range"], each["description"])
+            rows.append((f"  {each['path']}", *cells))
+    show(table(("law, parameter", "default", "unit", "allowed", "meaning"), rows))
+    return DONE

@@ -1,0 +1,82 @@
+"""The command ``motionlab loop``: margins of the controllers of a scenario."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from typing import TYPE_CHECKING, Any
+
+from motionlab.cli.exit_codes import DONE
+from motionlab.cli.output import show
+from motionlab.studies.options import add_json, add_scenario, add_set, source
+
+if TYPE_CHECKING:
+    from motionlab.loop.document import LoopDocument, LoopOfAxis
+
+EXAMPLES = """\
+examples:
+  motionlab loop circle
+  motionlab loop circle --set variants.B.controller.x.k_p=1e6 --json
+
+`motionlab docs loop` defines every figure.
+"""
+
+
+def add(commands: Any) -> None:
+    """Add ``motionlab loop``."""
+    parser = commands.add_parser(
+        "loop",
+        help="margins and stability limits of every controller",
+        description="Linearise the loop of every controller and axis while the axis slides, and "
+        "give its margins, and the gains at which it becomes unstable.",
+        epilog=EXAMPLES,
+    )
+    add_scenario(parser)
+    add_set(parser, "change a field (repeatable, all applied together)")
+    add_json(parser)
+    parser.set_defaults(command=_loop)
+
+
+def _loop(options: argparse.Namespace) -> int:
+    from motionlab.config.changes import parse_assignments
+    from motionlab.config.load import load_scenario
+    from motionlab.loop.document import loop_document
+
+    scenario = load_scenario(source(options), parse_assignments(options.assignments))
+    found = loop_document(scenario)
+    if options.json:
+        print(found.model_dump_json())
+    else:
+        show(_report(found))
+    return DONE
+
+
+def _report(found: LoopDocument) -> str:
+    from motionlab.tables import table
+
+    rows: list[tuple[str, ...]] = [
+        (f"{name} {axis}", *_cells(loop))
+        for name, variant in found.variants.items()
+        for axis, loop in variant.axes.items()
+    ]
+    heads = ("", "stable", "crossover", "bandwidth", "phase margin", "gain margin", "down to")
+    heads += ("Ms", "k_p limit", "k_d limit")
+    units = ("", "", "Hz", "Hz", "degrees", "", "", "", "N/m", "N s/m")
+    lines = [table(heads, [units, *rows], right=range(2, len(heads)))] if rows else []
+    return "\n".join(
+        [
+            *lines,
+            *(f"{name}: {each.note}" for name, each in found.variants.items() if each.note),
+        ]
+    )
+
+
+def _cells(loop: LoopOfAxis) -> tuple[str, ...]:
+    margin = None if loop.phase_margin is None else math.degrees(loop.phase_margin)
+    figures = (loop.crossover, loop.bandwidth, margin, loop.gain_margin, loop.gain_reduction)
+    more = (loop.Ms, loop.k_p_limit, loop.k_d_limit)
+    return ("yes" if loop.stable else "NO", *map(_figure, figures + more))
+
+
+def _figure(value: float | None) -> str:
+    return "-" if value is None else f"{value:.4g}" if value < 1e4 else f"{value:.0f}"

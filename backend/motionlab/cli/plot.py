@@ -1,0 +1,157 @@
+"""The command ``motionlab plot``: channels of a run as a figure."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from motionlab.cli.exit_codes import DONE
+from motionlab.cli.output import add_overwrite, check_output, wrote
+from motionlab.errors import ConfigError, FieldError, MotionLabError
+from motionlab.progress import tick_bar
+from motionlab.studies.options import add_set, source
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from motionlab.cli.figure import Curve
+
+EXAMPLES = """\
+examples:
+  motionlab plot circle --out errors.png
+  motionlab plot run.parquet B.x.following_error B.x.thrust --from 4.5 --to 6 --out part.svg
+  motionlab plot r-gpd6hecc7x3n x.position_reference B.x.position --out x.pdf
+
+`motionlab docs recording` lists the channels.
+"""
+_SUFFIXES = (".png", ".svg", ".pdf")
+
+
+def add(commands: Any) -> None:
+    """Add ``motionlab plot``."""
+    parser = commands.add_parser(
+        "plot",
+        help="draw channels of a run over time, as PNG, SVG or PDF",
+        description="Draw channels of a run over time, a panel for each unit and axis. It needs "
+        "matplotlib: pip install 'motionlab[notebook]'.",
+        epilog=EXAMPLES,
+    )
+    parser.add_argument(
+        "scenario",
+        metavar="SCENARIO|RUN",
+        help="scenario to run; or a kept run, or a file of motionlab run --out",
+    )
+    parser.add_argument(
+        "channels",
+        metavar="CHANNEL",
+        nargs="*",
+        help="such as B.x.following_error (default: the following errors)",
+    )
+    parser.add_argument("--out", metavar="FIG", required=True, help="file: .png, .svg or .pdf")
+    add_overwrite(parser)
+    parser.add_argument(
+        "--from", dest="start", metavar="S", type=float, help="first time, s (default: the first)"
+    )
+    parser.add_argument(
+        "--to", dest="end", metavar="S", type=float, help="last time, s (default: the last)"
+    )
+    add_set(parser, "change a field of the scenario (repeatable, all applied together)")
+    parser.set_defaults(command=_plot)
+
+
+def _plot(options: argparse.Namespace) -> int:
+    check_output(options.out, *_SUFFIXES, overwrite=options.overwrite)
+    try:
+        import matplotlib as mpl
+    except ImportError:
+        raise MotionLabError(
+            "plot needs matplotlib, which is not installed: pip install 'motionlab[notebook]'"
+        ) from None
+    import numpy as np
+
+    from motionlab.cli.figure import draw
+
+    time, curves = _curves(options)
+    begin = -np.inf if options.start is None else options.start
+    shown = (time >= begin) & (time <= (np.inf if options.end is None else options.end))
+    if np.count_nonzero(shown) < 2:
+        allowed = f"{time[0]:g} to {time[-1]:g} s"
+        raise ConfigError(FieldError("--from", "leaves nothing to draw", options.start, allowed))
+    mpl.use("agg")
+    part = [each._replace(values=each.values[shown]) for each in curves]
+    draw(time[shown], part, options.scenario, options.out)
+    wrote(options.out)
+    return DONE
+
+
+def _curves(options: argparse.Namespace) -> tuple[NDArray[np.float64], list[Curve]]:
+    """Return times, s, and the channels of a kept run, a file, or a scenario that is run."""
+    import numpy as np
+
+    from motionlab.cli.figure import Curve
+    from motionlab.runs.run import is_id
+    from motionlab.telemetry.recorder import SUFFIXES
+
+    name: str = options.scenario
+    if is_id(name) or name.endswith(SUFFIXES):
+        from motionlab.runs.columns import of_file_or_run
+
+        if options.assignments:
+            told = "changes a scenario; a run is as it was"
+            raise ConfigError(FieldError("--set", told, options.assignments[0]))
+        found = of_file_or_run(name)
+        wanted = _wanted(options.channels, list(found.units))
+        values = found.read(wanted)
+        time = found.grid.first + found.grid.period * np.arange(found.grid.ticks, dtype=np.float64)
+        units = found.units
+        return time, [Curve(n, units[n], v) for n, v in zip(wanted, values, strict=True)]
+    return _simulated(options)
+
+
+def _simulated(options: argparse.Namespace) -> tuple[NDArray[np.float64], list[Curve]]:
+    import numpy as np
+
+    from motionlab.cli.figure import Curve
+    from motionlab.config.changes import parse_assignments
+    from motionlab.config.load import load_scenario
+    from motionlab.config.timing import CONTROL_PERIOD
+    from motionlab.simulation.prepare import prepare
+    from motionlab.simulation.run import run
+    from motionlab.telemetry.recorder import columns
+
+    scenario = load_scenario(source(options), parse_assignments(options.assignments))
+    prepared = prepare(scenario)
+    with tick_bar(prepared.reference.ticks) as progress:
+        recording = run(prepared, progress)
+    of = {name: Curve(name, channel.unit, v) for name, channel, v in columns(recording)}
+    time = CONTROL_PERIOD * np.arange(recording.ticks, dtype=np.float64)
+    return time, [of[name] for name in _wanted(options.channels, list(of))]
+
+
+def _wanted(asked: Sequence[str], known: list[str]) -> list[str]:
+    """Return the channels to draw.
+
+    Raises
+    ------
+    ConfigError
+        If there is none of a name.
+    """
+    from motionlab.config.shipped import did_you_mean
+
+    if not asked:
+        return [name for name in known if name.endswith(".following_error")] or known[:1]
+    wrong = [
+        FieldError(
+            "CHANNEL",
+            f"no such channel{did_you_mean(name, known)}",
+            name,
+            f"one of {len(known)}, such as {known[-1]}; `motionlab docs recording` lists them",
+        )
+        for name in asked
+        if name not in known
+    ]
+    if wrong:
+        raise ConfigError(*wrong)
+    return list(asked)

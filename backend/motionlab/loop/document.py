@@ -1,0 +1,63 @@
+"""The loops of a scenario: margins, and how far each gain is from instability."""
+
+from __future__ import annotations
+
+from pydantic import BaseModel, Field
+
+from motionlab.config.planar import AXES
+from motionlab.config.scenario import Scenario
+from motionlab.loop.linearise import (
+    SLIDING,
+    NoLinearisation,
+    linearise,
+    stability_limits,
+)
+from motionlab.loop.margins import margins
+
+
+class LoopOfAxis(BaseModel):
+    """The loop of one axis while it slides; null where there is no such crossing."""
+
+    velocity: float = Field(description="Sliding velocity, m/s")
+    stable: bool = Field(description="Whether every pole lies inside the unit circle")
+    k_p_limit: float | None = Field(description="Nearest k_p at which stability changes, N/m")
+    k_d_limit: float | None = Field(description="Nearest k_d at which stability changes, N s/m")
+    crossover: float | None = Field(description="Highest frequency at which abs(L) = 1, Hz")
+    phase_margin: float | None = Field(description="rad")
+    gain_margin: float | None = Field(description="Factor > 1 up to the stability boundary")
+    gain_reduction: float | None = Field(description="Factor < 1 down to the stability boundary")
+    Ms: float = Field(description="Peak of the sensitivity")
+    bandwidth: float | None = Field(description="-3 dB of L/(1 + L), Hz")
+
+
+class LoopOfVariant(BaseModel):
+    """The loops of one variant."""
+
+    axes: dict[str, LoopOfAxis] = Field(description="Empty where the law has no linearisation")
+    note: str | None = Field(description="Why there are none")
+
+
+class LoopDocument(BaseModel):
+    """The loops of a scenario."""
+
+    variants: dict[str, LoopOfVariant]
+
+
+def loop_document(scenario: Scenario) -> LoopDocument:
+    """Return margins and limits of stability of every loop of a scenario."""
+    return LoopDocument(variants={name: _variant(scenario, name) for name in scenario.variants})
+
+
+def _variant(scenario: Scenario, variant: str) -> LoopOfVariant:
+    try:
+        axes = {axis: _axis(scenario, variant, axis) for axis in AXES}
+    except NoLinearisation as error:
+        return LoopOfVariant(axes={}, note=error.errors[0].message)
+    return LoopOfVariant(axes=axes, note=None)
+
+
+def _axis(scenario: Scenario, variant: str, axis: str) -> LoopOfAxis:
+    v = SLIDING * getattr(scenario.plant, axis).friction.v_s
+    loop = linearise(scenario, variant, axis, v=v)
+    limits = {f"{gain}_limit": x for gain, x in stability_limits(scenario, variant, axis).items()}
+    return LoopOfAxis(velocity=v, stable=loop.stable, **limits, **vars(margins(loop.open)))

@@ -1,0 +1,105 @@
+"""``motionlab fields``, ``laws`` and ``new``: what a scenario can say, and a file to say it in."""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+from pathlib import Path
+from typing import Any, get_args
+
+import numpy as np
+import pytest
+
+from motionlab.cli import main
+from motionlab.config.controller import LAW_PARAMETERS, CompensationConfig, Law
+from motionlab.config.load import load_scenario
+from motionlab.config.shipped import names
+from motionlab.simulation.prepare import prepare
+from motionlab.simulation.run import run
+
+
+def printed(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    assert main(arguments) == 0
+    return capsys.readouterr().out
+
+
+def value_at(tables: Any, path: str) -> Any:
+    for key in path.split("."):
+        tables = tables[int(key)] if isinstance(tables, list) else tables[key]
+    return tables
+
+
+@pytest.mark.parametrize("name", names("scenarios"))
+def test_every_field_of_a_scenario_is_listed_with_its_value(
+    name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    listed = json.loads(printed(capsys, "fields", "--scenario", name, "--json"))
+    tables = load_scenario(name).model_dump(mode="json")
+    assert len(listed) > 100
+    for field in listed:
+        assert value_at(tables, field["path"]) == field["value"]
+
+
+def test_a_field_has_unit_range_and_meaning(capsys: pytest.CaptureFixture[str]) -> None:
+    (line,) = printed(capsys, "fields", "plant.x.mass").splitlines()[1:]
+    assert line.split(maxsplit=8) == [
+        *["plant.x.mass", "5.9", "kg", ">=", "0.001", "and", "<=", "1000"],
+        "Moving mass",
+    ]
+    two = printed(capsys, "fields", "variants.*.controller.x.k_p", "--set", "plant.x.mass=6")
+    assert [line.split()[1] for line in two.splitlines()[1:]] == ["200300", "200300"]
+
+
+def test_every_law_is_listed_with_its_parameters(capsys: pytest.CaptureFixture[str]) -> None:
+    laws = json.loads(printed(capsys, "laws", "--json"))
+    assert {law["name"] for law in laws} == set(get_args(Law)) == set(LAW_PARAMETERS)
+    text = printed(capsys, "laws")
+    for law in laws:
+        assert law["description"] in text
+        assert [each["path"] for each in law["parameters"]] == list(LAW_PARAMETERS[law["name"]])
+
+
+@pytest.mark.parametrize("law", [law for law in get_args(Law) if law != "off"])
+def test_a_law_uses_its_parameters_and_no_other(law: str) -> None:
+    """Another value of a parameter changes the run where the law is said to use it, only there."""
+    other = {"velocity": "reference", "bristle_limit": 0.01, "gain": 50.0} | {
+        "residual_bandwidth": 90.0,
+        "regularisation": 3.0,
+        "k_d_share": 0.5,
+    }
+    assert set(other) == set(CompensationConfig.model_fields) - {"law", "enabled"}
+    place = "variants.B.controller.compensation"
+    short = {"trajectory.laps": 1, "trajectory.lead_in": 0.1, "trajectory.frequency": 1.0}
+
+    def error(**changes: Any) -> bytes:
+        changed = {f"{place}.{name}": value for name, value in changes.items()}
+        recording = run(prepare(load_scenario("circle", {**short, f"{place}.law": law, **changed})))
+        return np.ascontiguousarray(recording.variants["B"].channel("thrust", "x")).tobytes()
+
+    plain = error()
+    used = {name for name, value in other.items() if error(**{name: value}) != plain}
+    assert used == set(LAW_PARAMETERS[law])  # pyright: ignore[reportArgumentType]
+
+
+@pytest.mark.parametrize("base", names("scenarios"))
+def test_a_new_scenario_is_its_base(
+    base: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "mine.toml"
+    assert main(["new", str(file), "--base", base]) == 0
+    assert capsys.readouterr().err.startswith(f"motionlab: wrote {file}, ")
+    own = {"name": "mine", "title": f"My {base}"}
+    expected = load_scenario(base).model_copy(update=own)
+    assert load_scenario(file) == expected
+    schema = re.match(r"#:schema (.*)\n", file.read_text())
+    assert schema is not None
+    assert json.loads(Path(schema[1]).read_text())["type"] == "object"
+    # Without their #, all fields say what the base says.
+    text = re.sub(r"^# (?=[a-z_.]+\w* = )", "", file.read_text(), flags=re.MULTILINE)
+    text = re.sub(r"^# ((?:[\w.]+) = )", r"\1", text, flags=re.MULTILINE)
+    assert len(tomllib.loads(text)["trajectory"]) >= 1
+    file.write_text(text)
+    assert load_scenario(file).model_dump(exclude={"variants"}) == expected.model_dump(
+        exclude={"variants"}
+    )
