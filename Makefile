@@ -62,9 +62,9 @@ test: $(SETUP_STAMP) $(PAGE) ## Run the tests (PYTEST_ARGS="-k circle" for some 
 	exit $$result
 
 browser: ## Install Debian's Chromium, and what drives it, for the browser tests (as root)
-	@{ command -v chromium && ldconfig -p | grep -q libatomic; } >/dev/null || { \
+	@{ command -v chromium-headless-shell && ldconfig -p | grep -q libatomic; } >/dev/null || { \
 		apt-get -o Acquire::Retries=5 update -qq && DEBIAN_FRONTEND=noninteractive \
-		apt-get -o Acquire::Retries=5 install -y -qq --no-install-recommends chromium libatomic1; }
+		apt-get -o Acquire::Retries=5 install -y -qq --no-install-recommends chromium-headless-shell libatomic1; }
 
 run: $(SETUP_STAMP) $(PAGE) ## Serve the lab at http://127.0.0.1:8000 (PORT=8001 elsewhere)
 	@.venv/bin/motionlab serve --port $(PORT)

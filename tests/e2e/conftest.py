@@ -19,8 +19,12 @@ from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 from tests.paths import ROOT
 
+# The first opens a page in less than half the processor time that the others take.
 CHROMIUM = (
-    shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    shutil.which("chromium-headless-shell")
+    or shutil.which("chromium")
+    or shutil.which("chromium-browser")
+    or shutil.which("google-chrome")
 )
 FLAGS = [
     "--no-sandbox",

@@ -272,6 +272,28 @@ class Worker:
             call.set_exception(result)
 
 
+def start_forkserver(
+    control: socket.socket, environment: dict[str, str]
+) -> subprocess.Popen[bytes]:
+    """Start a fork server that ends with this thread.
+
+    Parameters
+    ----------
+    control : socket.socket
+        Its end of the connection.
+    environment : dict of str
+        Its environment.
+    """
+    return subprocess.Popen(
+        (*_COMMAND, str(control.fileno()), str(os.getpid())),
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        env=environment,
+        pass_fds=(control.fileno(),),
+        start_new_session=True,
+    )
+
+
 class Forks:
     """The fork server, started again when it ends.
 
@@ -312,14 +334,7 @@ class Forks:
         ours, theirs = socket.socketpair()
         environment = {k: v for k, v in os.environ.items() if k not in _SECRETS} | _ONE_THREAD
         with theirs:
-            self._process = subprocess.Popen(
-                (*_COMMAND, str(theirs.fileno()), str(os.getpid())),
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                env=environment,
-                pass_fds=(theirs.fileno(),),
-                start_new_session=True,
-            )
+            self._process = start_forkserver(theirs, environment)
         ours.setblocking(False)
         self._control = ours
         self._warm = False
