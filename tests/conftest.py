@@ -101,7 +101,7 @@ LONGEST = (
     "service/test_workers.py",
     "service/test_jobs.py",
     "studies/identify/test_experiment.py",
-    "design/test_finite_elements.py",
+    "motor_design/test_finite_elements.py",
     "studies/maps/test_command.py",
     "studies/identify/test_interval_coverage.py",
     "drive/link/test_running.py",

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from motionlab.config.planar import AXES
 from motionlab.telemetry.channels import CHANNELS, REFERENCES
 from motionlab.telemetry.recording import Divergence, Recording, VariantRecord
-from motionlab.trajectory.reference import Interval, Reference
+from motionlab.trajectories.reference import Interval, Reference
 
 NAMES = [channel.name for channel in CHANNELS]
 

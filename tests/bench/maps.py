@@ -8,15 +8,15 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.design.fem.cell import Cell
-from motionlab.design.fem.compute import compute
-from motionlab.design.fem.field import FieldModel
-from motionlab.design.fem.force_map import ForceMap
-from motionlab.design.fem.geometry import Geometry
-from motionlab.design.fem.mesh import Resolution
-from motionlab.design.fem.workers import FieldTask, fields
+from motionlab.motor_design.fem.cell import Cell
+from motionlab.motor_design.fem.compute import compute
+from motionlab.motor_design.fem.field import FieldModel
+from motionlab.motor_design.fem.force_map import ForceMap
+from motionlab.motor_design.fem.geometry import Geometry
+from motionlab.motor_design.fem.mesh import Resolution
+from motionlab.motor_design.fem.workers import FieldTask, fields
 from tests.bench.table import Row
-from tests.design.carter import carter
+from tests.motor_design.carter import carter
 
 _DEFAULT, _PREVIEW = 60.0, 0.3  # s
 _REFERENCE = 0.3  # N

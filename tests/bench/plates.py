@@ -6,10 +6,10 @@ import statistics
 import time
 from collections.abc import Iterator
 
-from motionlab.design.plate.document import platform
-from motionlab.design.plate.inputs import read_platform_request
+from motionlab.motor_design.plate.document import platform
+from motionlab.motor_design.plate.inputs import read_platform_request
 from tests.bench.table import Row
-from tests.design.textbook_plates import TEXTBOOK, coefficient
+from tests.motor_design.textbook_plates import TEXTBOOK, coefficient
 
 _CLOSE = 5e-3  # relative, to a table of three figures
 _WHOLE = 1.0  # s

@@ -12,8 +12,8 @@ import numpy as np
 from motionlab.config.drawn_path import DrawnPath
 from motionlab.config.load import load_scenario
 from motionlab.simulation.prepare import planned_for
-from motionlab.trajectory.exchange.reading import ReadOptions, read_trajectory
-from motionlab.trajectory.reference import sample
+from motionlab.trajectories.exchange.reading import ReadOptions, read_trajectory
+from motionlab.trajectories.reference import sample
 from tests.bench.table import Row
 
 _BY_LIMITS = {"v_max": 0.05, "a_max": 0.3, "j_max": 20.0}

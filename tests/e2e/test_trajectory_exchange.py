@@ -13,7 +13,7 @@ from playwright.sync_api import FilePayload, Locator, Page, expect
 
 from motionlab.config.drawn_path import DrawnPath
 from motionlab.config.load import validate_trajectory
-from motionlab.trajectory.drawn_motion import curve_of
+from motionlab.trajectories.drawn_motion import curve_of
 from tests.e2e.actions import API, LONG, region, set_field
 from tests.e2e.conftest import Server
 from tests.e2e.test_trajectories import RHOMBUS, pixels, press_until_disabled, shows

@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 
 from motionlab.config.controller import SharingConfig, SharingLaw
 from motionlab.config.force_map import TableMapConfig
-from motionlab.design.fem.mesh import Resolution
-from motionlab.design.fem.workers import FieldTask, fields
 from motionlab.force_sharing.pole_pitch import Shared, forces_over, share_over
 from motionlab.kernel.force_maps import force_model, map_lanes
 from motionlab.lanes import WIDTH
+from motionlab.motor_design.fem.mesh import Resolution
+from motionlab.motor_design.fem.workers import FieldTask, fields
 from motionlab.store.maps import named_map
 
 Array = NDArray[np.float64]

@@ -14,7 +14,7 @@ from motionlab.studies.options import add_json, add_set, source
 if TYPE_CHECKING:
     from motionlab.config.scenario import Scenario
     from motionlab.config.trajectory import TrajectoryConfig
-    from motionlab.trajectory.trajectory_check import Examination
+    from motionlab.trajectories.trajectory_check import Examination
 
 EXAMPLES = """\
 examples:
@@ -62,7 +62,7 @@ def add(commands: Any) -> None:
 def _check(options: argparse.Namespace) -> int:
     from motionlab.config.load import epochs
     from motionlab.simulation.prepare import limit_sets, planned
-    from motionlab.trajectory.trajectory_check import examine
+    from motionlab.trajectories.trajectory_check import examine
 
     scenario = planned(_scenario(options))
     limits = limit_sets(tuple(epochs(scenario)))
@@ -118,8 +118,8 @@ def slower(scenario: Scenario) -> Slower | None:
     from motionlab.config.load import epochs, validate_trajectory
     from motionlab.errors import ConfigError, Infeasible
     from motionlab.simulation.prepare import limit_sets, planned
-    from motionlab.trajectory.retiming import slow_down, stretched
-    from motionlab.trajectory.trajectory_check import examine
+    from motionlab.trajectories.retiming import slow_down, stretched
+    from motionlab.trajectories.trajectory_check import examine
 
     try:
         scenario = planned(scenario)

@@ -110,7 +110,7 @@ def _import(options: argparse.Namespace) -> int:
 
     from motionlab.errors import ConfigError, FieldError
     from motionlab.store.files import replace
-    from motionlab.trajectory.exchange.reading import BYTES_MAX, ReadOptions, read_trajectory
+    from motionlab.trajectories.exchange.reading import BYTES_MAX, ReadOptions, read_trajectory
 
     path = Path(options.file)
     if not path.is_file():
@@ -150,7 +150,7 @@ def _export(options: argparse.Namespace) -> int:
     from motionlab.store.files import replace
     from motionlab.store.named_tables import SIZE_MAX
     from motionlab.store.trajectories import TrajectoryStore
-    from motionlab.trajectory.exchange.writing import write_trajectory
+    from motionlab.trajectories.exchange.writing import write_trajectory
 
     check_output(options.file, ".csv", ".svg", ".ngc", overwrite=options.overwrite, loc="FILE")
     source = options.source

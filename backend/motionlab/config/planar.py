@@ -1,7 +1,7 @@
 """Pairs of an x and a y component; ``--set trajectory.amplitude.x=0.01`` reaches one of them.
 
 The bounds only catch slips of unit (millimetres given as metres, degrees as radians); whether the
-motor can follow is decided later, with time and place, by `motionlab.trajectory.feasibility`.
+motor can follow is decided later, with time and place, by `motionlab.trajectories.feasibility`.
 """
 
 from __future__ import annotations

@@ -52,7 +52,7 @@ from motionlab.plant.encoder import Encoder
 from motionlab.plant.friction import LuGre, steady_friction
 from motionlab.plant.mechanics import Mechanics
 from motionlab.plant.resonance import Resonance, sampled
-from motionlab.trajectory.motion_limits import MotionLimits
+from motionlab.trajectories.motion_limits import MotionLimits
 
 LANES_PER_VARIANT = len(AXES)
 VARIANTS_PER_BLOCK = WIDTH // LANES_PER_VARIANT

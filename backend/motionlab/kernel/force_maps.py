@@ -12,7 +12,6 @@ from motionlab.config.controller import SharingConfig, SharingLaw
 from motionlab.config.force_map import AnyForceMapConfig, ForceMapConfig, TableMapConfig
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
-from motionlab.design.fem.force_map import ForceMap
 from motionlab.errors import ConfigError, FieldError
 from motionlab.force_sharing.functions import (
     CUBIC,
@@ -26,6 +25,7 @@ from motionlab.force_sharing.pole_pitch import Shared, forces_over, share_over
 from motionlab.force_sharing.tables import inverse_cells, share_cells
 from motionlab.kernel.layout import Parameters
 from motionlab.lanes.bank import TABLES
+from motionlab.motor_design.fem.force_map import ForceMap
 from motionlab.plant.magnetics import AnalyticMap
 from motionlab.plant.table_map import ANALYTIC, MotorMap, TableMap, normal_cells, thrust_cells
 from motionlab.store.maps import named_map

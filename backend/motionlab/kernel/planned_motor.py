@@ -14,7 +14,7 @@ from motionlab.config.planned_motor import PlannedAxis, PlannedMotor
 from motionlab.config.plant import PlantConfig
 from motionlab.kernel.build import friction_of
 from motionlab.kernel.force_maps import pole_pitch
-from motionlab.trajectory.motion_limits import MotionLimits
+from motionlab.trajectories.motion_limits import MotionLimits
 
 _POSITIONS = 96  # of a table
 _BETWEEN = 16  # positions at which each of its cells is compared with the map

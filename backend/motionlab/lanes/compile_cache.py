@@ -24,7 +24,7 @@ _PACKAGE = Path(__file__).resolve().parent.parent
 _SOURCES = (
     "config/timing.py",
     "control/*.py",
-    "design/fem/cells.py",
+    "motor_design/fem/cells.py",
     "force_sharing/*.py",
     "kernel/accumulator.py",
     "kernel/layout.py",

@@ -9,7 +9,7 @@ from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.results.comparison import compare
 from motionlab.results.metrics import variant_metrics
 from motionlab.telemetry.recording import Recording
-from motionlab.trajectory.reference import Reference
+from motionlab.trajectories.reference import Reference
 
 
 def latest_metrics(

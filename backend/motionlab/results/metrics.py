@@ -20,7 +20,7 @@ from motionlab.kernel.accumulator import (
 from motionlab.lanes import WIDTH
 from motionlab.results.contouring import contour_error
 from motionlab.telemetry.recording import Recording, VariantRecord
-from motionlab.trajectory.reference import Interval, Reference
+from motionlab.trajectories.reference import Interval, Reference
 
 Array = NDArray[np.float64]
 

@@ -20,7 +20,7 @@ from motionlab.scripting.study_result import StudyResult
 from motionlab.studies.table import BY_KIND
 
 if TYPE_CHECKING:
-    from motionlab.design.document import DesignDocument
+    from motionlab.motor_design.document import DesignDocument
     from motionlab.studies.identify.document import IdentificationDocument
     from motionlab.studies.montecarlo.document import MonteCarloDocument
     from motionlab.studies.sweep.document import SweepDocument

@@ -18,9 +18,9 @@ from motionlab.scripting.lab import Changes, Source, plain, readable
 from motionlab.simulation.prepare import limit_sets, planned
 from motionlab.store.named_tables import SIZE_MAX
 from motionlab.store.trajectories import TrajectoryStore
-from motionlab.trajectory.reference import sample
-from motionlab.trajectory.retiming import slow_down
-from motionlab.trajectory.trajectory_check import Examination, examine
+from motionlab.trajectories.reference import sample
+from motionlab.trajectories.retiming import slow_down
+from motionlab.trajectories.trajectory_check import Examination, examine
 
 _BINS = 1000
 

@@ -11,9 +11,9 @@ import pkgutil
 from motionlab import studies
 from motionlab.config.load import load_scenario
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.design.fem.compute import compute
-from motionlab.design.fem.geometry import Geometry
 from motionlab.loop.linearise import linearise
+from motionlab.motor_design.fem.compute import compute
+from motionlab.motor_design.fem.geometry import Geometry
 from motionlab.service.routes import trajectories
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document

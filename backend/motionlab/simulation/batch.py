@@ -16,10 +16,10 @@ from motionlab.config.load import validate
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.design.fem.force_map import ForceMap
 from motionlab.errors import ConfigError, FieldError, Infeasible, shown
 from motionlab.executors.executor import current
 from motionlab.kernel.build import mover_parameters
+from motionlab.motor_design.fem.force_map import ForceMap
 from motionlab.results.metrics import DEFINITIONS
 from motionlab.simulation.batch_runner import BatchRunner, Progress
 from motionlab.simulation.prepare import Prepared, prepare

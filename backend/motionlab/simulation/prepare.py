@@ -25,9 +25,9 @@ from motionlab.kernel.force_maps import check_maps, map_digests
 from motionlab.kernel.planned_motor import planned_motor
 from motionlab.simulation.inputs import load_force
 from motionlab.telemetry.channels import CHANNELS, REFERENCES
-from motionlab.trajectory.feasibility import check
-from motionlab.trajectory.motion_limits import MotionLimits, Span
-from motionlab.trajectory.reference import Reference, sample
+from motionlab.trajectories.feasibility import check
+from motionlab.trajectories.motion_limits import MotionLimits, Span
+from motionlab.trajectories.reference import Reference, sample
 
 Array = NDArray[np.float64]
 Epochs = tuple[tuple[int, Scenario], ...]

@@ -19,8 +19,8 @@ from motionlab.results.comparison import compare
 from motionlab.results.metrics import variant_metrics
 from motionlab.simulation.prepare import Prepared
 from motionlab.telemetry.recording import Divergence, Recording
-from motionlab.trajectory.feasibility import count_rate_warning
-from motionlab.trajectory.reference import Reference
+from motionlab.trajectories.feasibility import count_rate_warning
+from motionlab.trajectories.reference import Reference
 
 Window = tuple[int, int]
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.trajectory.reference import Reference
+from motionlab.trajectories.reference import Reference
 
 Array = NDArray[np.float64]
 

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from motionlab.config.shipped import is_name
-from motionlab.design.fem.document import MapEntry, entry
-from motionlab.design.fem.force_map import ForceMap
 from motionlab.errors import ConfigError
+from motionlab.motor_design.fem.document import MapEntry, entry
+from motionlab.motor_design.fem.force_map import ForceMap
 from motionlab.store.files import failure
 from motionlab.store.index import Index
 from motionlab.store.maps import folders, map_file, map_in, read_map

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from motionlab.config.shipped import config_root, data_root, did_you_mean, is_name
-from motionlab.design.fem.force_map import SIZE_MOST, ForceMap, PresetName, content_hash
-from motionlab.design.fem.geometry import Geometry
 from motionlab.errors import ConfigError, FieldError, StoreFull
+from motionlab.motor_design.fem.force_map import SIZE_MOST, ForceMap, PresetName, content_hash
+from motionlab.motor_design.fem.geometry import Geometry
 from motionlab.store.files import failure, opened, replace
 from motionlab.store.index import Stamp, stamp
 

@@ -16,13 +16,13 @@ import numpy as np
 import pytest
 
 from motionlab.cli import main
-from motionlab.design.fem import compute as computing
-from motionlab.design.fem.compute import compute
-from motionlab.design.fem.force_map import ForceMapDocument, content_hash
-from motionlab.design.fem.geometry import Geometry, geometry
-from motionlab.design.fem.mesh import Resolution
-from motionlab.design.fem.workers import FieldTask, fields
 from motionlab.errors import ConfigError, StoreError
+from motionlab.motor_design.fem import compute as computing
+from motionlab.motor_design.fem.compute import compute
+from motionlab.motor_design.fem.force_map import ForceMapDocument, content_hash
+from motionlab.motor_design.fem.geometry import Geometry, geometry
+from motionlab.motor_design.fem.mesh import Resolution
+from motionlab.motor_design.fem.workers import FieldTask, fields
 from motionlab.store.maps import MapStore, map_in
 from motionlab.studies.maps.compute import computed_or_kept
 from tests.paths import DOCS

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from motionlab.cli import main
-from motionlab.design.fem import compute as computing
-from motionlab.design.fem.geometry import Geometry
+from motionlab.motor_design.fem import compute as computing
+from motionlab.motor_design.fem.geometry import Geometry
 from motionlab.service.settings import Settings
 from motionlab.store.maps import FOLDER_MOST
 from tests.processes import children_of, runs, workers_of

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from motionlab.cli import main
-from motionlab.design.fem.compute import compute
-from motionlab.design.fem.geometry import Geometry
-from motionlab.design.plate.inputs import Load, MapLoad, PlatformRequest, Shape
+from motionlab.motor_design.fem.compute import compute
+from motionlab.motor_design.fem.geometry import Geometry
+from motionlab.motor_design.plate.inputs import Load, MapLoad, PlatformRequest, Shape
 from tests.paths import DOCS
 from tests.service.live import API
 

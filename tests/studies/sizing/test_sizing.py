@@ -13,9 +13,9 @@ from pydantic import BaseModel
 
 from motionlab.cli import main
 from motionlab.config.changes import as_tables
-from motionlab.design.design import design
-from motionlab.design.document import AxisRating, DesignDocument, Rating, Reading, Sizing
-from motionlab.design.inputs import Axis, AxisX, AxisY, Choices, DesignRequest, Dimensions
+from motionlab.motor_design.design import design
+from motionlab.motor_design.document import AxisRating, DesignDocument, Rating, Reading, Sizing
+from motionlab.motor_design.inputs import Axis, AxisX, AxisY, Choices, DesignRequest, Dimensions
 from tests.paths import DOCS
 
 PAGE = (DOCS / "design.md").read_text()

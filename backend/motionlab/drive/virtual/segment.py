@@ -58,7 +58,7 @@ from motionlab.kernel.build import initial_state, lane_parameters
 from motionlab.lanes.bank import TABLES
 from motionlab.simulation.inputs import PAGE, page_inputs
 from motionlab.simulation.timeline import Timeline
-from motionlab.trajectory.reference import Reference
+from motionlab.trajectories.reference import Reference
 
 REVISION = 1
 _POWER_ON_NS = 1_234_567

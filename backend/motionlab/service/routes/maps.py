@@ -8,12 +8,12 @@ from fastapi import APIRouter, Body, HTTPException, Path, Query, Request, Respon
 from starlette.convertors import StringConvertor, register_url_convertor
 
 from motionlab.config.validation_errors import checked
-from motionlab.design.fem.compute import compute
-from motionlab.design.fem.document import MapEntry, MapTables, tables
-from motionlab.design.fem.force_map import ForceMapDocument, PresetName
-from motionlab.design.fem.geometry import Geometry
-from motionlab.design.fem.picture import FieldPicture, FieldRequest, picture
 from motionlab.errors import ConfigError, Shipped
+from motionlab.motor_design.fem.compute import compute
+from motionlab.motor_design.fem.document import MapEntry, MapTables, tables
+from motionlab.motor_design.fem.force_map import ForceMapDocument, PresetName
+from motionlab.motor_design.fem.geometry import Geometry
+from motionlab.motor_design.fem.picture import FieldPicture, FieldRequest, picture
 from motionlab.service.http.openapi_input import DescribedTable
 from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute

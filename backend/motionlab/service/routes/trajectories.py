@@ -25,12 +25,12 @@ from motionlab.service.worker_answers import ComputedResponse, called, computed
 from motionlab.service.workers.worker import Call
 from motionlab.simulation.prepare import Epochs, limit_sets, needs_plan, planned_for
 from motionlab.store.trajectories import KINDS, TrajectoryStore
-from motionlab.trajectory.corners import drawn
-from motionlab.trajectory.exchange.reading import ReadOptions, read_trajectory
-from motionlab.trajectory.exchange.writing import ENDINGS, MEDIA_TYPES, write_trajectory
-from motionlab.trajectory.retiming import slow_down
-from motionlab.trajectory.spline import outline
-from motionlab.trajectory.trajectory_check import Examination, LimitSets, examine
+from motionlab.trajectories.corners import drawn
+from motionlab.trajectories.exchange.reading import ReadOptions, read_trajectory
+from motionlab.trajectories.exchange.writing import ENDINGS, MEDIA_TYPES, write_trajectory
+from motionlab.trajectories.retiming import slow_down
+from motionlab.trajectories.spline import outline
+from motionlab.trajectories.trajectory_check import Examination, LimitSets, examine
 
 
 class _TrajectoryName(StringConvertor):

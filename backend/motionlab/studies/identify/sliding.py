@@ -22,7 +22,7 @@ from motionlab.studies.identify.document import Point
 from motionlab.studies.identify.test_bench import Rig
 from motionlab.studies.identify.thrust import readings, thrust_within
 from motionlab.telemetry.recording import VariantRecord
-from motionlab.trajectory.reference import Reference
+from motionlab.trajectories.reference import Reference
 
 Array = NDArray[np.float64]
 

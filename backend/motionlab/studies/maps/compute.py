@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from motionlab.config.shipped import data_root
-from motionlab.design.fem.compute import PRESETS, Progress, compute
-from motionlab.design.fem.document import MapEntry, MapRequest, entry
-from motionlab.design.fem.force_map import ForceMap, PresetName
-from motionlab.design.fem.geometry import Geometry
-from motionlab.design.fem.mesh import vertices
-from motionlab.design.fem.picture import RESOLUTION
 from motionlab.errors import FieldError
+from motionlab.motor_design.fem.compute import PRESETS, Progress, compute
+from motionlab.motor_design.fem.document import MapEntry, MapRequest, entry
+from motionlab.motor_design.fem.force_map import ForceMap, PresetName
+from motionlab.motor_design.fem.geometry import Geometry
+from motionlab.motor_design.fem.mesh import vertices
+from motionlab.motor_design.fem.picture import RESOLUTION
 from motionlab.store.maps import MapStore
 
 
@@ -26,7 +26,7 @@ def computed_or_kept(
     Raises
     ------
     NoConvergence, WorkerLost
-        See `motionlab.design.fem.compute.compute`.
+        See `motionlab.motor_design.fem.compute.compute`.
     StoreError
         If it cannot be kept; `StoreFull`, before it is computed, where there is no room.
     """

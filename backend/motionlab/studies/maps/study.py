@@ -12,8 +12,8 @@ from motionlab.progress import is_told
 from motionlab.studies.study import RequestLimits, Study, StudyCommand, lazy
 
 if TYPE_CHECKING:
-    from motionlab.design.fem.document import MapRequest
-    from motionlab.design.fem.force_map import ForceMap
+    from motionlab.motor_design.fem.document import MapRequest
+    from motionlab.motor_design.fem.force_map import ForceMap
 
 _EXAMPLES = """\
 examples:
@@ -35,11 +35,11 @@ class MapStudy(Study):
     operation = "computeMap"
     tag = "maps"
     report_name = "MapJob"
-    request_model = lazy("design.fem.document:MapRequest")
-    document_model = lazy("design.fem.document:MapEntry")
+    request_model = lazy("motor_design.fem.document:MapRequest")
+    document_model = lazy("motor_design.fem.document:MapEntry")
     run = lazy("studies.maps.compute:run")
     document = lazy("studies.maps.compute:document")
-    report = lazy("design.fem.report:report")
+    report = lazy("motor_design.fem.report:report")
     suffixes = (".json",)
     write = lazy("store.maps:save")
     bodies = ({"preset": "default", "geometry": {"g": 0.4e-3}},)
@@ -96,7 +96,7 @@ class MapStudy(Study):
 
     def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
         """Return the request of the options."""
-        from motionlab.design.fem.geometry import geometry
+        from motionlab.motor_design.fem.geometry import geometry
 
         geometry(changes)  # so that errors name fields as --set does
         return {"preset": options.preset, "geometry": changes}

@@ -9,10 +9,10 @@ from typing import Any
 
 from motionlab.config.load import load_scenario
 from motionlab.config.shipped import data_root
-from motionlab.design.design import design
-from motionlab.design.document import DesignDocument
-from motionlab.design.fem.force_map import ForceMap, content_hash
-from motionlab.design.fem.geometry import Geometry
+from motionlab.motor_design.design import design
+from motionlab.motor_design.document import DesignDocument
+from motionlab.motor_design.fem.force_map import ForceMap, content_hash
+from motionlab.motor_design.fem.geometry import Geometry
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.design.fem.force_map import ForceMap
+from motionlab.motor_design.fem.force_map import ForceMap
 from motionlab.studies.paper.curves import Build, curve
 from motionlab.studies.paper.document import FigureAxis, Number, PaperFigure
 from motionlab.studies.paper.experiments import Experiments

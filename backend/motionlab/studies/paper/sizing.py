@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
-from motionlab.design import equations as eq
-from motionlab.design.fem.geometry import Geometry
+from motionlab.motor_design import equations as eq
+from motionlab.motor_design.fem.geometry import Geometry
 from motionlab.studies.paper.experiments import Experiments
 from motionlab.studies.paper.printed_number import (
     PrintedNumber,

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from motionlab.studies.study import Progress, Study, StudyCommand, lazy
 
 if TYPE_CHECKING:
-    from motionlab.design.plate.document import PlatformDocument
-    from motionlab.design.plate.inputs import PlatformRequest
+    from motionlab.motor_design.plate.document import PlatformDocument
+    from motionlab.motor_design.plate.inputs import PlatformRequest
 
 _EXAMPLES = """\
 examples:
@@ -32,10 +32,10 @@ class PlatformStudy(Study):
     path = "/design/platform"
     operation = "bendPlatform"
     tag = "design"
-    request_model = lazy("design.plate.inputs:PlatformRequest")
-    document_model = lazy("design.plate.document:PlatformDocument")
-    read = lazy("design.plate.inputs:read_platform_request")
-    report = lazy("design.plate.report:report")
+    request_model = lazy("motor_design.plate.inputs:PlatformRequest")
+    document_model = lazy("motor_design.plate.document:PlatformDocument")
+    read = lazy("motor_design.plate.inputs:read_platform_request")
+    report = lazy("motor_design.plate.report:report")
     bodies = (
         {"axis": "x"},
         {"axis": "y", "new": {"rib_height": 0.04}},
@@ -54,7 +54,7 @@ class PlatformStudy(Study):
 
     def run(self, plan: PlatformRequest, progress: Progress) -> PlatformDocument:
         """Bend both platforms."""
-        from motionlab.design.plate.document import platform
+        from motionlab.motor_design.plate.document import platform
         from motionlab.store.maps import named_map
 
         return platform(plan, None if plan.map is None else named_map(plan.map.name, "map"))

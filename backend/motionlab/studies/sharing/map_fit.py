@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.design.fem.force_map import ForceMap
 from motionlab.force_sharing.pole_pitch import forces_over
+from motionlab.motor_design.fem.force_map import ForceMap
 from motionlab.plant.magnetics import AnalyticMap
 from motionlab.plant.table_map import ANALYTIC, MotorMap
 

@@ -26,10 +26,10 @@ class SizingStudy(Study):
     path = "/design"
     operation = "design"
     tag = "design"
-    request_model = lazy("design.inputs:DesignRequest")
-    document_model = lazy("design.document:DesignDocument")
-    read = lazy("design.design:design")
-    report = lazy("design.report:report")
+    request_model = lazy("motor_design.inputs:DesignRequest")
+    document_model = lazy("motor_design.document:DesignDocument")
+    read = lazy("motor_design.design:design")
+    report = lazy("motor_design.report:report")
     bodies = (
         {"requirements": {"f_max": 50.0}},
         {"preset": "previous"},

@@ -33,7 +33,7 @@ from motionlab.studies.sweep.document import (
     SweptVariant,
 )
 from motionlab.studies.sweep.request import SweepRequest
-from motionlab.trajectory.reference import ticks_of
+from motionlab.trajectories.reference import ticks_of
 
 BEST = ("max_abs_following_error", "rms_following_error")
 """Metrics whose best cases are named."""

@@ -13,12 +13,12 @@ from motionlab import __version__
 from motionlab.config.controller import ControllerConfig, GainsConfig
 from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.design.fem.force_map import ForceMap
 from motionlab.executors.executor import current
 from motionlab.lanes import model_hash
 from motionlab.loop.family import Figures, LoopFamily
 from motionlab.loop.linearise import SLIDING, NoLinearisation
 from motionlab.loop.stability_boundary import stability_edge
+from motionlab.motor_design.fem.force_map import ForceMap
 from motionlab.simulation.result import plant_name
 from motionlab.store.maps import kept_in, lent
 from motionlab.studies.tune.cost import cost

@@ -1,0 +1,350 @@
+"""Check of a motion against the limits of one axis, in one compiled pass.
+
+The page requests this for every pointer move: arrays as long as the motion are allocated only for
+values kept for each tick.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.config.planar import AXES
+from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.trajectories.motion_profile import mean_acceleration
+from motionlab.trajectories.path import Array, Vector
+from motionlab.trajectories.reference import Reference
+
+QUANTITIES = ("position", "step", "velocity", "acceleration", "thrust")
+UNITS = ("m", "m", "m/s", "m/s^2", "N")
+
+STEP_MAX = 10e-6
+"""Largest jump between two control periods, m (this project's limit for true steps)."""
+
+RELATIVE_ROUNDING = 1e-9
+_POSITION_ROUNDING = 1e-12
+_POSITION, _STEP, _VELOCITY, _ACCELERATION, _THRUST = range(len(QUANTITIES))
+
+
+class Span(NamedTuple):
+    """Ticks from `start` to before `end`; to the end of the motion, which counts, without one."""
+
+    start: int = 0
+    end: int | None = None
+
+
+ALWAYS = Span()
+
+Ticks = NDArray[np.int64]
+Flags = NDArray[np.uint8]
+
+
+@dataclass(frozen=True)
+class MotionLimits:
+    """Limits of the motor; pairs are (x, y).
+
+    Attributes
+    ----------
+    stroke : tuple of float
+        Largest distance from mid-stroke, inclusive, m.
+    v_max : tuple of float
+        Largest velocity, m/s.
+    a_max : tuple of float
+        Largest acceleration, m/s^2.
+    mass : tuple of float
+        Moving mass M, kg.
+    friction : callable
+        (axis index, velocities (n,)) to friction force (n,), N, with the sign of the velocity.
+    available_thrust : callable
+        (axis index, positions (n,), signs (n,), each -1 or 1) to the largest thrust in that
+        direction (n,), N, >= 0.
+    sure_thrust : tuple of float
+        Thrust available everywhere and in both directions, N; below it `available_thrust` is not
+        called.
+    """
+
+    stroke: tuple[float, float]
+    v_max: tuple[float, float]
+    a_max: tuple[float, float]
+    mass: tuple[float, float]
+    friction: Callable[[int, Array], Array]
+    available_thrust: Callable[[int, Array, Array], Array]
+    sure_thrust: tuple[float, float] = (0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Intervals:
+    """Where one quantity of one axis is outside its limit, in order of time.
+
+    Attributes
+    ----------
+    quantity, axis : int
+        Indices in `QUANTITIES` and `AXES`.
+    start, stop, worst : ndarray of int64, shape (n,)
+        First tick outside, the one after the last, and the one furthest outside.
+    value, limit : ndarray, shape (n,)
+        Value at the worst tick, and the magnitude allowed there, in the quantity's unit.
+    """
+
+    quantity: int
+    axis: int
+    start: Ticks
+    stop: Ticks
+    worst: Ticks
+    value: Array
+    limit: Array
+
+
+class Samples(NamedTuple):
+    """Quantities required of one axis at each of n ticks."""
+
+    position: Array  # m
+    velocity: Array  # m/s
+    acceleration: Array  # m/s^2
+    thrust: Array  # M a + f_f(v), eq. (16), N
+    end: float  # where the motion ends, m
+
+
+class Reach(NamedTuple):
+    """Ticks that require more than the sure thrust, and the thrust available there, N."""
+
+    hard: Ticks
+    available: Array
+
+
+@dataclass(frozen=True)
+class Demand:
+    """Quantities that a motion requires of one axis.
+
+    Attributes
+    ----------
+    reference : Reference
+        The motion, of n ticks.
+    axis : int
+        Index of the axis.
+    samples : Samples
+        Required quantities.
+    limits : tuple of float
+        Magnitude allowed of each of `QUANTITIES`; of the thrust the sure one.
+    reach : Reach
+        Available thrust.
+    beyond : ndarray of uint8, shape (n + 1,)
+        Sum of 2**k of the quantities outside their limits at each tick; the end of the motion has
+        a position only.
+    found : int
+        The same of all ticks together.
+    peaks : ndarray of int64, shape (5,)
+        Tick at which each quantity is largest, the thrust as a share of the available one.
+    """
+
+    reference: Reference
+    axis: int
+    samples: Samples
+    limits: tuple[float, ...]
+    reach: Reach
+    beyond: Flags
+    found: int
+    peaks: Ticks
+
+    def value_at(self, quantity: int, tick: int) -> float:
+        """Return the required value at one tick, in the quantity's unit."""
+        return float(_value(quantity, tick, self.samples))
+
+    def limit_at(self, quantity: int, tick: int) -> float:
+        """Return the magnitude that is allowed at one tick."""
+        hard, available = self.reach
+        if quantity == _THRUST and hard.size:
+            index = int(np.searchsorted(hard, tick))
+            if index < hard.size and hard[index] == tick:
+                return float(available[index])
+        return self.limits[quantity]
+
+    def outside(self, quantity: int) -> Intervals | None:
+        """Return where a quantity is outside its limit, None for nowhere."""
+        if not self.found >> quantity & 1:
+            return None
+        ticks, amounts = _intervals(
+            quantity, self.beyond, self.samples, self.limits[quantity], self.reach
+        )
+        return Intervals(quantity, self.axis, *ticks, *amounts)
+
+
+def demands(reference: Reference, limits: MotionLimits, *, span: Span = ALWAYS) -> list[Demand]:
+    """Check a motion against limits, axis by axis.
+
+    Velocity that jumps between two ticks counts as the acceleration it takes, the start from rest
+    included. A position that jumps by more than the velocity explains is a true step, which counts
+    neither as velocity nor as acceleration.
+
+    Parameters
+    ----------
+    reference : Reference
+        The motion.
+    limits : MotionLimits
+        Limits of the motor.
+    span : Span
+        Ticks at which these limits hold.
+    """
+    return [_demand(reference, limits, axis, span) for axis in range(len(AXES))]
+
+
+def place_at(reference: Reference, tick: int) -> Vector:
+    """Return the position at a tick, the end of the motion included, m."""
+    place = reference.position[tick] if tick < reference.ticks else reference.end
+    return float(place[0]), float(place[1])
+
+
+def _demand(reference: Reference, limits: MotionLimits, axis: int, span: Span) -> Demand:
+    position, velocity = reference.position[:, axis], reference.velocity[:, axis]
+    acceleration = reference.acceleration[:, axis]
+    sure = limits.sure_thrust[axis]
+    thrust, hard = _thrust(
+        limits.friction(axis, velocity), acceleration, limits.mass[axis], sure if sure > 0 else -1.0
+    )
+    available = np.empty(0)
+    if hard.size:
+        sign = np.where(thrust[hard] < 0.0, -1.0, 1.0)
+        available = limits.available_thrust(axis, position[hard], sign)
+    allowed = (limits.stroke[axis], STEP_MAX, limits.v_max[axis], limits.a_max[axis], sure)
+    most = (*allowed[:_THRUST], max(sure, float(available.max(initial=0.0))))
+    slack = [
+        _POSITION_ROUNDING if unit == "m" else RELATIVE_ROUNDING * value
+        for unit, value in zip(UNITS, most, strict=True)
+    ]
+    samples = Samples(position, velocity, acceleration, thrust, reference.end[axis])
+    reach = Reach(hard, available)
+    during = (span.start, reference.ticks + 1 if span.end is None else span.end)
+    survey = _survey(samples, np.array(allowed), np.array(slack), reach, during)
+    return Demand(reference, axis, samples, allowed, reach, *survey)
+
+
+@numba.njit(error_model="numpy", nogil=True, cache=True)
+def _thrust(friction: Array, acceleration: Array, mass: float, easy: float) -> tuple[Array, Ticks]:
+    """Return M a + f_f(v) and the ticks at which it exceeds the guaranteed thrust."""
+    thrust = np.empty(len(friction))
+    count = 0
+    for k in range(len(friction)):
+        thrust[k] = mass * acceleration[k] + friction[k]
+        count += abs(thrust[k]) > easy
+    hard = np.empty(count, dtype=np.int64)
+    i = 0
+    for k in range(len(friction)):
+        if abs(thrust[k]) > easy:
+            hard[i] = k
+            i += 1
+    return thrust, hard
+
+
+@numba.njit(error_model="numpy", nogil=True, cache=True)
+def _jump(way: float, now: float, before: float) -> float:
+    """Return the part of a displacement that the velocities at both ticks do not explain."""
+    slow, fast = CONTROL_PERIOD * min(now, before), CONTROL_PERIOD * max(now, before)
+    return way - min(max(way, slow), fast)
+
+
+@numba.njit(error_model="numpy", nogil=True, cache=True)
+def _value(quantity: int, tick: int, samples: Samples) -> float:
+    position, velocity, acceleration, thrust, end = samples
+    if quantity == _POSITION:
+        return position[tick] if tick < len(position) else end
+    before = velocity[tick - 1] if tick > 0 else 0.0
+    if quantity == _STEP:
+        way = position[tick] - position[tick - 1] if tick > 0 else 0.0
+        return _jump(way, velocity[tick], before) if tick > 0 else 0.0
+    if quantity == _VELOCITY:
+        return velocity[tick]
+    if quantity == _ACCELERATION:
+        return mean_acceleration(acceleration[tick], velocity[tick], before)
+    return thrust[tick]
+
+
+@numba.njit(error_model="numpy", nogil=True, cache=True)
+def _survey(
+    samples: Samples, allowed: Array, slack: Array, reach: Reach, during: tuple[int, int]
+) -> tuple[Flags, int, Ticks]:
+    """Return which quantities are outside at each tick and at any, and where each is largest."""
+    position, velocity, acceleration, thrust, end = samples
+    (hard, available), (start, stop) = reach, during
+    found = 0
+    n = len(position)
+    beyond = np.zeros(n + 1, dtype=np.uint8)
+    peaks = np.zeros(len(allowed), dtype=np.int64)
+    largest = np.full(len(allowed), -1.0)
+    bounds = allowed + slack
+    before = 0.0
+    h = 0
+    for k in range(n):
+        now = velocity[k]
+        asked = (
+            abs(position[k]),
+            abs(_jump(position[k] - position[k - 1], now, before)) if k > 0 else 0.0,
+            abs(now),
+            abs(mean_acceleration(acceleration[k], now, before)),
+        )
+        flags = 0
+        for i in range(_THRUST):
+            if asked[i] > bounds[i]:
+                flags |= 1 << i
+            if asked[i] > largest[i]:
+                largest[i], peaks[i] = asked[i], k
+        force, limit = abs(thrust[k]), allowed[_THRUST]
+        if h < len(hard) and hard[h] == k:
+            limit = available[h]
+            h += 1
+        if force > limit + slack[_THRUST]:
+            flags |= 1 << _THRUST
+        share = force / limit if force > 0.0 else 0.0
+        if share > largest[_THRUST]:
+            largest[_THRUST], peaks[_THRUST] = share, k
+        if start <= k < stop:
+            beyond[k] = flags
+            found |= flags
+        before = now
+    if abs(end) > largest[_POSITION]:
+        peaks[_POSITION] = n
+    if abs(end) > bounds[_POSITION] and start <= n < stop:
+        beyond[n] = 1 << _POSITION
+        found |= 1 << _POSITION
+    return beyond, found, peaks
+
+
+@numba.njit(error_model="numpy", nogil=True, cache=True)
+def _intervals(
+    quantity: int, beyond: Flags, samples: Samples, allowed: float, reach: Reach
+) -> tuple[Ticks, Array]:
+    """Return start, stop and worst tick, (3, n), and value and limit there, (2, n)."""
+    hard, available = reach
+    bit = 1 << quantity
+    count = 0
+    for k in range(len(beyond)):
+        if beyond[k] & bit and (k == 0 or not beyond[k - 1] & bit):
+            count += 1
+    ticks, amounts = np.empty((3, count), dtype=np.int64), np.empty((2, count))
+    i = -1
+    furthest = 0.0
+    h = 0
+    for k in range(len(beyond)):
+        if not beyond[k] & bit:
+            continue
+        value = _value(quantity, k, samples)
+        limit = allowed
+        if quantity == _THRUST:
+            while h < len(hard) and hard[h] < k:
+                h += 1
+            if h < len(hard) and hard[h] == k:
+                limit = available[h]
+        begins = k == 0 or not beyond[k - 1] & bit
+        if begins:
+            i += 1
+            ticks[0, i] = k
+        ticks[1, i] = k + 1
+        if begins or abs(value) - limit > furthest:
+            furthest = abs(value) - limit
+            ticks[2, i] = k
+            amounts[0, i], amounts[1, i] = value, limit
+    return ticks, amounts
