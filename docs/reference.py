@@ -34,7 +34,7 @@ def contents():
         pages = dict.fromkeys(re.findall(r"\]\(docs/([\w-]+)\.md\)", table))
         pages.pop("index", None)
         entries = "\n".join(pages)
-        trees.append(f"```{{toctree}}\n:caption: {title}\n:hidden:\n\n{entries}\n```")
+        trees.append(f"```{{toctree}}\n:caption: {title}\n:hidden:\n:titlesonly:\n\n{entries}\n```")
     shown = re.sub(r"^.*CHANGELOG.*\n", "", section.replace("](docs/", "]("), flags=re.M)
     return "\n\n".join(trees) + "\n\n" + shown
 
