@@ -27,6 +27,7 @@ from tests.e2e.test_tune import SLOW
 from tests.paths import ROOT
 
 TEXT = " ".join((ROOT / "docs" / "tutorial.md").read_text().split())
+ON_THE_PATH = "and *A and B on this path* that the largest error on x is # um for A and # um for B"
 MICRO = {"µm": 1.0, "mm": 1000.0}
 
 
@@ -77,7 +78,9 @@ def test_break_it_and_mend_it(page: Page) -> None:
     feedforward.check()
     shows(page, "max |ex|", 1, *told("*feedforward* as well: # um"))
     feedforward.uncheck()
-    gain, worst = told("drag k_p x to # N/mm, and B chatters between its force limits with up to # um")
+    gain, worst = told(
+        "drag k_p x to # N/mm, and B chatters between its force limits with up to # um"
+    )
     set_field(page, "B k_p x, N/mm", f"{gain:g}")
     shows(page, "max |ex|", 1, worst)
     region(page, "Changes").get_by_role("button", name="Discard").click()
@@ -86,7 +89,9 @@ def test_break_it_and_mend_it(page: Page) -> None:
     law = page.get_by_role("combobox", name="B compensation law")
     law.select_option("K as published")
     # It diverges and is chaotic: its order of magnitude is what the text gives.
-    until(page, "B in mm", lambda: "mm" in region(page, "Metrics").locator("tr").nth(1).inner_text())
+    until(
+        page, "B in mm", lambda: "mm" in region(page, "Metrics").locator("tr").nth(1).inner_text()
+    )
     (millimetres,) = told("error on x grows to # mm")
     assert float(metric(page, "max |ex|", 1)) == pytest.approx(millimetres, rel=0.5)
     law.select_option("K, sign reversed")
@@ -121,11 +126,13 @@ def test_draw_a_path_and_tune_for_it(page: Page) -> None:
         until(
             page,
             what,
-            lambda: "exact" in errors.inner_text()
-            and float(row.locator("td").nth(column).inner_text()) == near(um),
+            lambda: (
+                "exact" in errors.inner_text()
+                and float(row.locator("td").nth(column).inner_text()) == near(um)
+            ),
         )
 
-    for column, um in enumerate(told("the largest error on x is # um for A and # um for B.  *".strip(" *"))):
+    for column, um in enumerate(told(ON_THE_PATH)):
         has(column, um)
 
     speed, acceleration = told("*max speed* # mm/s and *max accel.* # m/s^2. The proposal")
@@ -143,7 +150,9 @@ def test_draw_a_path_and_tune_for_it(page: Page) -> None:
     expect(cost).to_contain_text("leaves no reserve")
     button(page, "Apply")
     expect(verdict).to_have_text("feasible", timeout=LONG)
-    acceleration, um = told("set *max accel.* to # m/s^2 and *Apply* that too: B's error on x is # um")
+    acceleration, um = told(
+        "set *max accel.* to # m/s^2 and *Apply* that too: B's error on x is # um"
+    )
     set_field(page, "max acceleration, m/s²", f"{acceleration:g}")
     button(page, "Apply")
     has(1, um)

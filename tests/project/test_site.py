@@ -1,4 +1,4 @@
-"""The documentation as `make docs` has built it: whole, offline, small, and of the program as it is."""
+"""The documentation as `make docs` has built it: whole, offline, small, true to the program."""
 
 from __future__ import annotations
 
