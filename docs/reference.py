@@ -4,6 +4,7 @@ On a forge a page shows what stands there: where to find it.
 """
 
 import argparse
+import importlib
 import json
 import os
 import re
@@ -187,13 +188,26 @@ def _answer(response):
 
 
 def python():
-    """Return autodoc's directive for every public name of the package."""
+    """Return autodoc's directives: the public names of the package, then what they return."""
     found = []
-    for name in getattr(motionlab, "__all__", ()):
-        kind = "autoclass" if isinstance(getattr(motionlab, name), type) else "autofunction"
-        members = "\n   :members:" if kind == "autoclass" else ""
-        found.append(f"## {name}\n\n```{{eval-rst}}\n.. {kind}:: motionlab.{name}{members}\n```\n")
+    for name in motionlab.__all__:
+        home = importlib.import_module(f"motionlab.{motionlab._HOMES.get(name, 'scripting.here')}")
+        # By now a package of this name may stand in its place.
+        setattr(motionlab, name, getattr(home, name))
+        kind = "class" if isinstance(getattr(motionlab, name), type) else "function"
+        found.append(f"## {name}\n\n{_documented(kind, f'motionlab.{name}')}")
+    for path in _RETURNED:
+        name = path.rpartition(".")[2]
+        found.append(f"## {name}\n\n{_documented('class', f'motionlab.scripting.{path}')}")
     return "\n".join(found)
+
+
+_RETURNED = ("run.Run", "channels.Samples", "study_result.StudyResult", "session.Session")
+
+
+def _documented(kind, path):
+    members = "\n   :members:\n   :inherited-members: Exception, ndarray, Mapping" if kind == "class" else ""
+    return f"```{{eval-rst}}\n.. auto{kind}:: {path}{members}\n```\n"
 
 
 def _table(head, rows):
