@@ -2,6 +2,7 @@
 
 import hashlib
 import html
+import json
 import re
 from pathlib import Path
 
@@ -24,8 +25,8 @@ _UNUSED = (
     "_static/plus.png",
     "_static/scripts/furo-extensions.js",
 )
-_WIDEST = 1100  # px; the column of text has 740
-_QUALITY = 45
+_WIDEST = 1000  # px; the column of text has 740
+_QUALITY = 40
 _TAG = re.compile(r"\\tag\{(.+?)\}")  # which docutils does not know
 _INLINE = re.compile(r"<script>(.*?)</script>", re.DOTALL)
 
@@ -61,6 +62,11 @@ def slim(app, exception):
             picture.thumbnail((_WIDEST, 10 * _WIDEST))
             picture.convert("RGB").save(file.with_suffix(".webp"), quality=_QUALITY)
         file.unlink()
+    for file in site.glob("_downloads/**/*.ipynb"):  # who takes it runs it
+        notebook = json.loads(file.read_text())
+        for cell in notebook["cells"]:
+            cell.update({"outputs": []} if "outputs" in cell else {})
+        file.write_text(json.dumps(notebook, ensure_ascii=False, indent=1))
     for page in site.rglob("*.html"):
         text = re.sub(r"(_images/[\w.-]+)\.png", r"\1.webp", page.read_text())
         up = "../" * (len(page.relative_to(site).parts) - 1)

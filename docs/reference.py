@@ -206,7 +206,11 @@ _RETURNED = ("run.Run", "channels.Samples", "study_result.StudyResult", "session
 
 
 def _documented(kind, path):
-    members = "\n   :members:\n   :inherited-members: Exception, ndarray, Mapping" if kind == "class" else ""
+    members = (
+        "\n   :members:\n   :inherited-members: Exception, ndarray, Mapping"
+        if kind == "class"
+        else ""
+    )
     return f"```{{eval-rst}}\n.. auto{kind}:: {path}{members}\n```\n"
 
 
