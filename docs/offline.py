@@ -28,6 +28,7 @@ _UNUSED = (
 _WIDEST = 1000  # px; the column of text has 740
 _QUALITY = 40
 _TAG = re.compile(r"\\tag\{(.+?)\}")  # which docutils does not know
+_SIZE = re.compile(r"\\[bB]igg?[lr]?(?![a-zA-Z])")
 _INLINE = re.compile(r"<script>(.*?)</script>", re.DOTALL)
 
 
@@ -44,7 +45,7 @@ def block_math(writer, node):
 
 
 def _mathml(node, *, block):
-    tex = _TAG.sub(r"\\qquad (\1)", node.astext())
+    tex = _SIZE.sub("", _TAG.sub(r"\\qquad (\1)", node.astext()))
     return tex2mathml(tex, as_block=block)
 
 
