@@ -22,8 +22,8 @@ _README = Path(__file__).parent.parent / "README.md"
 
 
 def generate(app, name, source):
-    """Replace the marks of a page; what links to the README gets it as a file."""
-    text = source[0].replace("](../README.md", "](path:../README.md")
+    """Replace the marks of a page; pages beside docs/, such as the README, are linked as files."""
+    text = re.sub(r"\]\((?=\.\./\w+\.md)", "](path:", source[0])
     source[0] = _MARK.sub(lambda found: _GENERATED[found[1]](), text)
 
 
