@@ -23,7 +23,7 @@ _README = Path(__file__).parent.parent / "README.md"
 
 def generate(app, name, source):
     """Replace the marks of a page; pages beside docs/, such as the README, are linked as files."""
-    text = re.sub(r"\]\((?=\.\./\w+\.md)", "](path:", source[0])
+    text = re.sub(r"\]\((\.\./\w+\.md)(#[^)]*)?\)", r"](path:\1)", source[0])
     source[0] = _MARK.sub(lambda found: _GENERATED[found[1]](), text)
 
 
