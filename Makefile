@@ -27,6 +27,8 @@ LOWEST_KERNEL_TESTS := tests/service/test_routes.py -k "health or head_is_get or
 PAGE := frontend/dist/index.html
 PAGE_SOURCES := $(shell find frontend -path frontend/node_modules -prune -o -path frontend/dist -prune -o \
 	-type f -print 2>/dev/null)
+HELP := build/help/index.html
+HELP_SOURCES := README.md $(shell find docs backend/motionlab configs -type f ! -name '*.py[cod]' ! -name '*.nb[ci]')
 LINT_STAMP := .venv/lint-$(HERE)
 # Changes with each commit, and the version with it; empty without git.
 COMMITS := $(wildcard $(shell git rev-parse --git-path logs/HEAD 2>/dev/null))
@@ -35,7 +37,7 @@ VENV_RUNS := $(shell $(PY) -c 'print(1)' 2>/dev/null)
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup run test browser lint bench lowest lock schema types FORCE
+.PHONY: help setup run test browser lint bench lowest lock schema types docs FORCE
 
 help: ## Show the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' Makefile
@@ -48,7 +50,7 @@ test bench: export PYTHONDONTWRITEBYTECODE =
 
 # Kernels first, once for all; then files on two processes for each core, since many tests wait; then
 # browsers, one on each core; then, apart from all that, what keeps time. 5 is pytest's "no tests were selected".
-test: $(SETUP_STAMP) $(PAGE) ## Run the tests (PYTEST_ARGS="-k circle" for some of them)
+test: $(SETUP_STAMP) $(PAGE) $(HELP) ## Run the tests (PYTEST_ARGS="-k circle" for some of them)
 	@frontend/npm test --silent
 	@$(PY) -m motionlab.simulation.precompile & kernels=$$!; \
 	$(PY) -m motionlab.drive.precompile && wait $$kernels && $(PY) -m motionlab.service.preload
@@ -88,6 +90,8 @@ lowest: $(LOWEST_STAMP) ## Test the core on the lowest versions that pyproject.t
 
 schema: $(SETUP_STAMP) ## Write configs/scenario.schema.json from the config models
 	@$(PY) -m motionlab.config.schema
+
+docs: $(HELP) ## Build the documentation in build/help, which the lab serves at /help
 
 types: $(SETUP_STAMP) ## Write frontend/src/app/api/schema.d.ts from the OpenAPI document
 	@mkdir -p build
@@ -150,6 +154,12 @@ $(LOWEST_STAMP): build/uv/bin/uv backend/requirements-lowest.lock pyproject.toml
 $(PAGE): $(SETUP_STAMP) $(PAGE_SOURCES)
 	@echo "Building the page ..."
 	@frontend/npm run --silent build
+	@touch $@
+
+$(HELP): $(SETUP_STAMP) $(HELP_SOURCES)
+	@echo "Building the documentation ..."
+	@rm -rf build/help
+	@$(PY) -m sphinx -q -W --keep-going -E -b html -d build/doctrees docs build/help
 	@touch $@
 
 build/uv/bin/uv:

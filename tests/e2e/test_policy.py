@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from tests.e2e.actions import LONG, region
-from tests.e2e.conftest import Server
+from tests.e2e.conftest import Server, missing
 
 TOKEN = "a-token-of-some-length"
 RECORD = """
@@ -53,6 +53,33 @@ def test_the_documentation_keeps_to_its_policy(page: Page, server: Server) -> No
     assert page.evaluate("violations") == []
     page.goto(server.url)
     page.get_by_text("connected", exact=True).wait_for()
+
+
+def test_every_screen_has_its_page_of_the_documentation(page: Page, server: Server) -> None:
+    """Whose search finds things, under the policy; the last screen is followed by its link."""
+    if page.request.get(f"{server.url}/help/").status == 404:
+        missing("the documentation is not built: make docs")
+    help_link = page.locator(".bar").get_by_role("link", name="Help", exact=True)
+    links = page.get_by_role("navigation", name="Screens").get_by_role("link")
+    for name in links.all_text_contents():
+        links.filter(has_text=re.compile(f"^{name}$")).click()
+        address = help_link.get_attribute("href")
+        assert page.request.get(f"{server.url}{address}").status == 200, address
+    page.context.add_init_script(RECORD)
+    with page.expect_popup() as opened:
+        help_link.click()
+    manual = opened.value
+    errors: list[str] = []
+    manual.on("console", lambda m: errors.append(m.text) if m.type == "error" else None)
+    expect(manual.get_by_role("heading", level=1)).to_contain_text("Drive")
+    assert manual.evaluate("violations") == []
+    manual.get_by_role("searchbox").or_(manual.get_by_placeholder("Search")).first.fill(
+        "presliding"
+    )
+    manual.keyboard.press("Enter")
+    expect(manual.locator("#search-results").get_by_role("link", name="Glossary")).to_be_visible()
+    assert manual.evaluate("violations") == []
+    assert errors == []
 
 
 def test_the_theme_is_set_before_the_page_loads(page: Page, refusals: list[str]) -> None:

@@ -10,6 +10,7 @@ import httpx
 import pytest
 
 from motionlab.service.http.compression import SMALLEST
+from motionlab.service.settings import Settings
 from tests.service.live import API, Live
 from tests.service.servers import PATIENCE, Server
 
@@ -114,6 +115,61 @@ def test_without_the_page_docs_says_how_to_build_it(monkeypatch: pytest.MonkeyPa
         answer = httpx.get(f"{server.url}/docs", timeout=PATIENCE)
         assert answer.status_code == 404
         assert answer.json()["detail"].startswith("The page is not built: `make run`")
+    finally:
+        server.stop()
+
+
+# -- the documentation ----------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def manual(tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
+    """A server with a token, and with documentation of two files."""
+    folder = tmp_path_factory.mktemp("help")
+    (folder / "index.html").write_bytes(TEXT)
+    (folder / "lab.webp").write_bytes(TEXT)
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("motionlab.service.http.page.help_root", lambda: folder)
+        server = Server(Settings(token="a-token-of-some-length"))
+    with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
+        yield client
+    server.stop()
+
+
+def test_the_documentation_is_compressed_revalidated_and_needs_no_token(
+    manual: httpx.Client,
+) -> None:
+    assert manual.get("/docs").status_code == 401
+    moved = manual.get("/help")
+    assert (moved.status_code, moved.headers["location"]) == (307, "/help/")
+    packed, length = sent(manual, "/help/", GZIP)
+    assert packed.headers["content-encoding"] == "gzip"
+    assert length == int(packed.headers["content-length"]) < len(TEXT) / 4
+    plain, length = sent(manual, "/help/", PLAIN)
+    assert ("content-encoding" in plain.headers, length) == (False, len(TEXT))
+    for answer in (packed, plain):
+        assert answer.content == TEXT
+        assert answer.headers["vary"] == "Accept-Encoding"
+        assert answer.headers["cache-control"] == "no-cache"
+        assert answer.headers["content-type"].startswith("text/html")
+        assert "script-src 'self'" in answer.headers["content-security-policy"]
+        known = {"If-None-Match": answer.headers["etag"]}
+        assert manual.get("/help/index.html", headers=GZIP | known).status_code == 304
+    picture = manual.get("/help/lab.webp", headers=GZIP)
+    assert (picture.status_code, "content-encoding" in picture.headers) == (200, False)
+    assert manual.get("/help/nothing.html").status_code == 404
+
+
+def test_without_the_documentation_help_says_how_to_build_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("motionlab.service.http.page.help_root", lambda: None)
+    server = Server()
+    try:
+        for path in ("/help", "/help/", "/help/lab.html"):
+            answer = httpx.get(f"{server.url}{path}", timeout=PATIENCE)
+            assert answer.status_code == 404
+            assert "`make docs`" in answer.json()["detail"]
     finally:
         server.stop()
 

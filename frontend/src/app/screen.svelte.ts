@@ -39,6 +39,11 @@ class ScreenChoice {
     return SCREENS.find(({ screen }) => screen === this.current)?.title ?? '';
   }
 
+  /** Its page of the documentation. */
+  get help(): string {
+    return `/help/${this.current}.html`;
+  }
+
   /** Follows a link without loading the page anew, unless it is to open elsewhere. */
   follow(event: MouseEvent, screen: Screen, parameters?: Record<string, string>): void {
     if (event.ctrlKey || event.metaKey || event.shiftKey || event.button !== 0) return;

@@ -1,7 +1,8 @@
-"""The built page: where it is, and its files, compressed beforehand and cached by browsers."""
+"""The built page and documentation: where they are; compressed, and cached by browsers."""
 
 from __future__ import annotations
 
+import functools
 import gzip
 import os
 from collections.abc import Iterator
@@ -10,10 +11,11 @@ from mimetypes import guess_type
 from pathlib import Path
 
 from fastapi import FastAPI, Request
+from fastapi.concurrency import run_in_threadpool
 from fastapi.staticfiles import StaticFiles
 from starlette.datastructures import Headers
 from starlette.exceptions import HTTPException
-from starlette.responses import FileResponse, Response, StreamingResponse
+from starlette.responses import FileResponse, RedirectResponse, Response, StreamingResponse
 from starlette.staticfiles import NotModifiedResponse
 from starlette.types import Scope
 
@@ -25,12 +27,26 @@ _HASHED = "assets"
 _FOR_EVER = "public, max-age=31536000, immutable"
 _PIECE = 64 * 1024  # bytes
 _NOT_BUILT = "The page is not built: `make run` in a checkout builds and serves it."
+_NO_HELP = (
+    "The documentation is not built: `make docs` in a checkout builds it; docs/ has the text."
+)
+_TEXT = ("text/", "image/svg+xml", "application/json")
+"""How media types begin that are worth compressing."""
 
 
 def page_root() -> Path | None:
     """Return the folder of the built page, in the package or the checkout, if it is there."""
     package = Path(__file__).resolve().parents[2]
     for folder in (package / "page", package.parent.parent / "frontend" / "dist"):
+        if (folder / "index.html").is_file():
+            return folder
+    return None
+
+
+def help_root() -> Path | None:
+    """Return the folder of the built documentation, in the package or the checkout, if any."""
+    package = Path(__file__).resolve().parents[2]
+    for folder in (package / "help", package.parent.parent / "build" / "help"):
         if (folder / "index.html").is_file():
             return folder
     return None
@@ -88,8 +104,37 @@ def _unpacked(path: Path) -> Iterator[bytes]:
             yield piece
 
 
+class HelpFiles(PageFiles):
+    """The files of the documentation; texts are compressed when they are first asked for."""
+
+    async def get_response(self, path: str, scope: Scope) -> Response:
+        """Return the answer with a file."""
+        response = await super().get_response(path, scope)
+        text = (response.media_type or "").startswith(_TEXT)
+        packed_before = "content-encoding" in response.headers
+        if not text or packed_before or not isinstance(response, FileResponse):
+            return response
+        headers = response.headers
+        headers["ETag"] = f"W/{headers['etag']}"  # plain or compressed
+        headers["Vary"] = "Accept-Encoding"
+        if not accepts_gzip(Headers(scope=scope)):
+            return response
+        body = await run_in_threadpool(_compressed, response.path, headers["etag"])
+        packed = Response(body, response.status_code, media_type=response.media_type)
+        kept = ("etag", "vary", "last-modified", "cache-control", "content-type")
+        packed.headers.update({name: headers[name] for name in kept if name in headers})
+        packed.headers["Content-Encoding"] = "gzip"
+        return packed
+
+
+@functools.lru_cache(maxsize=256)
+def _compressed(path: str | os.PathLike[str], _version: str) -> bytes:
+    return gzip.compress(Path(path).read_bytes())
+
+
 def install(app: FastAPI) -> None:
-    """Serve the page where it is built, and its documentation of the API at /docs."""
+    """Serve the page where it is built, with the API's own page at /docs, and the help at /help."""
+    _install_help(app)
     root = page_root()
     files = None if root is None else PageFiles(directory=root, html=True)
 
@@ -101,3 +146,19 @@ def install(app: FastAPI) -> None:
 
     if files is not None:
         app.mount("/", files)
+
+
+def _install_help(app: FastAPI) -> None:
+    root = help_root()
+    if root is not None:
+
+        @app.get("/help", include_in_schema=False)
+        def to_the_first_page() -> Response:
+            return RedirectResponse("/help/")
+
+        app.mount("/help", HelpFiles(directory=root, html=True))
+        return
+
+    @app.get("/help{page:path}", include_in_schema=False)
+    def not_built(page: str) -> None:
+        raise HTTPException(HTTPStatus.NOT_FOUND, _NO_HELP)
