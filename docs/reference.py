@@ -4,7 +4,6 @@ On a forge a page shows what stands there: where to find it.
 """
 
 import argparse
-import importlib
 import json
 import os
 import re
@@ -191,9 +190,6 @@ def python():
     """Return autodoc's directives: the public names of the package, then what they return."""
     found = []
     for name in motionlab.__all__:
-        home = importlib.import_module(f"motionlab.{motionlab._HOMES.get(name, 'scripting.here')}")
-        # By now a package of this name may stand in its place.
-        setattr(motionlab, name, getattr(home, name))
         kind = "class" if isinstance(getattr(motionlab, name), type) else "function"
         found.append(f"## {name}\n\n{_documented(kind, f'motionlab.{name}')}")
     for path in _RETURNED:

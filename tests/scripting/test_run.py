@@ -69,7 +69,8 @@ def test_the_scenario_is_resolved_and_runs_again(circle: Run) -> None:
 
 def test_slices_keep_the_unit_and_results_have_none(circle: Run) -> None:
     error = circle[ERROR]
-    assert error[10:20].unit == error.copy().unit == "m"
+    parts: list[Any] = [error[10:20], error.copy()]
+    assert [part.unit for part in parts] == ["m", "m"]
     assert "m  # B.x.following_error" in repr(error)
     for result in (error * 1e6, np.abs(error), error - circle["A.x.following_error"]):
         assert type(result) is np.ndarray

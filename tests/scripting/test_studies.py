@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,7 +21,7 @@ def test_a_sweep_has_a_row_for_each_case(tmp_path: Path) -> None:
         "circle",
         {K_P: np.array([1e5, 4e5]), "plant.x.mass": {"start": 5.0, "stop": 6.0, "count": 3}},
     )
-    frame = found.to_pandas()
+    frame: Any = found.to_pandas()
     assert list(frame[K_P]) == [1e5] * 3 + [4e5] * 3
     assert list(frame["plant.x.mass"]) == [5.0, 5.5, 6.0] * 2
     run = motionlab.run("circle", {K_P: 4e5, "plant.x.mass": 5.5})
@@ -48,7 +49,7 @@ def test_tuned_gains_go_back_into_the_scenario(capsys: pytest.CaptureFixture[str
     rms = "rms_following_error"
     before, after = motionlab.run("circle"), motionlab.run("circle", found.set)
     assert after.metrics["B"]["x"][rms] < before.metrics["B"]["x"][rms]  # type: ignore[operator]
-    frame = found.to_pandas()
+    frame: Any = found.to_pandas()
     assert list(frame["origin"])[:2] == ["present", "paper"]
     assert frame["x.k_p"][2] == found.set[K_P]
     assert str(found) in found._repr_html_().replace("&lt;", "<").replace("&gt;", ">").replace(
@@ -58,7 +59,7 @@ def test_tuned_gains_go_back_into_the_scenario(capsys: pytest.CaptureFixture[str
 
 def test_plausible_motors_are_rows() -> None:
     found = motionlab.montecarlo("circle", cases=4, spec={"x": 12e-6})
-    frame = found.to_pandas()
+    frame: Any = found.to_pandas()
     assert len(frame) == 4
     worst = found.document.worst[0]
     assert frame[f"{worst.variant}.{worst.axis}.max_abs_following_error"][worst.case] == worst.value
@@ -69,7 +70,7 @@ def test_identified_friction_has_points() -> None:
     found = motionlab.identify(
         "circle", axis="x", speeds=speeds, time_max=1.0, presliding={"enabled": False}
     )
-    frame = found.to_pandas()
+    frame: Any = found.to_pandas()
     assert set(frame["axis"]) == {"x"}
     assert len(frame) == 2 * len(speeds)
     assert all(path.startswith("variants.B.controller.model.x.") for path in found.set)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motionlab.config.load import load_scenario
 from motionlab.config.scenario import Scenario
@@ -32,7 +33,7 @@ Source = str | Path | Mapping[str, Any] | Scenario
 Changes = Mapping[str, Any] | None
 """Dotted path to value, SI, such as ``{"variants.B.controller.x.k_p": 312e3}``."""
 
-Values = Sequence[Any] | Mapping[str, Any]
+Values = Sequence[Any] | NDArray[Any] | Mapping[str, Any]
 """Values of a swept field, or ``{"start": ..., "stop": ..., "count": ..., "scale": "log"}``."""
 
 
