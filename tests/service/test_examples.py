@@ -16,7 +16,8 @@ EXAMPLE = ROOT / "examples" / "ab.py"
 
 def test_the_readme_prints_the_example_and_what_it_answers(server: Server) -> None:
     readme = (ROOT / "README.md").read_text()
-    shown = re.search(r"```python\n(.*?)```\n\nprints\n\n((?:    [^\n]*\n)+)", readme, re.DOTALL)
+    block = r"```python\n((?:(?!```).)*)```\n\nprints\n\n((?:    [^\n]*\n)+)"
+    shown = re.search(block, readme, re.DOTALL)
     assert shown is not None
     assert shown[1] == EXAMPLE.read_text()
     answer = subprocess.run(
