@@ -1,4 +1,4 @@
-"""Equations as MathML; pictures as WebP; scripts that the lab's content policy lets run."""
+"""Equations as MathML; pictures as AVIF; scripts that the lab's content policy lets run."""
 
 import hashlib
 import html
@@ -61,7 +61,7 @@ def slim(app, exception):
     for file in site.glob("_images/*.png"):
         with Image.open(file) as picture:
             picture.thumbnail((_WIDEST, 10 * _WIDEST))
-            picture.convert("RGB").save(file.with_suffix(".webp"), quality=_QUALITY)
+            picture.convert("RGB").save(file.with_suffix(".avif"), quality=_QUALITY)
         file.unlink()
     for file in site.glob("_downloads/**/*.ipynb"):  # who takes it runs it
         notebook = json.loads(file.read_text())
@@ -69,7 +69,7 @@ def slim(app, exception):
             cell.update({"outputs": []} if "outputs" in cell else {})
         file.write_text(json.dumps(notebook, ensure_ascii=False, indent=1))
     for page in site.rglob("*.html"):
-        text = re.sub(r"(_images/[\w.-]+)\.png", r"\1.webp", page.read_text())
+        text = re.sub(r"(_images/[\w.-]+)\.png", r"\1.avif", page.read_text())
         up = "../" * (len(page.relative_to(site).parts) - 1)
         page.write_text(_INLINE.sub(lambda found, up=up: _as_file(site, up, found[1]), text))
 

@@ -29,6 +29,7 @@ from tests.paths import ROOT
 _LENGTH = struct.Struct("<I")
 _PID = struct.Struct("<i")
 _PR_SET_CHILD_SUBREAPER = 36
+_ADOPTION = 10.0  # s until a fork server has its parent
 _SHIPPED = fork_client._COMMAND
 _start_process = fork_client.start_forkserver
 
@@ -152,7 +153,10 @@ def _be_fork_server(
 ) -> None:
     code = 1
     try:
+        end = time.monotonic() + _ADOPTION
         while os.getppid() != parent:
+            if time.monotonic() > end:
+                return  # the server's process has been killed meanwhile
             time.sleep(0.001)
         os.setsid()
         os.dup2(stderr, 2)
