@@ -356,7 +356,7 @@ class Socket(WebSocketsSansIOProtocol):
         """
         data, at = self._rest + data, 0
         self._rest = b""
-        while at < len(data) and not self.close_sent:
+        while at < len(data):  # also once it closes: the client's answer ends the connection
             if self._left > 0:
                 passed = min(self._left, len(data) - at)
                 super().data_received(data[at : at + passed])
@@ -368,7 +368,8 @@ class Socket(WebSocketsSansIOProtocol):
             if end < 0 or (short and end > len(data)):
                 self._rest = data[at:]
             elif short and data[at + 1] & _MASKED and self._taker is not None:
-                self._taker(apply_mask(data[at + 6 : end], data[at + 2 : at + 6]))
+                if not self.close_sent:
+                    self._taker(apply_mask(data[at + 6 : end], data[at + 2 : at + 6]))
                 at = end
                 continue
             else:
