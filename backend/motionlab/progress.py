@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 _LONG_RUN = 100_000  # ticks; shorter runs are over before a bar could be read
 
+_NOTEBOOK_WIDTH = 80
+
 _told = ContextVar("told", default=True)
 
 
@@ -118,7 +120,13 @@ def _bar() -> Progress:
         TimeElapsedColumn(),
         TextColumn("left"),
         TimeRemainingColumn(),
-        console=Console(stderr=not _in_notebook()),
+        # A notebook's own bars need a further package, and its streams know how to go back.
+        console=Console(
+            stderr=True,
+            force_jupyter=False,
+            force_terminal=_in_notebook() or None,
+            width=_NOTEBOOK_WIDTH if _in_notebook() else None,
+        ),
         transient=True,
         redirect_stdout=False,
         redirect_stderr=False,

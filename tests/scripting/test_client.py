@@ -76,6 +76,8 @@ def test_a_live_session_is_recorded_as_it_is_simulated(lab: motionlab.Client) ->
         assert len(session.latest().ticks) == session.info["tick"]
         with pytest.raises(ServerRefused, match="paused: play"):
             session.record(*ERRORS, seconds=0.1)
+        with pytest.raises(motionlab.ConfigError, match=r"seconds: is out of range; got nan"):
+            session.record(*ERRORS, seconds=float("nan"))
         with pytest.raises(motionlab.ConfigError, match=r"channels: no channel.*'B\.x\.error'"):
             session.record("B.x.error", seconds=0.1, speed=1.0)
     with pytest.raises(ServerRefused, match="no session"):
@@ -97,6 +99,16 @@ def test_a_stream_follows_changes_and_ends_with_the_stop(lab: motionlab.Client) 
         session.reset()
         session.step(5)
         assert session.info["tick"] == 5
+
+
+def test_a_stream_ends_with_its_session(lab: motionlab.Client) -> None:
+    session = lab.session("circle")
+    session.play()
+    for number, _ in enumerate(session.stream(*ERRORS)):
+        if number == 2:
+            lab._server.call("DELETE", session._path)
+    with pytest.raises(ServerRefused, match="no session"):
+        _ = session.info
 
 
 def test_refusals_name_the_field_as_here(lab: motionlab.Client) -> None:

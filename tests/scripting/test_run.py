@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 import json
+import pickle
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -190,3 +193,48 @@ def test_every_name_is_there_and_described(name: str) -> None:
     found = getattr(motionlab, name)
     assert callable(found)
     assert (found.__doc__ or "").strip()
+
+
+NESTED: dict[str, Any] = {}
+NESTED["base"] = NESTED
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: motionlab.run(None), "scenario: is a NoneType; allowed a name"),  # pyright: ignore
+        (lambda: motionlab.run(3), "scenario: is a int"),  # pyright: ignore
+        (lambda: motionlab.run("a\0.toml"), "scenario: holds a zero byte"),
+        (lambda: motionlab.run(NESTED), "scenario: is nested too deeply"),
+        (lambda: motionlab.run("circle", [("a", 1)]), "set: is no mapping"),  # pyright: ignore
+        (lambda: motionlab.run("circle", {3: 5}), "set: is no mapping"),  # pyright: ignore
+        (lambda: motionlab.sweep("circle", None), "grid: is no mapping"),  # pyright: ignore
+        (lambda: motionlab.sweep("circle", {"seed": 3}), r"grid\.seed: is no list"),  # pyright: ignore
+        (lambda: motionlab.sweep("circle", {"seed": itertools.count()}), "10000"),  # pyright: ignore
+        (lambda: motionlab.trajectory(None), "motion: is a NoneType"),  # pyright: ignore
+        (lambda: motionlab.linearise(velocity=float("nan")), r"velocity: .*got nan; .* m/s"),
+        (lambda: motionlab.Client(8000), "url: is no address"),  # pyright: ignore
+        (lambda: motionlab.Client("http://[::1"), "url: is no address"),
+        (
+            lambda: motionlab.Client(token="a\nb"),
+            "^token: has a character .* blanks and line ends$",
+        ),
+    ],
+)
+def test_odd_arguments_are_named(call: Callable[[], object], message: str) -> None:
+    with pytest.raises(motionlab.ConfigError, match=message):
+        call()
+
+
+def test_a_run_outlives_a_pickle_and_draws_what_there_is(circle: Run) -> None:
+    again = pickle.loads(pickle.dumps(circle))
+    np.testing.assert_array_equal(again[ERROR], circle[ERROR])
+    assert again.document == circle.document
+    assert again.scenario == circle.scenario
+    assert 3 not in circle
+    with pytest.raises(motionlab.ConfigError, match="leaves nothing to draw"):
+        circle.plot(start=5.0, end=1.0)
+    both = circle.plot(ERROR, "B.y.following_error").axes[0]
+    assert len({(line.get_color(), line.get_linestyle()) for line in both.lines}) == 2
+    with pytest.raises(motionlab.MotionLabError):
+        motionlab.design().save("/proc/design.json")

@@ -33,9 +33,17 @@ _PACKAGE = Path(__file__).resolve().parent.parent
 
 
 def config_root() -> Path:
-    """Return the folder of shipped configs: MOTIONLAB_CONFIGS, the package's, the checkout's."""
+    """Return the folder of shipped configs: MOTIONLAB_CONFIGS, the package's, the checkout's.
+
+    Raises
+    ------
+    ConfigError
+        If MOTIONLAB_CONFIGS is no folder.
+    """
     override = os.environ.get("MOTIONLAB_CONFIGS")
     if override:
+        if not Path(override).is_dir():
+            raise ConfigError(FieldError("MOTIONLAB_CONFIGS", "is no folder", override))
         return Path(override)
     installed = _PACKAGE / "configs"
     return installed if installed.is_dir() else _PACKAGE.parent.parent / "configs"

@@ -31,6 +31,7 @@ BINS = 600
 
 _MICRO = {"m": ("µm", 1e6), "m/s": ("mm/s", 1e3)}  # how the axes of a figure show them
 _GRID = "#8a96a04d"
+_STYLES = ("-", "--", ":", "-.")
 
 
 class Samples(np.ndarray[tuple[int, ...], np.dtype[Any]]):
@@ -88,6 +89,23 @@ class Record(NamedTuple):
     metadata: dict[str, str]
 
 
+class Kept(NamedTuple):
+    """Samples of channels in the order of their names, as a record."""
+
+    names: Sequence[str]
+    samples: NDArray[np.float32]
+    ticks: range
+    metadata: dict[str, str]
+
+    def record(self) -> Record:
+        """Return them as a record."""
+        return Record(self.values, self.ticks, self.metadata)
+
+    def values(self, names: Sequence[str]) -> NDArray[np.float32]:
+        """Return the samples of some channels, shape (names, ticks)."""
+        return self.samples[[self.names.index(name) for name in names]]
+
+
 class Channels(Mapping[str, Samples]):
     """Channels over common ticks: ``channels["B.x.following_error"]``.
 
@@ -133,6 +151,8 @@ class Channels(Mapping[str, Samples]):
         """
         if key in self.described:
             return Samples(self.record.values([key])[0], key, self.described[key].unit)
+        if not isinstance(key, str):
+            raise KeyError(key)
         if not is_math(key):
             raise KeyError(f"no channel {key!r}{did_you_mean(key, list(self.described))}")
         units = {name: channel.unit for name, channel in self.described.items()}
@@ -142,6 +162,17 @@ class Channels(Mapping[str, Samples]):
             raise ConfigError(FieldError("channel", str(error), key)) from None
         values = values_of(math, lambda name: self.record.values([name])[0])
         return Samples(values, math.name, math.program.unit)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what a pickle holds: all samples."""
+        names, record = list(self.described), self.record
+        kept = Kept(names, record.values(names), record.ticks, record.metadata)
+        return {**vars(self), "_recorded": kept.record, "record": None}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Take what a pickle holds."""
+        del state["record"]
+        vars(self).update(state)
 
     def __iter__(self) -> Iterator[str]:
         """Iterate over the names."""
@@ -222,7 +253,7 @@ class Channels(Mapping[str, Samples]):
         Parameters
         ----------
         *channels : str
-            Channels and math channels; those of the lab's first scopes if none is named.
+            Channels and math channels; of a run the following errors if none is named.
         start, end : float
             Part of the time, s; up to the last sample when left out.
 
@@ -239,17 +270,24 @@ class Channels(Mapping[str, Samples]):
             panels.setdefault(self._panel(one) if not channels else one.unit, []).append(one)
         time = np.asarray(self.time)
         part = slice(*np.searchsorted(time, [start, np.inf if end is None else end]))
+        if not part.start < part.stop:
+            end_given = "" if end is None else f" to {end}"
+            raise ConfigError(
+                FieldError("start, end", "leaves nothing to draw", f"{start}{end_given}", unit="s")
+            )
         figure = NotebookFigure(figsize=(8.0, 0.6 + 2.0 * len(panels)), layout="constrained")
         axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
         for axis, lines in zip(axes, panels.values(), strict=True):
             unit, factor = _MICRO.get(lines[0].unit, (lines[0].unit, 1.0))
-            for one in lines:
-                colour = LOOKS[self._look(one.name)]
+            looks = [self._look(one.name) for one in lines]
+            for place, one in enumerate(lines):
+                again = looks[:place].count(looks[place])  # of several of a variant
+                style = {"color": LOOKS[looks[place]], "linestyle": _STYLES[again % len(_STYLES)]}
                 values = np.asarray(one[part], dtype=np.float64) * factor
-                axis.plot(time[part], values, color=colour, linewidth=1.0, label=one.name)
+                axis.plot(time[part], values, linewidth=1.0, label=one.name, **style)
             axis.set_ylabel(unit)
             axis.grid(color=_GRID)
-            axis.legend(loc="upper right", fontsize="small")
+            axis.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, frameon=False)
         axes[-1].set_xlabel("time, s")
         return figure
 

@@ -11,7 +11,7 @@ from typing import Any
 from motionlab.config.load import load_scenario
 from motionlab.errors import MotionLabError
 from motionlab.scripting.channels import Channels, Record
-from motionlab.scripting.lab import Changes, Lab, Source, plain, readable, shown_share
+from motionlab.scripting.lab import Changes, Lab, Source, readable, shown_share, tables
 from motionlab.scripting.lab_server import ADDRESS, LabServer, ServerRefused
 from motionlab.scripting.run import Run
 from motionlab.scripting.session import Session, from_parquet
@@ -49,7 +49,7 @@ class Client(Lab):
         keep: bool = False,
         name: str = "",
     ) -> Run:
-        body = {"scenario": _sendable(scenario), "set": plain(set or {})}
+        body = {"scenario": _sendable(scenario), "set": tables(set, "set")}
         found = self._answer("/simulate", body | {"keep": keep, "name": name}, "run")
         return Run(found, lambda: self._record(found.get("run"), body))
 
@@ -63,7 +63,7 @@ class Client(Lab):
         scenario, set
             As of `run`.
         """
-        body = {"scenario": _sendable(scenario), "set": plain(set or {})}
+        body = {"scenario": _sendable(scenario), "set": tables(set, "set")}
         return Session(self._server, self._server.call("POST", "/sessions", body))
 
     def runs(self, **query: Any) -> list[dict[str, Any]]:
@@ -72,14 +72,15 @@ class Client(Lab):
         return self._server.call("GET", f"/runs?{given}")["runs"]
 
     def kept(self, run_id: str) -> Channels:
-        """Return the channels of a kept run."""
-        return from_parquet(self._server.fetch("GET", f"/runs/{run_id}/telemetry?format=parquet"))
+        """Return the channels of a kept run; a session's about a second after it has ended."""
+        path = f"/runs/{urllib.parse.quote(run_id, safe='')}/telemetry?format=parquet"
+        return from_parquet(self._server.fetch("GET", path))
 
     def _study(self, kind: str, scenario: Source | None, set: Changes, **request: Any) -> Any:
         study = BY_KIND[kind]
         if scenario is not None:
-            request |= {"scenario": _sendable(scenario), "set": plain(set or {})}
-        found = self._answer(study.path, plain(request), kind)
+            request |= {"scenario": _sendable(scenario), "set": tables(set, "set")}
+        found = self._answer(study.path, tables(request, kind), kind)
         return StudyResult(study, study.document_model.model_validate(found))
 
     def _answer(self, path: str, body: dict[str, Any], title: str) -> dict[str, Any]:

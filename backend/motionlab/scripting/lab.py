@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import sys
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -14,10 +15,12 @@ from numpy.typing import NDArray
 
 from motionlab.config.load import load_scenario
 from motionlab.config.scenario import Scenario
+from motionlab.errors import ConfigError, FieldError
 from motionlab.executors.executor import executing
 from motionlab.progress import share_done, tick_bar
 from motionlab.scripting.run import Run, record_of
 from motionlab.scripting.study_result import StudyResult
+from motionlab.studies.sweep.request import CASES_MAX
 from motionlab.studies.table import BY_KIND
 
 if TYPE_CHECKING:
@@ -93,7 +96,9 @@ class Lab(ABC):
         combine : str
             ``grid``: every combination; ``list``: first values together, then second ones.
         """
-        fields = [{"path": path} | _dimension(values) for path, values in grid.items()]
+        if not isinstance(grid, Mapping):
+            raise ConfigError(FieldError("grid", "is no mapping of paths to values", grid))
+        fields = [{"path": path} | _dimension(path, values) for path, values in grid.items()]
         return self._study("sweep", scenario, set, grid=fields, combine=combine)
 
     def tune(
@@ -184,7 +189,7 @@ class Local(Lab):
         from motionlab.simulation.result import document
         from motionlab.simulation.run import run
 
-        prepared = prepare(load_scenario(readable(scenario), plain(set or {})))
+        prepared = prepare(load_scenario(readable(scenario), tables(set, "set")))
         with tick_bar(prepared.reference.ticks) as progress:
             recording = run(prepared, progress)
         found = document(prepared, recording)
@@ -200,8 +205,8 @@ class Local(Lab):
         study = BY_KIND[kind]
         source = None if scenario is None else readable(scenario)
         if scenario is not None:
-            request |= {"set": plain(set or {})}
-        plan = study.plan(plain(request), source)
+            request |= {"set": tables(set, "set")}
+        plan = study.plan(tables(request, kind), source)
         if study.direct:
             return StudyResult(study, study.document(study.run(plan, lambda *_: None)))
         with executing(None), shown_share(kind) as progress:
@@ -211,11 +216,40 @@ class Local(Lab):
 
 def readable(scenario: Source) -> str | Path | dict[str, Any]:
     """Return a scenario as `load_scenario` takes it; text that ends with ``.toml`` is a path."""
-    if isinstance(scenario, Scenario):
-        return scenario.model_dump(mode="json")
-    if isinstance(scenario, str) and scenario.endswith(".toml"):
-        return Path(scenario)
-    return plain(scenario) if isinstance(scenario, Mapping) else scenario
+    match scenario:
+        case Scenario():
+            return scenario.model_dump(mode="json")
+        case Mapping():
+            return tables(scenario, "scenario")
+        case str() | Path():
+            return path_of(scenario, "scenario")
+    kinds = "a name, a .toml file, tables or a Scenario"
+    raise ConfigError(FieldError("scenario", f"is a {type(scenario).__name__}", range=kinds))
+
+
+def path_of(text: str | Path, loc: str) -> str | Path:
+    """Return text that ends with ``.toml`` as a path."""
+    if "\0" in str(text):
+        raise ConfigError(FieldError(loc, "holds a zero byte", str(text)))
+    return Path(text) if str(text).endswith(".toml") else text
+
+
+def tables(value: object, loc: str) -> dict[str, Any]:
+    """Return a mapping in types of JSON; None is an empty one.
+
+    Raises
+    ------
+    ConfigError
+        If it is no mapping of names, or nested too deeply.
+    """
+    if value is None:
+        return {}
+    if not isinstance(value, Mapping) or not all(isinstance(key, str) for key in value):
+        raise ConfigError(FieldError(loc, "is no mapping of names to values", value))
+    try:
+        return plain(value)
+    except RecursionError:
+        raise ConfigError(FieldError(loc, "is nested too deeply")) from None
 
 
 def plain(value: Any) -> Any:
@@ -239,8 +273,10 @@ def shown_share(title: str) -> Iterator[Callable[[float], None]]:
         yield progress
 
 
-def _dimension(values: Values) -> dict[str, Any]:
+def _dimension(path: str, values: Values) -> dict[str, Any]:
     if isinstance(values, Mapping):
-        return plain(values)
-    found = plain(values)
-    return {"values": found if isinstance(found, list) else list(values)}
+        return tables(values, f"grid.{path}")
+    if isinstance(values, str) or not isinstance(values, Iterable):
+        raise ConfigError(FieldError(f"grid.{path}", "is no list of values", values))
+    # One more than is allowed, so that an endless one is refused.
+    return {"values": plain(list(itertools.islice(values, CASES_MAX + 1)))}

@@ -5,8 +5,10 @@ from __future__ import annotations
 import http.client
 import json
 import os
+import re
 import threading
 import urllib.error
+import urllib.parse
 import urllib.request
 from collections.abc import Mapping, Sequence
 from http import HTTPStatus
@@ -18,6 +20,7 @@ from motionlab.errors import ConfigError, FieldError, MotionLabError
 
 ADDRESS = "http://127.0.0.1:8000"
 _TIMEOUT = 30.0  # s
+_VISIBLE = re.compile("[!-~]+")
 _BEATS = 4  # of a heartbeat, in the time after which a lease ends
 
 
@@ -55,11 +58,16 @@ class LabServer:
         loc: str = "--server",
         timeout: float = _TIMEOUT,
     ) -> None:
-        if not address.startswith(("http://", "https://")):
+        if not _is_address(address):
             raise ConfigError(FieldError(loc, "is no address", address, f"as {ADDRESS}"))
         self.address = address.rstrip("/")
         self._timeout = timeout
         token = token or _token()
+        if token is not None and not _VISIBLE.fullmatch(token):
+            allowed = "ASCII without blanks and line ends"
+            raise ConfigError(
+                FieldError("token", "has a character that no header can carry", range=allowed)
+            )
         self.headers = {"Authorization": f"Bearer {token}"} if token else {}
 
     def call(
@@ -116,6 +124,14 @@ class LabServer:
         except (OSError, http.client.HTTPException) as error:
             reason = getattr(error, "reason", None) or error
             raise ServerRefused(f"{self.address} does not answer: {reason}") from None
+
+
+def _is_address(text: object) -> bool:
+    try:
+        found = urllib.parse.urlsplit(text) if isinstance(text, str) else None
+    except ValueError:
+        return False
+    return found is not None and found.scheme in ("http", "https") and bool(found.netloc)
 
 
 class HeldLease:

@@ -13,10 +13,13 @@ from motionlab.loop.linearise import SLIDING, StateSpace, stability_limits
 from motionlab.loop.linearise import linearise as linearised
 from motionlab.loop.margins import Margins, margins
 from motionlab.scripting.channels import optional
-from motionlab.scripting.lab import Changes, Source, plain, readable
+from motionlab.scripting.lab import Changes, Source, readable, tables
 
 if TYPE_CHECKING:
     import control
+
+
+_FASTEST = 10.0  # m/s
 
 
 class ControlLoop(NamedTuple):
@@ -121,10 +124,15 @@ def linearise(
     ConfigError
         For a law that has no linearisation, or a variant or axis that is not there.
     """
-    found: Scenario = load_scenario(readable(scenario), plain(set or {}))
+    found: Scenario = load_scenario(readable(scenario), tables(set, "set"))
     name = list(found.variants)[-1] if variant is None else variant
     _refuse_others("variant", name, list(found.variants))
     _refuse_others("axis", axis, ["x", "y"])
+    if velocity is not None and not 0.0 <= velocity <= _FASTEST:
+        bounds = {"minimum": 0.0, "maximum": _FASTEST}
+        raise ConfigError(
+            FieldError("velocity", "is out of range", velocity, unit="m/s", bounds=bounds)
+        )
     v = SLIDING * getattr(found.plant, axis).friction.v_s if velocity is None else velocity
     loop = linearised(found, name, axis, v=v)
     limits = stability_limits(found, name, axis)

@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from motionlab.config.includes import resolve
 from motionlab.config.load import epochs, load_scenario, validate_trajectory
 from motionlab.config.shipped import data_root, names, parse_text, read
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.errors import ConfigError, FieldError
 from motionlab.scripting.channels import Samples
-from motionlab.scripting.lab import Changes, Source, plain, readable
+from motionlab.scripting.lab import Changes, Source, path_of, readable, tables
 from motionlab.simulation.prepare import limit_sets, planned
 from motionlab.store.named_tables import SIZE_MAX
 from motionlab.store.trajectories import TrajectoryStore
@@ -98,22 +99,26 @@ def trajectory(
         Naming every field that is wrong.
     """
     config = validate_trajectory(_table(motion))
-    changes = {"trajectory": config.model_dump(mode="json"), **plain(set or {})}
+    changes = {"trajectory": config.model_dump(mode="json"), **tables(set, "set")}
     follows = planned(load_scenario(readable(scenario), changes))
     return Trajectory(follows.trajectory, limit_sets(epochs(follows)))  # pyright: ignore[reportArgumentType]
 
 
 def _table(motion: str | Path | Mapping[str, Any]) -> dict[str, Any]:
     if isinstance(motion, Mapping):
-        return plain(motion)
-    if isinstance(motion, Path) or motion.endswith(".toml"):
+        return resolve({"trajectory": tables(motion, "motion")})["trajectory"]
+    if not isinstance(motion, str | Path):
+        kinds = "a name, a .toml file or a table"
+        raise ConfigError(FieldError("motion", f"is a {type(motion).__name__}", range=kinds))
+    found = path_of(motion, "motion")
+    if isinstance(found, Path):
         try:
-            with Path(motion).open("rb") as file:
+            with found.open("rb") as file:
                 return parse_text(file.read(SIZE_MAX + 1), loc="motion", size_max=SIZE_MAX)
         except OSError as error:
             text = f"cannot be read: {error.strerror}"
-            raise ConfigError(FieldError("motion", text, str(motion))) from None
+            raise ConfigError(FieldError("motion", text, str(found))) from None
     store = TrajectoryStore(data_root() / "trajectories")
-    if motion not in names("trajectories") and store.has(motion):
-        return store.read(motion)
-    return read("trajectories", motion, loc="motion")
+    if found not in names("trajectories") and store.has(found):
+        return store.read(found)
+    return read("trajectories", found, loc="motion")

@@ -45,7 +45,7 @@ class Run(Channels):
 
     @property
     def metrics(self) -> dict[str, dict[str, dict[str, float | None]]]:
-        """Metrics by variant and axis, SI: ``metrics["B"]["x"]["max_abs_following_error"]``.
+        """Metrics by variant and axis, SI, as in ``metrics["B"]["x"]["max_abs_following_error"]``.
 
         ``metrics["B"]["xy"]`` has those of the contour. None where a run has no such value.
         """
@@ -56,7 +56,7 @@ class Run(Channels):
 
     @property
     def comparison(self) -> dict[str, dict[str, float | None]]:
-        """B against A by axis: ``comparison["x"]["max_abs_following_error_ratio"]``."""
+        """B against A by axis, as in ``comparison["x"]["max_abs_following_error_ratio"]``."""
         return self.document["comparison"]
 
     @property

@@ -10,14 +10,15 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from websockets.exceptions import WebSocketException
+from websockets.exceptions import ConnectionClosed, WebSocketException
+from websockets.frames import CloseCode
 from websockets.sync.client import connect
 from websockets.sync.connection import Connection
 
 from motionlab.config.timing import to_ticks
 from motionlab.errors import ConfigError, FieldError
 from motionlab.runs.files import column_descriptions
-from motionlab.scripting.channels import Channels, Record
+from motionlab.scripting.channels import Channels, Kept, Record
 from motionlab.scripting.lab import plain
 from motionlab.scripting.lab_server import LabServer, ServerRefused
 from motionlab.telemetry.channels import Channel
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 _SILENCE = 10.0
 """After which a session that sends nothing is given up, s."""
 _MOVING = ("playing", "stopping")
+_LONGEST = 86_400.0  # s of a recording in one block
 
 
 class Session:
@@ -71,7 +73,7 @@ class Session:
 
     @property
     def info(self) -> dict[str, Any]:
-        """State, tick, time, speed, scenario in effect, as ``GET /sessions/{id}`` answers."""
+        """What ``GET /sessions/{id}`` answers: state, tick, time, speed, scenario in effect."""
         return self._server.call("GET", self._path)
 
     def play(self, speed: float = 1.0) -> None:
@@ -120,7 +122,7 @@ class Session:
         return self._server.call("POST", f"{self._path}/push", body)["tick"]
 
     def metrics(self) -> dict[str, Any]:
-        """Return the metrics of the last two periods, or 10 s."""
+        """Return the result document of the last two periods, or 10 s (docs/metrics.md)."""
         return self._server.call("GET", f"{self._path}/metrics")
 
     def latest(self) -> Channels:
@@ -156,8 +158,13 @@ class Session:
                 proxy=None,
             ) as socket:
                 yield from _streamed(socket, channels, from_tick)
-        except (OSError, WebSocketException, TimeoutError) as error:
-            raise ServerRefused(f"{address}: {error or 'nothing came'}") from None
+        except TimeoutError:
+            raise ServerRefused(f"{address}: nothing came for {_SILENCE:g} s") from None
+        except ConnectionClosed as error:
+            if error.rcvd is None or error.rcvd.code != CloseCode.GOING_AWAY:
+                raise ServerRefused(f"{address}: the connection was lost") from None
+        except (OSError, WebSocketException) as error:
+            raise ServerRefused(f"{address}: no connection: {error}") from None
 
     def record(self, *channels: str, seconds: float, speed: float | None = None) -> Block:
         """Return channels of the next `seconds` of the session's time.
@@ -181,6 +188,9 @@ class Session:
         ServerRefused
             As `stream`, and if the session ends before.
         """
+        if not 0.0 < seconds < _LONGEST:
+            bounds = {"exclusive_minimum": 0.0, "exclusive_maximum": _LONGEST}
+            raise ConfigError(FieldError("seconds", "is out of range", seconds, "", "s", bounds))
         info = self.info
         if speed is not None:
             self.play(speed)
@@ -218,14 +228,10 @@ class Block(Channels):
     def __init__(
         self, described: Mapping[str, Channel], samples: NDArray[np.float32], first: int
     ) -> None:
-        super().__init__(described, self._of_values)
+        ticks = range(first, first + samples.shape[1])
+        super().__init__(described, Kept(list(described), samples, ticks, {}).record)
         self.samples = samples
         self.first = first
-
-    def _of_values(self) -> Record:
-        places = {name: place for place, name in enumerate(self.described)}
-        ticks = range(self.first, self.first + self.samples.shape[1])
-        return Record(lambda names: self.samples[[places[name] for name in names]], ticks, {})
 
 
 def _streamed(

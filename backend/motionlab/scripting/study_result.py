@@ -12,7 +12,7 @@ from pydantic import BaseModel
 from motionlab.config.planar import AXES
 from motionlab.runs.report.markup import element
 from motionlab.scripting.channels import in_notebook, optional
-from motionlab.store.files import check_target, replace
+from motionlab.store.files import check_target, complete_file
 from motionlab.studies.study import Study
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ class StudyResult(Generic[Document]):
 
     @property
     def set(self) -> dict[str, Any]:
-        """Changes that put what was found into the scenario: gains, or a friction model.
+        """What puts gains or a friction model that were found into the scenario, by dotted path.
 
         Raises
         ------
@@ -82,13 +82,16 @@ class StudyResult(Generic[Document]):
         ------
         ConfigError
             If the file has another ending, or cannot be there.
+        StoreError
+            If it cannot be written.
         """
         endings = dict.fromkeys((".json", *self.study.suffixes))
         check_target(str(path), *endings, loc="path")
         if Path(path).suffix in self.study.suffixes:
             self.study.write(self.document, str(path))
         else:
-            replace(Path(path), self.study.text(self.document).encode())
+            with complete_file(str(path)) as partial:
+                partial.write_text(self.study.text(self.document), encoding="utf-8")
         return Path(path)
 
     def __str__(self) -> str:

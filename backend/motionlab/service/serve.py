@@ -21,7 +21,7 @@ import uvicorn
 from fastapi import FastAPI
 
 from motionlab.config.drive import load_drive
-from motionlab.config.shipped import SERVER_LOCK, data_root
+from motionlab.config.shipped import SERVER_LOCK, config_root, data_root
 from motionlab.errors import ConfigError, FieldError
 from motionlab.executors.executor import executing
 from motionlab.service.app import create_app
@@ -80,6 +80,7 @@ def serve(loaded: Loaded, *, opens: bool = False) -> None:
     with executing(given.scheduler):
         pass  # what is no scheduler is refused now
     link = None if given.drive is None else load_drive(given.drive)
+    config_root()  # or it is refused
     with _alone(data_root()), listen(given.host, given.port) as listener:
         address, taken = listener.getsockname()[:2]
         shown = f"[{address}]" if ":" in address else address
@@ -124,10 +125,14 @@ def _alone(root: Path) -> contextlib.AbstractContextManager[object]:
     Raises
     ------
     ConfigError
-        If another server holds it.
+        If another server holds it, or it is no folder and cannot be made.
     """
     try:
         root.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        text = f"cannot be made: {error.strerror}"
+        raise ConfigError(FieldError("MOTIONLAB_DATA", text, str(root.absolute()))) from None
+    try:
         file = (root / SERVER_LOCK).open("wb")
     except OSError:  # a folder that cannot be written needs no lock
         return contextlib.nullcontext()

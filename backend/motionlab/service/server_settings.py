@@ -44,6 +44,7 @@ _TOKEN_MIN = 16
 _VISIBLE = re.compile("[!-~]+")
 _HOST_NAME = re.compile(r"[a-z0-9._-]+|\[[0-9a-f:.]+\]")
 _PASSWORD = re.compile(r"(?<=//)([^/@:]*):[^/@]*@")
+_QUERY = re.compile(r"(?<=[?&])([^=&]+)=[^&]*")
 
 
 class ServerSettings(BaseSettings, Bounds):  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -159,7 +160,7 @@ class Loaded:
             value = given[name]() if name in given else inside[name](root) if name in inside else ""
         if isinstance(value, tuple):
             value = ",".join(value)
-        return _PASSWORD.sub(r"\1:***@", f"{value}") or "none"
+        return _QUERY.sub(r"\1=***", _PASSWORD.sub(r"\1:***@", f"{value}")) or "none"
 
 
 def load(options: Mapping[str, Any], file: str | None = None) -> Loaded:
