@@ -87,7 +87,7 @@ def test_a_figure_of_a_file_and_of_a_scenario(suffix: str, begin: bytes, here: P
 
 def test_a_figure_of_a_kept_run(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", "circle", *SHORT, "--keep"]) == 0
-    run = capsys.readouterr().err.split()[-1]
+    run = capsys.readouterr().err.split("kept as ")[1].split()[0]
     assert main(["plot", run, "x.position_reference", "A.y.velocity", "--out", "run.svg"]) == 0
     text = (here / "run.svg").read_text()
     assert text.count('id="legend') == 2

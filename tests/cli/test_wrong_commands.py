@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import builtins
 import json
 import shlex
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -183,14 +183,7 @@ def test_an_interrupt_is_one_line_and_130(
 def test_a_missing_matplotlib_is_told(
     here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    whole = builtins.__import__
-
-    def without(name: str, *rest: Any, **named: Any) -> Any:
-        if name.partition(".")[0] == "matplotlib":
-            raise ImportError(name)
-        return whole(name, *rest, **named)
-
-    monkeypatch.setattr(builtins, "__import__", without)
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
     assert main(["plot", "circle", "--out", "fig.png"]) == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert "pip install 'motionlab[notebook]'" in line

@@ -173,7 +173,7 @@ def test_input_is_refused_as_everywhere(tmp_path: Path) -> None:
 
 
 def test_what_is_not_installed_is_named_with_its_extra() -> None:
-    with pytest.raises(motionlab.ConfigError, match=r"pip install 'motionlab\[notebook\]'"):
+    with pytest.raises(motionlab.MotionLabError, match=r"pip install 'motionlab\[notebook\]'"):
         channels.optional("no_such_library", "notebook")
 
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from motionlab.cli.exit_codes import DONE
 from motionlab.cli.output import add_overwrite, check_output, wrote
-from motionlab.errors import ConfigError, FieldError, MotionLabError
+from motionlab.errors import ConfigError, FieldError
 from motionlab.progress import tick_bar
 from motionlab.studies.options import add_set, source
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from motionlab.cli.figure import Curve
+    from motionlab.scripting.figure import Curve
 
 EXAMPLES = """\
 examples:
@@ -63,15 +64,13 @@ def add(commands: Any) -> None:
 
 def _plot(options: argparse.Namespace) -> int:
     check_output(options.out, *_SUFFIXES, overwrite=options.overwrite)
-    try:
-        import matplotlib as mpl
-    except ImportError:
-        raise MotionLabError(
-            "plot needs matplotlib, which is not installed: pip install 'motionlab[notebook]'"
-        ) from None
+    from motionlab.scripting.channels import optional
+
+    optional("matplotlib", "notebook")
     import numpy as np
 
-    from motionlab.cli.figure import draw
+    from motionlab.scripting.figure import figure_of
+    from motionlab.store.files import complete_file
 
     time, curves = _curves(options)
     begin = -np.inf if options.start is None else options.start
@@ -79,9 +78,10 @@ def _plot(options: argparse.Namespace) -> int:
     if np.count_nonzero(shown) < 2:
         allowed = f"{time[0]:g} to {time[-1]:g} s"
         raise ConfigError(FieldError("--from", "leaves nothing to draw", options.start, allowed))
-    mpl.use("agg")
     part = [each._replace(values=each.values[shown]) for each in curves]
-    draw(time[shown], part, options.scenario, options.out)
+    figure = figure_of(time[shown], part, options.scenario)
+    with complete_file(options.out) as partial:
+        figure.savefig(partial, format=Path(options.out).suffix[1:], dpi=150)
     wrote(options.out)
     return DONE
 
@@ -90,8 +90,8 @@ def _curves(options: argparse.Namespace) -> tuple[NDArray[np.float64], list[Curv
     """Return times, s, and the channels of a kept run, a file, or a scenario that is run."""
     import numpy as np
 
-    from motionlab.cli.figure import Curve
     from motionlab.runs.run import is_id
+    from motionlab.scripting.figure import Curve
     from motionlab.telemetry.recorder import SUFFIXES
 
     name: str = options.scenario
@@ -113,10 +113,10 @@ def _curves(options: argparse.Namespace) -> tuple[NDArray[np.float64], list[Curv
 def _simulated(options: argparse.Namespace) -> tuple[NDArray[np.float64], list[Curve]]:
     import numpy as np
 
-    from motionlab.cli.figure import Curve
     from motionlab.config.changes import parse_assignments
     from motionlab.config.load import load_scenario
     from motionlab.config.timing import CONTROL_PERIOD
+    from motionlab.scripting.figure import Curve
     from motionlab.simulation.prepare import prepare
     from motionlab.simulation.run import run
     from motionlab.telemetry.recorder import columns

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import importlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -12,8 +13,8 @@ from numpy.typing import NDArray
 
 from motionlab.config.shipped import did_you_mean
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.errors import ConfigError, FieldError
-from motionlab.runs.report.chart import LOOKS, VARIANT_LOOKS, Chart, Curve, svg
+from motionlab.errors import ConfigError, FieldError, MotionLabError
+from motionlab.runs.report import chart
 from motionlab.runs.report.markup import Markup, element
 from motionlab.store.files import check_target, complete_file
 from motionlab.telemetry.channels import Channel
@@ -29,9 +30,7 @@ if TYPE_CHECKING:
 BINS = 600
 """Of a curve in a notebook."""
 
-_MICRO = {"m": ("µm", 1e6), "m/s": ("mm/s", 1e3)}  # how the axes of a figure show them
 _GRID = "#8a96a04d"
-_STYLES = ("-", "--", ":", "-.")
 
 
 class Samples(np.ndarray[tuple[int, ...], np.dtype[Any]]):
@@ -207,7 +206,7 @@ class Channels(Mapping[str, Samples]):
 
         Raises
         ------
-        ConfigError
+        MotionLabError
             If pandas is not installed.
         """
         pandas = optional("pandas", "notebook")
@@ -248,7 +247,7 @@ class Channels(Mapping[str, Samples]):
         return Path(path)
 
     def plot(self, *channels: str, start: float = 0.0, end: float | None = None) -> Figure:
-        """Draw channels over time with matplotlib; those of one unit share an axis.
+        """Draw channels over time with matplotlib; those of one unit and axis share a panel.
 
         Parameters
         ----------
@@ -260,14 +259,13 @@ class Channels(Mapping[str, Samples]):
         Raises
         ------
         ConfigError
+            If nothing is left to draw.
+        MotionLabError
             If matplotlib is not installed.
         """
         optional("matplotlib", "notebook")
-        from motionlab.scripting.figure import NotebookFigure
+        from motionlab.scripting.figure import Curve, figure_of
 
-        panels: dict[str, list[Samples]] = {}
-        for one in self._chosen(channels or self.shown()):
-            panels.setdefault(self._panel(one) if not channels else one.unit, []).append(one)
         time = np.asarray(self.time)
         part = slice(*np.searchsorted(time, [start, np.inf if end is None else end]))
         if not part.start < part.stop:
@@ -275,21 +273,9 @@ class Channels(Mapping[str, Samples]):
             raise ConfigError(
                 FieldError("start, end", "leaves nothing to draw", f"{start}{end_given}", unit="s")
             )
-        figure = NotebookFigure(figsize=(8.0, 0.6 + 2.0 * len(panels)), layout="constrained")
-        axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
-        for axis, lines in zip(axes, panels.values(), strict=True):
-            unit, factor = _MICRO.get(lines[0].unit, (lines[0].unit, 1.0))
-            looks = [self._look(one.name) for one in lines]
-            for place, one in enumerate(lines):
-                again = looks[:place].count(looks[place])  # of several of a variant
-                style = {"color": LOOKS[looks[place]], "linestyle": _STYLES[again % len(_STYLES)]}
-                values = np.asarray(one[part], dtype=np.float64) * factor
-                axis.plot(time[part], values, linewidth=1.0, label=one.name, **style)
-            axis.set_ylabel(unit)
-            axis.grid(color=_GRID)
-            axis.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, frameon=False)
-        axes[-1].set_xlabel("time, s")
-        return figure
+        chosen = self._chosen(channels or self.shown())
+        curves = [Curve(one.name, one.unit, np.asarray(one[part])) for one in chosen]
+        return figure_of(time[part], curves)
 
     def shown(self) -> list[str]:
         """Return the channels that are drawn when none is named: the first six, or an override."""
@@ -301,14 +287,10 @@ class Channels(Mapping[str, Samples]):
     def _description(self, one: Samples) -> Channel:
         return self.described.get(one.name) or Channel(one.name, one.unit, "computed")
 
-    def _panel(self, one: Samples) -> str:
-        """Return what channels have in common that are drawn over each other."""
-        return one.unit
-
     def _look(self, name: str) -> str:
         variants = list(dict.fromkeys(n.split(".")[0] for n in self.described if n.count(".") > 1))
         first = name.split(".", maxsplit=1)[0]
-        places = {variant: VARIANT_LOOKS[i % 5] for i, variant in enumerate(variants)}
+        places = {variant: chart.VARIANT_LOOKS[i % 5] for i, variant in enumerate(variants)}
         return places.get(first, "reference" if name in self.described else "two")
 
     def _svg(self, title: str, names: Sequence[str]) -> Markup:
@@ -317,9 +299,13 @@ class Channels(Mapping[str, Samples]):
         low, high = min_max(values, BINS)
         time = np.asarray(self.time)
         size = -(-len(time) // low.shape[1])
-        curves = [Curve(name, self._look(name), low[i], high[i]) for i, name in enumerate(names)]
+        curves = [
+            chart.Curve(name, self._look(name), low[i], high[i]) for i, name in enumerate(names)
+        ]
         unit = self.described[names[0]].unit
-        return svg(Chart(title, unit, time[::size], (float(time[0]), float(time[-1])), curves))
+        return chart.svg(
+            chart.Chart(title, unit, time[::size], (float(time[0]), float(time[-1])), curves)
+        )
 
 
 def optional(module: str, extra: str) -> Any:
@@ -327,23 +313,21 @@ def optional(module: str, extra: str) -> Any:
 
     Raises
     ------
-    ConfigError
+    MotionLabError
         If it is not installed; names the extra that has it.
     """
-    import importlib
-
     try:
         return importlib.import_module(module)
     except ModuleNotFoundError as error:
         if error.name != module:
             raise
-        how = f"is not installed: pip install 'motionlab[{extra}]'"
-        raise ConfigError(FieldError(module, how)) from None
+        how = f"{module} is not installed: pip install 'motionlab[{extra}]'"
+        raise MotionLabError(how) from None
 
 
 def in_notebook(*parts: object) -> str:
     """Return parts as HTML of a notebook, with the colours of the curves."""
-    inks = "".join(f".motionlab svg .{look}{{stroke:{ink}}}" for look, ink in LOOKS.items())
+    inks = "".join(f".motionlab svg .{look}{{stroke:{ink}}}" for look, ink in chart.LOOKS.items())
     style = (
         ".motionlab svg{max-width:46rem;display:block}.motionlab svg text{fill:currentColor}"
         f".motionlab svg .grid{{stroke:{_GRID}}}.motionlab svg .zero{{stroke:#8a96a0}}"

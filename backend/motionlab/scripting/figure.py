@@ -1,16 +1,109 @@
-"""A figure that a notebook shows, also where pyplot was never imported."""
+"""Curves of a run as a figure, by matplotlib."""
 
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
+import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from motionlab.runs.report.chart import LOOKS, VARIANT_LOOKS
+
+_SHOWN = {"m": (1e6, "µm"), "m/s": (1e3, "mm/s")}
+_LARGE = 1e-3  # m; longer ones are shown in mm
+_WIDTH, _HEIGHT = 9.0, 2.4  # inch, of one panel
+_POINTS = 20_000  # of a curve
+_STYLES = ("-", "--", ":", "-.")
+
+
+class Curve(NamedTuple):
+    """One channel over time."""
+
+    name: str
+    unit: str
+    values: NDArray[Any]
 
 
 class NotebookFigure(Figure):
-    """A matplotlib figure that belongs to no window."""
+    """A figure that belongs to no window, and that a notebook shows."""
 
     def _repr_png_(self) -> bytes:
         file = io.BytesIO()
         self.savefig(file, format="png", dpi=100)
         return file.getvalue()
+
+
+def figure_of(time: NDArray[np.float64], curves: Sequence[Curve], title: str = "") -> Figure:
+    """Draw curves over time, s: a panel for each unit and axis, a colour for each variant.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        s.
+    curves : sequence of Curve
+        Values in SI, shape (n,); lengths and velocities are shown in parts of it.
+    title : str
+        Above all panels.
+    """
+    panels: dict[tuple[str, str], list[Curve]] = {}
+    for each in curves:
+        panels.setdefault((each.unit, each.name.rpartition(".")[0][-1:]), []).append(each)
+    figure = NotebookFigure(figsize=(_WIDTH, 0.6 + _HEIGHT * len(panels)), layout="constrained")
+    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    for (unit, _), place, drawn in zip(panels, axes, panels.values(), strict=True):
+        factor, shown = _scale(unit, drawn)
+        looks = [_look(each.name) for each in drawn]
+        for number, each in enumerate(drawn):
+            again = looks[:number].count(looks[number])  # of several curves of a variant
+            instants, values = _thinned(time, np.asarray(each.values, np.float64) * factor)
+            place.plot(
+                instants,
+                values,
+                color=LOOKS[looks[number]],
+                linestyle=_STYLES[again % len(_STYLES)],
+                linewidth=1.0,
+                label=each.name,
+            )
+        place.set_ylabel(shown or "1")
+        place.grid(alpha=0.3)
+        place.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, frameon=False)
+    if title:
+        figure.suptitle(title)
+    axes[-1].set_xlabel("time, s")
+    return figure
+
+
+def _look(name: str) -> str:
+    """Return the look of a channel: that of its variant, as on the page."""
+    variant, dot, _ = name.partition(".")
+    if dot and len(variant) == 1 and variant.isupper():
+        return VARIANT_LOOKS[(ord(variant) - ord("A")) % len(VARIANT_LOOKS)]
+    return "reference" if dot else "two"
+
+
+def _scale(unit: str, curves: Sequence[Curve]) -> tuple[float, str]:
+    """Return factor and unit in which curves are shown."""
+    if unit == "m" and any(_largest(each.values) > _LARGE for each in curves):
+        return 1e3, "mm"
+    return _SHOWN.get(unit, (1.0, unit))
+
+
+def _largest(values: NDArray[Any]) -> float:
+    finite = values[np.isfinite(values)]
+    return float(np.abs(finite).max()) if len(finite) else 0.0
+
+
+def _thinned(
+    time: NDArray[np.float64], values: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return a curve; of a long one, the least and the largest value of each stretch."""
+    size = -(-len(values) // (_POINTS // 2))
+    if size <= 2:
+        return time, values
+    count = len(values) // size
+    parts = values[: count * size].reshape(count, size)
+    pairs = np.stack([parts.min(axis=1), parts.max(axis=1)], axis=1).ravel()
+    return np.repeat(time[: count * size : size], 2), pairs

@@ -76,7 +76,7 @@ class LinearLoop:
 
         Raises
         ------
-        ConfigError
+        MotionLabError
             If python-control is not installed.
         """
         library = optional("control", "control")

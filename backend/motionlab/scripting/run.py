@@ -15,7 +15,7 @@ from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
 from motionlab.results.report import report
 from motionlab.runs.report.markup import element
-from motionlab.scripting.channels import Channels, Record, Samples, in_notebook
+from motionlab.scripting.channels import Channels, Record, in_notebook
 from motionlab.simulation.result import metadata
 from motionlab.telemetry.channels import stream_columns
 from motionlab.telemetry.recorder import columns
@@ -90,9 +90,6 @@ class Run(Channels):
             errors.setdefault(name.split(".")[1], []).append(name)
         drawn = [self._svg(f"Following error {axis}", names) for axis, names in errors.items()]
         return in_notebook(*drawn, element("pre", str(self)))
-
-    def _panel(self, one: Samples) -> str:
-        return one.name.split(".")[1]
 
 
 def record_of(recording: Recording, scenario: Scenario) -> Record:

@@ -70,7 +70,7 @@ class StudyResult(Generic[Document]):
 
         Raises
         ------
-        ConfigError
+        MotionLabError
             If pandas is not installed.
         """
         return optional("pandas", "notebook").DataFrame(self.rows())
