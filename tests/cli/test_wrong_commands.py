@@ -128,23 +128,27 @@ def test_the_answer_says_what_where_and_what_would_be_right(
 
 
 @pytest.mark.parametrize(
-    ("line", "loc", "status"),
+    ("line", "loc", "kind"),
     [
-        ("run circle --json --set plant.x.mass=-1", "plant.x.mass", 422),
-        ("run circle --json --set trajectory.center.x=0.08", "trajectory", 422),
-        ("tune --axis z --json", "--axis", 422),
-        ("rnu --json", "COMMAND", 422),
-        ("show circle --jsn --json", "--jsn", 422),
-        ("show circle extra --json", "motionlab show", 422),
+        ("run circle --json --set plant.x.mass=-1", "plant.x.mass", "invalid-field"),
+        (
+            "run circle --json --set trajectory.center.x=0.08",
+            "trajectory",
+            "infeasible-trajectory",
+        ),
+        ("tune --axis z --json", "--axis", "invalid-field"),
+        ("rnu --json", "COMMAND", "invalid-field"),
+        ("show circle --jsn --json", "--jsn", "invalid-field"),
+        ("show circle extra --json", "motionlab show", "invalid-field"),
     ],
 )
 def test_with_json_the_answer_is_a_problem_document(
-    line: str, loc: str, status: int, here: Path, capsys: pytest.CaptureFixture[str]
+    line: str, loc: str, kind: str, here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert refused(line) == 2
     printed = capsys.readouterr()
     problem = json.loads(printed.out)
-    assert (problem["type"], problem["status"]) == ("about:blank", status)
+    assert (problem["type"], problem["status"]) == (f"urn:motionlab:problem:{kind}", 422)
     assert problem["errors"][0]["loc"] == loc
     assert set(problem["errors"][0]) >= {"message", "value", "range", "unit", "bounds"}
     assert printed.err.startswith("motionlab")

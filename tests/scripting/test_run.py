@@ -234,7 +234,7 @@ def test_a_run_outlives_a_pickle_and_draws_what_there_is(circle: Run) -> None:
     assert 3 not in circle
     with pytest.raises(motionlab.ConfigError, match="leaves nothing to draw"):
         circle.plot(start=5.0, end=1.0)
-    both = circle.plot(ERROR, "B.y.following_error").axes[0]
-    assert len({(line.get_color(), line.get_linestyle()) for line in both.lines}) == 2
+    panel = circle.plot("B.x.friction", "B.x.friction_estimate", "B.x.thrust").axes[0]
+    assert len({line.get_color() for line in panel.lines}) == 3
     with pytest.raises(motionlab.MotionLabError):
         motionlab.design().save("/proc/design.json")

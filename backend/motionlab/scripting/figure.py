@@ -16,7 +16,7 @@ _SHOWN = {"m": (1e6, "µm"), "m/s": (1e3, "mm/s")}
 _LARGE = 1e-3  # m; longer ones are shown in mm
 _WIDTH, _HEIGHT = 9.0, 2.4  # inch, of one panel
 _POINTS = 20_000  # of a curve
-_STYLES = ("-", "--", ":", "-.")
+_FURTHER = ("c", "d", "two", "e", "one")  # looks of further curves of a variant
 
 
 class Curve(NamedTuple):
@@ -55,15 +55,16 @@ def figure_of(time: NDArray[np.float64], curves: Sequence[Curve], title: str = "
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     for (unit, _), place, drawn in zip(panels, axes, panels.values(), strict=True):
         factor, shown = _scale(unit, drawn)
-        looks = [_look(each.name) for each in drawn]
-        for number, each in enumerate(drawn):
-            again = looks[:number].count(looks[number])  # of several curves of a variant
+        taken: set[str] = set()
+        for each in drawn:
+            free = [look for look in (_look(each.name), *_FURTHER) if look not in taken]
+            look = free[0] if free else _look(each.name)
+            taken.add(look)
             instants, values = _thinned(time, np.asarray(each.values, np.float64) * factor)
             place.plot(
                 instants,
                 values,
-                color=LOOKS[looks[number]],
-                linestyle=_STYLES[again % len(_STYLES)],
+                color=LOOKS[look],
                 linewidth=1.0,
                 label=each.name,
             )
