@@ -88,6 +88,12 @@ WRONG: list[tuple[str, str, str]] = [
     ("sweep circle", "--grid: is missing", "PATH=FROM:TO:COUNT"),
     ("montecarlo --spec x", "--spec: needs KEY=VALUE", "got 'x'"),
     ("runs --limit 0", "--limit: is out of range; got 0", ">= 1"),
+    ("runs foo:bar", "TERM: no such key; got 'foo:bar'", "one of tag, scenario, kind"),
+    ("runs tags:rig", "TERM: no such key", "'tag'"),
+    ("run circle --name x", "--name: needs --keep", "got 'x'"),
+    (f"run circle --keep --name {121 * 'x'}", "--name: is too long; got 121", "<= 120"),
+    ("run circle --keep --name 'a\x1bb'", "--name: has a control character", r"got 'a\x1bb'"),
+    ("identify --mass 5.9", "--mass: is of a run: it needs --run", "got 5.9"),
     ("identify circle extra", "nothing here takes 'extra'", "motionlab identify --help"),
     ("vdrive --seed -x", "--seed: expected one argument", "motionlab vdrive --help"),
     ("openapi --jsn", "no option --jsn", "motionlab openapi --help"),
@@ -147,7 +153,8 @@ def test_with_json_the_answer_is_a_problem_document(
     assert refused(line) == 2
     printed = capsys.readouterr()
     problem = json.loads(printed.out)
-    assert (problem["type"], problem["status"]) == ("about:blank", status)
+    assert problem["type"].startswith("urn:motionlab:problem:in")  # invalid or infeasible
+    assert problem["status"] == status
     assert problem["errors"][0]["loc"] == loc
     assert set(problem["errors"][0]) >= {"message", "value", "range", "unit", "bounds"}
     assert printed.err.startswith("motionlab")
