@@ -11,8 +11,11 @@ import scipy.io
 
 from motionlab.__main__ import main
 from motionlab.config.load import load_scenario
+from motionlab.errors import ConfigError
 from motionlab.runs.library import library
+from motionlab.runs.run import new_id
 from motionlab.runs.search import Search
+from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import metadata
 from motionlab.telemetry import recorder
 from tests.recordings import noise
@@ -61,7 +64,7 @@ def test_a_kept_run(here: Path, kept: str) -> None:
     [
         (["run.parquet", "out.txt"], "FILE: unknown kind of file"),
         (["run.parquet", "nowhere/out.csv"], "FILE: its folder does not exist"),
-        (["nowhere.parquet", "out.csv"], "RUN: is no run"),
+        (["nowhere.parquet", "out.csv"], "RUN: no such file, and no kept run"),
         (["r-aaaaaaaaaaaa", "out.csv"], "RUN: no run 'r-aaaaaaaaaaaa'"),
         (["run.parquet", "out.csv", "--columns", "x.nothing"], "no column of that name"),
         (["run.parquet", "out.csv", "--from", "0.3", "--to", "0.2"], "no sample lies there"),
@@ -93,6 +96,37 @@ def test_a_full_disk_leaves_nothing_half_written(
     assert "No space left on device" in capsys.readouterr().err
     assert (here / "out.csv").read_text() == "before"
     assert sorted(path.name for path in here.iterdir()) == ["out.csv", "run.parquet"]
+
+
+@pytest.mark.parametrize("ending", ["mat", "parquet"])
+def test_a_csv_file_is_exported_again(here: Path, ending: str) -> None:
+    assert main(["export", "run.parquet", "run.csv"]) == 0
+    part = ["--columns", "x.load_force", "--from", "0.1"]
+    assert main(["export", "run.csv", f"b.{ending}", *part]) == 0
+    wanted = recorder.read("run.parquet")["x.load_force"]
+    if ending == "mat":
+        run = scipy.io.loadmat("b.mat", squeeze_me=True, struct_as_record=False)["run"]
+        assert (run.x_load_force == wanted.values[200:]).all()
+        assert run.units.x_load_force == wanted.unit
+    else:
+        assert (recorder.read("b.parquet")["x.load_force"].values == wanted.values[200:]).all()
+
+
+def test_a_name_that_one_run_has_stands_for_it(
+    kept: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    library().change(kept, {"name": "own"})
+    assert main(["compare", "own", kept]) == 0
+    assert main(["export", "own", "a.csv", "--columns", "x.load_force"]) == 0
+    assert main(["report", "own", "--out", "a.html"]) == 0
+    assert main(["glitches", "own"]) == 0
+    assert main(["spectrum", "own", "--column", "B.x.thrust"]) == 0
+    run = library().get(kept)
+    library().index.put(run.model_copy(update={"id": new_id()}))
+    capsys.readouterr()
+    for arguments in (["compare", "own", kept], ["export", "own", "b.csv"], ["replay", "own"]):
+        assert main(arguments) == 2
+        assert "is the name of several runs; got 'own'" in capsys.readouterr().err
 
 
 # -- import ---------------------------------------------------------------------------------------
@@ -168,3 +202,27 @@ def test_an_import_that_is_refused(
 def test_a_file_that_is_none(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["import", "nowhere.csv"]) == 2
     assert "FILE: is no file" in capsys.readouterr().err
+
+
+# -- runs -----------------------------------------------------------------------------------------
+
+
+def test_a_list_of_runs_has_heads_and_no_orders_to_a_terminal(
+    kept: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    library().change(kept, {"name": "a\x1b[31mb\nc"})
+    capsys.readouterr()
+    assert main(["runs"]) == 0
+    heads, row = capsys.readouterr().out.splitlines()
+    assert heads.split()[:5] == ["run", "began", "kind", "duration", "name"]
+    assert r"a\x1b[31mb\nc" in row
+    assert main(["runs", "zzz"]) == 0
+    assert capsys.readouterr().out == "no run meets 'zzz'\n"
+    assert main(["runs", "'foo:bar'"]) == 0  # in quotes of its own
+
+
+@pytest.mark.parametrize("name", ["a\x1bb", 121 * "x", 5])
+def test_what_is_no_name_of_a_run_is_refused(here: Path, name: Any) -> None:
+    prepared = prepare(load_scenario("circle"))
+    with pytest.raises(ConfigError, match="name: "):
+        library().keep(prepared, noise(TICKS), {}, name=name)

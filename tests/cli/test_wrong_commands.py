@@ -51,6 +51,7 @@ WRONG: list[tuple[str, str, str]] = [
     ("run circle --set seed", "--set: needs KEY=VALUE", "got 'seed'"),
     ("run circle --set seed=1 --set seed=2", "--set: sets seed twice", "got '2'"),
     ("run circle --set plant.x.mas=5", "plant.x.mas: unknown key", "'mass'"),
+    ("run circle --set plant.x.F_c=1", "plant.x.F_c: unknown key", "mean 'friction.F_c'?"),
     ("run circle --set plant.x.mass=-1", "plant.x.mass: is out of range; got -1", ">= 0.001"),
     (f"run circle --set {GAIN}=stiff", f"{GAIN}: must be a number; got 'stiff'", "N/m"),
     ("run circle --set plant=matchd", "plant: no motor of that name", "'matched'"),
@@ -73,10 +74,16 @@ WRONG: list[tuple[str, str, str]] = [
     ("plot circle --out fig.gif", "--out: unknown kind of file", ".png or .svg or .pdf"),
     ("plot circle B.x.thrst --out fig.png", "CHANNEL: no such channel", "'B.x.thrust'"),
     ("plot circle --out fig.png --from 99", "--from: leaves nothing to draw", "0 to 10.4995 s"),
+    ("export-plant -o there.csv", "--out: unknown kind of file", ".fmu"),
+    ("export-plant -o there.fmu", "--out: is there already", "--overwrite"),
     ("docs scenarois", "PAGE: no page of that name", "'scenarios'"),
     ("completion fish", "no such SHELL; got 'fish'", "one of bash, zsh, tcsh"),
     ("compare a.parquet", "B is missing", "motionlab compare --help"),
-    ("compare a.txt b.txt", "run: is no identifier and no telemetry", ".parquet or .csv"),
+    ("compare a.txt b.txt", "run: no kept run of that name", ".parquet or .csv"),
+    ("compare own own", "run: no kept run of that name; got 'own'", "`motionlab runs` lists them"),
+    ("report own --out a.html", "RUN: no kept run of that name", "`motionlab runs` lists them"),
+    ("export own a.csv", "RUN: no such file, and no kept run of that name", "`motionlab runs`"),
+    ("export mine.toml a.csv", "RUN: is no telemetry", ".parquet or .csv"),
     ("compare a.csv b.csv --tolerance x", "--tolerance: is no tolerance; got 'x'", "ABS,REL"),
     ("spectrum r-aaaaaaaaaaaa", "--column is missing", "motionlab spectrum --help"),
     ("view balbar circle", "no such VIEW", "'ballbar'"),
@@ -86,6 +93,12 @@ WRONG: list[tuple[str, str, str]] = [
     ("sweep circle", "--grid: is missing", "PATH=FROM:TO:COUNT"),
     ("montecarlo --spec x", "--spec: needs KEY=VALUE", "got 'x'"),
     ("runs --limit 0", "--limit: is out of range; got 0", ">= 1"),
+    ("runs foo:bar", "TERM: no such key; got 'foo:bar'", "one of tag, scenario, kind"),
+    ("runs tags:rig", "TERM: no such key", "'tag'"),
+    ("run circle --name x", "--name: needs --keep", "got 'x'"),
+    (f"run circle --keep --name {121 * 'x'}", "--name: is too long; got 121", "<= 120"),
+    ("run circle --keep --name 'a\x1bb'", "--name: has a control character", r"got 'a\x1bb'"),
+    ("identify --mass 5.9", "--mass: is of a run: it needs --run", "got 5.9"),
     ("identify circle extra", "nothing here takes 'extra'", "motionlab identify --help"),
     ("vdrive --seed -x", "--seed: expected one argument", "motionlab vdrive --help"),
     ("openapi --jsn", "no option --jsn", "motionlab openapi --help"),
@@ -99,7 +112,8 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("MOTIONLAB_DATA", str(tmp_path / "data"))
     (tmp_path / "mine.toml").write_text('base = "circle"\n')
     (tmp_path / "broken.toml").write_text("base = circle\n")
-    (tmp_path / "there.csv").write_text("1\n")
+    for name in ("there.csv", "there.fmu"):
+        (tmp_path / name).write_text("1\n")
     return tmp_path
 
 

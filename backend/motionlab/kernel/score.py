@@ -91,7 +91,7 @@ def _score(
     for begin in range(0, ticks, CHUNK):
         end = min(begin + CHUNK, ticks)
         for k in range(begin, end):
-            s, sample = tick(par, s, axes_at(Inputs, inputs, k, width), tables, 0.0)
+            s, sample = tick(par, s, axes_at(Inputs, inputs, k, width), tables, None)
             record(_measured(sample), samples, k - begin)
         start = max(begin, before)
         stop = min(end, before + target.shape[0])

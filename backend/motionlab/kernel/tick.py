@@ -82,13 +82,13 @@ def control(  # noqa: PLR0913, PLR0917 - what a command depends on
     at: Inputs,
     p_meas: Lanes,
     tables: NDArray[np.float64] | None,
-    extra: Lanes,
+    extra: Lanes | None,
 ) -> tuple[ControllerState, Command, Signals]:
     """Return the controller's half of a period: its next state and its command.
 
     It reads the reference and the encoder, never the machine: of `s` the memory, the command in
-    effect and the age, of `par` the controller's groups. A force `extra`, N, is added before the
-    force limit.
+    effect and the age, of `par` the controller's groups. A force `extra`, N, if there is one,
+    is added before the force limit.
     """
     controller, law = par.controller, par.compensation
     observer = Observer(law, par.model_friction)
@@ -117,7 +117,9 @@ def control(  # noqa: PLR0913, PLR0917 - what a command depends on
     wanted = wanted + select(controller.feedforward > 0.0, controller.M * at.a_ref, 0.0)
     opposed = select(controller.observer > 0.0, d, 0.0)
     wanted, n_1, n_2 = notched(par.notch, wanted + opposed, u + opposed, memory.n_1, memory.n_2)
-    f_command = clip(wanted + extra, -controller.force_limit, controller.force_limit)
+    if extra is not None:
+        wanted = wanted + extra
+    f_command = clip(wanted, -controller.force_limit, controller.force_limit)
 
     # share
     share = share_by_law(par.force_model, tables, p_meas, f_command)
@@ -173,12 +175,12 @@ def move(
 
 @compiled
 def tick(
-    par: Parameters, s: State, at: Inputs, tables: NDArray[np.float64] | None, extra: Lanes
+    par: Parameters, s: State, at: Inputs, tables: NDArray[np.float64] | None, extra: Lanes | None
 ) -> tuple[State, Sample]:
     """Return the state one control period later, and the sample taken at the period's start.
 
     Without `tables` every lane has analytic maps and shares its force by the closed form. A force
-    `extra`, N, is added to the controller's.
+    `extra`, N, if there is one, is added to the controller's.
     """
     machine = s.plant
     p_meas = measure(par.encoder, machine.p + machine.y, at.encoder_noise)
@@ -257,7 +259,7 @@ def control_once(
     s = read_state(state, width)
     mode = flush_subnormals()
     measured = unpack(_EncoderSample, p_meas, 0, width).p
-    memory, made, _ = control(par, s, axes_at(Inputs, inputs, 0), measured, None, 0.0)
+    memory, made, _ = control(par, s, axes_at(Inputs, inputs, 0), measured, None, None)
     acting = in_effect(par, s.pending, made)
     restore_mode(mode)
     write_state(State(s.plant, memory, acting, made, s.age, s.failed), state)
@@ -316,7 +318,7 @@ def run_lanes(
     s = read_state(state, width)
     mode = flush_subnormals()
     for k in range(inputs.shape[0]):
-        s, sample = tick(par, s, axes_at(Inputs, inputs, k), tables, 0.0)
+        s, sample = tick(par, s, axes_at(Inputs, inputs, k), tables, None)
         record(sample, samples, k)
     restore_mode(mode)
     write_state(s, state)
