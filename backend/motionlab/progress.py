@@ -48,7 +48,7 @@ def tick_bar(ticks: int) -> Iterator[Callable[[int], Any] | None]:
     callable or None
         Takes the number of ticks done since the last call; None where no bar is shown.
     """
-    if ticks < _LONG_RUN or not is_told() or not _has_bars():
+    if ticks < _LONG_RUN or not is_told() or not has_bars():
         yield None
         return
     with _bar() as bar:
@@ -73,7 +73,7 @@ def share_done(title: str) -> Iterator[Callable[[float], None]]:
     if not is_told():
         yield lambda _: None
         return
-    if not _has_bars():
+    if not has_bars():
         tenths = -1
 
         def line(share: float) -> None:
@@ -91,7 +91,7 @@ def share_done(title: str) -> Iterator[Callable[[float], None]]:
         yield lambda share: bar.update(task, completed=share)
 
 
-def _has_bars() -> bool:
+def has_bars() -> bool:
     """Return whether a bar can be drawn: by a terminal that moves its cursor, or a notebook."""
     if _in_notebook():
         return True
@@ -99,7 +99,9 @@ def _has_bars() -> bool:
 
 
 def _in_notebook() -> bool:
-    return "ipykernel" in sys.modules
+    """Return whether this process is the kernel of a notebook."""
+    shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
+    return shell is not None and "IPKernelApp" in shell.config
 
 
 def _bar() -> Progress:

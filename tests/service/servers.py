@@ -13,7 +13,7 @@ from fastapi import FastAPI
 from motionlab.service.app import create_app
 from motionlab.service.serve import configuration, listen
 from motionlab.service.settings import Settings
-from tests.service import fork_servers
+from tests.service import forkservers
 
 PATIENCE = 120.0
 """Seconds after which a test gives up; nothing is expected to take a noticeable part of it."""
@@ -31,7 +31,7 @@ class Server:
     """
 
     def __init__(self, settings: Settings | None = None) -> None:
-        fork_servers.install()
+        forkservers.install()
         self.app: FastAPI = create_app(settings)
         self._listener = listen("127.0.0.1", 0)
         self.port: int = self._listener.getsockname()[1]

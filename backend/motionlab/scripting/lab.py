@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import itertools
-import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -17,7 +16,7 @@ from motionlab.config.load import load_scenario
 from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError
 from motionlab.executors.executor import executing
-from motionlab.progress import share_done, tick_bar
+from motionlab.progress import has_bars, is_told, share_done, tick_bar, told
 from motionlab.scripting.run import Run, record_of
 from motionlab.scripting.study_result import StudyResult
 from motionlab.studies.sweep.request import CASES_MAX
@@ -266,10 +265,7 @@ def plain(value: Any) -> Any:
 @contextlib.contextmanager
 def shown_share(title: str) -> Iterator[Callable[[float], None]]:
     """Show the share of long work that is done in a terminal or a notebook, nowhere else."""
-    if not (sys.stderr.isatty() or "ipykernel" in sys.modules):
-        yield lambda _: None
-        return
-    with share_done(title) as progress:
+    with told(is_told() and has_bars()), share_done(title) as progress:
         yield progress
 
 

@@ -6,12 +6,15 @@ source. Blocks of lanes go to threads; the compiled loop holds no lock meanwhile
 
 from __future__ import annotations
 
+import functools
 import itertools
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 
 import numpy as np
+from llvmlite import binding
+from numba.core import config
 from numpy.typing import NDArray
 
 from motionlab.config.planar import AXES
@@ -189,9 +192,21 @@ class _BlockResult:
 
 
 def _block_size(movers: int, threads: int) -> int:
-    """Return how many movers go side by side: narrow blocks where wide ones leave threads idle."""
+    """Return how many movers go side by side: narrow blocks where wide ones leave threads idle.
+
+    Without AVX-512 all are narrow: wide ones are hardly faster there, and rounded differently, so
+    that a case would depend on how many go beside it.
+    """
     wide = WIDE // LANES_PER_VARIANT
-    return wide if movers > threads * wide // 2 else wide // 2
+    return wide if movers > threads * wide // 2 and _has_avx512() else wide // 2
+
+
+@functools.cache
+def _has_avx512() -> bool:
+    """Return whether kernels are compiled for registers of eight numbers."""
+    chosen = config.CPU_FEATURES  # pyright: ignore[reportAttributeAccessIssue]
+    features = chosen or binding.get_host_cpu_features().flatten()
+    return "+avx512f" in features.split(",")
 
 
 def _all_inputs(prepared: Prepared) -> Array:

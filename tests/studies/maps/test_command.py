@@ -290,7 +290,7 @@ def test_an_interrupt_ends_the_command_and_its_workers(tmp_path):
         out, err = process.communicate(timeout=PATIENCE)
     finally:
         process.kill()
-    assert process.returncode == 1
+    assert process.returncode == 130
     assert out == ""
     assert "interrupted" in err
     assert "Traceback" not in err

@@ -2,7 +2,7 @@
 
 What a fork server imports and warms up takes two seconds of processor time; servers that tests
 start in their own process would take them each. A server that is a process has one of its own.
-``python -m tests.service.fork_servers DESCRIPTOR`` is the loaded process.
+``python -m tests.service.forkservers DESCRIPTOR`` is the loaded process.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ def _load(environment: dict[str, str]) -> tuple[socket.socket, subprocess.Popen[
     ours, theirs = socket.socketpair()
     with theirs:
         process = subprocess.Popen(
-            (sys.executable, "-m", "tests.service.fork_servers", str(theirs.fileno())),
+            (sys.executable, "-m", "tests.service.forkservers", str(theirs.fileno())),
             cwd=ROOT,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
