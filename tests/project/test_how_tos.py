@@ -52,26 +52,45 @@ def test_the_scenario_of_a_file_is_the_one_shown(tmp_path: Path) -> None:
 
 
 def test_the_check_fails_when_an_error_has_grown(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     scenario = tmp_path / "press.toml"
+    baseline = tmp_path / "press.baseline.json"
     scenario.write_text(block("regression"))
-    monkeypatch.setattr(sys, "argv", ["regression.py", str(scenario)])
 
-    def check() -> object:
+    def check(*arguments: str) -> tuple[object, str, str]:
+        monkeypatch.setattr(sys, "argv", ["regression.py", *arguments])
         with pytest.raises(SystemExit) as ended:
             runpy.run_path(str(ROOT / "examples" / "regression.py"), run_name="__main__")
-        return ended.value.code
+        return ended.value.code, *capsys.readouterr()
 
-    assert check() is None
-    assert (tmp_path / "press.baseline.json").is_file()
-    assert check() is None
+    file = str(scenario)
+    code, _, refused = check(file)
+    assert (code, baseline.exists()) == (2, False)
+    assert refused == f"regression: {baseline} is not there: --write writes it, once\n"
+    assert check(file, "--write") == (0, f"wrote {baseline}, 8 errors: commit it\n", "")
+    assert check(file) == (0, "8 errors, none has grown by more than 5 %\n", "")
     (change,) = re.findall(r"`(disturbance_observer[^`]*)`", page("regression"))
     scenario.write_text(block("regression").replace('"lugre-full" }', f'"lugre-full", {change} }}'))
-    grown = check()
-    assert isinstance(grown, str)
+    code, _, grown = check(file)
+    assert code == 1
     assert "B.x.rms_following_error" in grown
     assert "A.x" not in grown
+
+    written = baseline.read_text()
+    scenario.write_text(block("regression") + '[variants.B.controller.x]\nk_d = "stiff"\n')
+    for bad in ([file], [file, "--write"], [str(tmp_path / "no.toml"), "--write"], []):
+        code, printed, refused = check(*bad)
+        assert (code, printed) == (2, "")
+        assert "Traceback" not in refused
+    assert baseline.read_text() == written
+    diverging = runpy.run_path(str(ROOT / "examples" / "regression.py"), run_name="__x__")["write"]
+    with pytest.raises(ValueError, match="diverged"):
+        diverging(baseline, {"B.x.rms_following_error": None})
+    for broken in ('{"B.x.rms_following_error": null}', "[1]", "{"):
+        baseline.write_text(broken)
+        code, _, refused = check(file)
+        assert (code, refused.count("\n")) == (2, 1)
 
 
 def test_the_notebook_of_the_tutorial_has_the_error_of_its_slider() -> None:
