@@ -73,6 +73,8 @@ WRONG: list[tuple[str, str, str]] = [
     ("plot circle --out fig.gif", "--out: unknown kind of file", ".png or .svg or .pdf"),
     ("plot circle B.x.thrst --out fig.png", "CHANNEL: no such channel", "'B.x.thrust'"),
     ("plot circle --out fig.png --from 99", "--from: leaves nothing to draw", "0 to 10.4995 s"),
+    ("export-plant -o there.csv", "--out: unknown kind of file", ".fmu"),
+    ("export-plant -o there.fmu", "--out: is there already", "--overwrite"),
     ("docs scenarois", "PAGE: no page of that name", "'scenarios'"),
     ("completion fish", "no such SHELL; got 'fish'", "one of bash, zsh, tcsh"),
     ("compare a.parquet", "B is missing", "motionlab compare --help"),
@@ -99,7 +101,8 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("MOTIONLAB_DATA", str(tmp_path / "data"))
     (tmp_path / "mine.toml").write_text('base = "circle"\n')
     (tmp_path / "broken.toml").write_text("base = circle\n")
-    (tmp_path / "there.csv").write_text("1\n")
+    for name in ("there.csv", "there.fmu"):
+        (tmp_path / name).write_text("1\n")
     return tmp_path
 
 

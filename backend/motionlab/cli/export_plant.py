@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from motionlab.cli.exit_codes import DONE
-from motionlab.config.shipped import names
-from motionlab.studies.options import add_set, source
+from motionlab.cli.output import add_overwrite, check_output, wrote
+from motionlab.studies.options import add_scenario, add_set, source
 
 EXAMPLES = """\
 examples:
@@ -29,12 +29,9 @@ def add(commands: Any) -> None:
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument(
-        "scenario",
-        metavar="SCENARIO",
-        help="path of a .toml file, or a shipped scenario: " + ", ".join(names("scenarios")),
-    )
+    add_scenario(parser)
     parser.add_argument("-o", "--out", metavar="FILE", required=True, help="file to write, .fmu")
+    add_overwrite(parser)
     add_set(parser, "change a field of the scenario (repeatable), as in motionlab run")
     parser.set_defaults(command=_export)
 
@@ -44,8 +41,10 @@ def _export(options: argparse.Namespace) -> int:
     from motionlab.config.changes import parse_assignments
     from motionlab.config.load import load_scenario
 
+    check_output(options.out, ".fmu", overwrite=options.overwrite)
     scenario = load_scenario(source(options), parse_assignments(options.assignments))
     done = export_plant(scenario, Path(options.out))
     built = f"binary for {done.platform}" if done.platform else f"sources only: {done.reason}"
-    print(f"{options.out}: motor of {scenario.name}, {done.size / 1000:.0f} kB, {built}")
+    wrote(options.out)
+    print(f"motor of {scenario.name}, {built}")
     return DONE

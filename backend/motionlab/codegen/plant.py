@@ -223,7 +223,7 @@ def _compiled(files: Mapping[str, bytes]) -> tuple[bytes, str]:
             return b"", f"{command[0]} failed: {error}"
         if done.returncode != 0:
             said = done.stderr.strip().splitlines()
-            return b"", f"{command[0]} failed: {said[0] if said else done.returncode}"
+            return b"", f"{command[0]} failed: {said[0] if said else f'exit code {done.returncode}'}"
         return (Path(folder) / "unit.so").read_bytes(), ""
 
 
