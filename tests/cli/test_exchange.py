@@ -11,8 +11,10 @@ import scipy.io
 
 from motionlab.__main__ import main
 from motionlab.config.load import load_scenario
+from motionlab.errors import ConfigError
 from motionlab.runs.library import library
 from motionlab.runs.search import Search
+from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import metadata
 from motionlab.telemetry import recorder
 from tests.recordings import noise
@@ -168,3 +170,27 @@ def test_an_import_that_is_refused(
 def test_a_file_that_is_none(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["import", "nowhere.csv"]) == 2
     assert "FILE: is no file" in capsys.readouterr().err
+
+
+# -- runs -----------------------------------------------------------------------------------------
+
+
+def test_a_list_of_runs_has_heads_and_no_orders_to_a_terminal(
+    kept: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    library().change(kept, {"name": "a\x1b[31mb\nc"})
+    capsys.readouterr()
+    assert main(["runs"]) == 0
+    heads, row = capsys.readouterr().out.splitlines()
+    assert heads.split()[:5] == ["run", "began", "kind", "duration", "name"]
+    assert r"a\x1b[31mb\nc" in row
+    assert main(["runs", "zzz"]) == 0
+    assert capsys.readouterr().out == "no run meets 'zzz'\n"
+    assert main(["runs", "'foo:bar'"]) == 0  # in quotes of its own
+
+
+@pytest.mark.parametrize("name", ["a\x1bb", 121 * "x", 5])
+def test_what_is_no_name_of_a_run_is_refused(here: Path, name: Any) -> None:
+    prepared = prepare(load_scenario("circle"))
+    with pytest.raises(ConfigError, match="name: "):
+        library().keep(prepared, noise(TICKS), {}, name=name)

@@ -58,7 +58,9 @@ def add(commands: Any) -> None:
     parser.add_argument(
         "--keep", action="store_true", help="keep it as a run; `motionlab docs runs`"
     )
-    parser.add_argument("--name", metavar="TEXT", default="", help="what the kept run is called")
+    parser.add_argument(
+        "--name", metavar="TEXT", default="", help="what the kept run is called; with --keep"
+    )
     add_json(parser)
     parser.set_defaults(command=_run)
 
@@ -71,6 +73,8 @@ def _run(options: argparse.Namespace) -> int:
     from motionlab.simulation.run import run
     from motionlab.telemetry.recorder import SUFFIXES, write
 
+    if options.name:
+        _check_name(options)
     scenario = load_scenario(source(options), parse_assignments(options.assignments))
     if options.out is not None:
         check_output(options.out, *SUFFIXES, overwrite=options.overwrite)
@@ -97,6 +101,15 @@ def _run(options: argparse.Namespace) -> int:
     for line in _troubles(scenario, result):
         print(f"motionlab: {line}", file=sys.stderr)
     return FAILED if any(each["diverged"] for each in result["variants"].values()) else DONE
+
+
+def _check_name(options: argparse.Namespace) -> None:
+    from motionlab.errors import ConfigError, FieldError
+    from motionlab.runs.run import check_name
+
+    if not options.keep:
+        raise ConfigError(FieldError("--name", "needs --keep: it names a kept run", options.name))
+    check_name(options.name, "--name")
 
 
 def _prepared(scenario: Scenario) -> Prepared:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
@@ -49,7 +50,6 @@ def add(commands: Any) -> None:
 
 
 def _list(options: argparse.Namespace) -> int:
-
     from motionlab.errors import ConfigError, FieldError
     from motionlab.runs.library import library
     from motionlab.runs.search import LIMIT_MAX, parse, quoted
@@ -57,23 +57,41 @@ def _list(options: argparse.Namespace) -> int:
     if not 1 <= options.limit <= LIMIT_MAX:
         allowed = f">= 1 and <= {LIMIT_MAX}"
         raise ConfigError(FieldError("--limit", "is out of range", options.limit, allowed))
+    for term in options.search:
+        _check_key(term)
     search = parse(" ".join(quoted(term) for term in options.search))
     library().recover()  # what a killed server left
     page = library().index.page(search, sort=options.sort, limit=options.limit)
     if options.json:
         print(json.dumps(page.model_dump(mode="json")))
     else:
-        show(_table(page))
+        show(_table(page, " ".join(options.search)))
     return DONE
 
 
-def _table(page: Page) -> str:
+def _check_key(term: str) -> None:
+    """Refuse ``foo:bar``; elsewhere it is a text to look for, here more likely an error."""
+    from motionlab.config.shipped import did_you_mean
+    from motionlab.errors import ConfigError, FieldError
+    from motionlab.runs.search import KEYS
+
+    match = re.fullmatch(r"([a-z]+):\S*", term)
+    if match and match[1] not in KEYS:
+        message = f"no such key{did_you_mean(match[1], list(KEYS))}"
+        allowed = f"one of {', '.join(KEYS)}; a text with a colon, in quotes of its own"
+        raise ConfigError(FieldError("TERM", message, term, allowed))
+
+
+def _table(page: Page, search: str) -> str:
+    if not page.runs and search:
+        return f"no run meets {search!r}"
     if not page.runs:
         return "no run: motionlab run circle --keep keeps one, and so does Play in the Lab"
     from motionlab.tables import table
 
     rows = [_row(run) for run in page.runs]
-    lines = [table([""] * len(rows[0]), rows)]
+    heads = ("run", "began", "kind", "duration", "name", "largest following errors")
+    lines = [table(heads, rows)]
     if page.total > len(page.runs):
         lines.append(f"{len(page.runs)} of {page.total} runs")
     return "\n".join(lines)
@@ -87,4 +105,9 @@ def _row(run: Run) -> list[str]:
         if name.endswith(".max_abs_following_error")
     ]
     state = run.kind if run.state == "complete" else f"{run.kind}, {run.state}"
-    return [run.id, when, state, f"{run.duration:.4g} s", run.name, ", ".join(errors)]
+    return [run.id, when, state, f"{run.duration:.4g} s", _printable(run.name), ", ".join(errors)]
+
+
+def _printable(text: str) -> str:
+    """Return a text in which nothing is an order to the terminal."""
+    return re.sub(r"[\x00-\x1f\x7f-\x9f\ud800-\udfff]", lambda found: repr(found[0])[1:-1], text)

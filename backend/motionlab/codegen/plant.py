@@ -222,8 +222,8 @@ def _compiled(files: Mapping[str, bytes]) -> tuple[bytes, str]:
         except (OSError, subprocess.TimeoutExpired) as error:
             return b"", f"{command[0]} failed: {error}"
         if done.returncode != 0:
-            said = done.stderr.strip().splitlines()
-            return b"", f"{command[0]} failed: {said[0] if said else f'exit code {done.returncode}'}"
+            said = [*done.stderr.strip().splitlines(), f"exit code {done.returncode}"]
+            return b"", f"{command[0]} failed: {said[0]}"
         return (Path(folder) / "unit.so").read_bytes(), ""
 
 

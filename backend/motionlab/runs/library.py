@@ -38,7 +38,7 @@ from motionlab.runs.description import (
     thumbnail,
 )
 from motionlab.runs.files import RunFiles, column_descriptions, runs_url
-from motionlab.runs.run import CHANGEABLE, NAME_MAX, Event, Kind, RunDetail, new_id
+from motionlab.runs.run import CHANGEABLE, NAME_MAX, Event, Kind, RunDetail, check_name, new_id
 from motionlab.runs.telemetry import recording as read_recording
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.result import metadata
@@ -148,9 +148,12 @@ class Library:
 
         Raises
         ------
+        ConfigError
+            If its name is no text, too long, or has control characters.
         StoreError
             If it cannot be kept; `StoreFull` where there is no room. Nothing is kept then.
         """
+        check_name(name)
         run = _begun("simulation", prepared.scenario, result, name=name)
         run = run.model_copy(
             update={

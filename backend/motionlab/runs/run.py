@@ -8,6 +8,8 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, Field
 
+from motionlab.errors import ConfigError, FieldError
+
 Kind = Literal["simulation", "live", "drive", "measurement"]
 State = Literal["recording", "complete", "partial"]
 
@@ -20,6 +22,9 @@ TAG = "^[a-z0-9][a-z0-9._-]{0,31}$"
 TEXT = r"^[^\x00]*$"
 """Form of names and notes: PostgreSQL knows no zero in a text."""
 
+NAME = r"^[^\x00-\x1f\x7f-\x9f\ud800-\udfff]*$"
+"""Form of a new name: one line, and nothing that a terminal takes for an order."""
+
 NAME_MAX = 120
 NOTE_MAX = 10_000
 TAGS_MAX = 20
@@ -29,6 +34,25 @@ CHANGEABLE = frozenset({"name", "note", "tags", "pinned", "deleted", "difference
 
 _LETTERS = "abcdefghijklmnopqrstuvwxyz234567"
 _ID = re.compile(ID)
+
+
+def check_name(name: object, loc: str = "name") -> None:
+    """Refuse what is no name of a run.
+
+    Raises
+    ------
+    ConfigError
+        Naming `loc`.
+    """
+    if not isinstance(name, str):
+        raise ConfigError(FieldError(loc, "must be text", name))
+    if len(name) > NAME_MAX:
+        bounds: dict[str, float] = {"maximum": NAME_MAX}
+        raise ConfigError(
+            FieldError(loc, "is too long", len(name), unit="characters", bounds=bounds)
+        )
+    if re.fullmatch(NAME, name) is None:
+        raise ConfigError(FieldError(loc, "has a control character", name))
 
 
 def new_id() -> str:

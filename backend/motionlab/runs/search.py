@@ -32,6 +32,9 @@ TERMS_MAX = 30
 SORTS = ("created", "name", "duration", "size")
 """What runs are sorted by, beside metrics such as ``B.x.max``."""
 
+KEYS = ("tag", "scenario", "kind", "state", "is", "after", "before")
+"""What stands before the colon of a term."""
+
 _UNITS = {"": 1.0, "m": 1.0, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9} | {
     "N": 1.0,
     "mN": 1e-3,

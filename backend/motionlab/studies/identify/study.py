@@ -27,6 +27,11 @@ examples:
 
 Speeds are in m/s, each run both ways; forces come out in the newtons of the controller's command.
 """
+_OF_A_RUN = {
+    **{f"--{name}": name for name in ("motor", "position", "force", "mass", "bandwidth")},
+    **{"--run-variant": "run_variant", "--from": "start", "--to": "end"},
+}
+"""Options that say something of a run, and where they are kept."""
 
 
 class IdentifyStudy(Study):
@@ -181,6 +186,14 @@ class IdentifyStudy(Study):
 
     def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
         """Return the request of the options."""
+        if options.run is None:
+            wrong = [
+                FieldError(option, "is of a run: it needs --run", value)
+                for option, name in _OF_A_RUN.items()
+                if (value := getattr(options, name)) is not None
+            ]
+            if wrong:
+                raise ConfigError(*wrong)
         if options.motor is not None:
             from motionlab.runs.motor import check_name
 
