@@ -13,6 +13,7 @@ from motionlab.__main__ import main
 from motionlab.config.load import load_scenario
 from motionlab.errors import ConfigError
 from motionlab.runs.library import library
+from motionlab.runs.run import new_id
 from motionlab.runs.search import Search
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import metadata
@@ -63,7 +64,7 @@ def test_a_kept_run(here: Path, kept: str) -> None:
     [
         (["run.parquet", "out.txt"], "FILE: unknown kind of file"),
         (["run.parquet", "nowhere/out.csv"], "FILE: its folder does not exist"),
-        (["nowhere.parquet", "out.csv"], "RUN: is no run"),
+        (["nowhere.parquet", "out.csv"], "RUN: no such file, and no kept run"),
         (["r-aaaaaaaaaaaa", "out.csv"], "RUN: no run 'r-aaaaaaaaaaaa'"),
         (["run.parquet", "out.csv", "--columns", "x.nothing"], "no column of that name"),
         (["run.parquet", "out.csv", "--from", "0.3", "--to", "0.2"], "no sample lies there"),
@@ -95,6 +96,37 @@ def test_a_full_disk_leaves_nothing_half_written(
     assert "No space left on device" in capsys.readouterr().err
     assert (here / "out.csv").read_text() == "before"
     assert sorted(path.name for path in here.iterdir()) == ["out.csv", "run.parquet"]
+
+
+@pytest.mark.parametrize("ending", ["mat", "parquet"])
+def test_a_csv_file_is_exported_again(here: Path, ending: str) -> None:
+    assert main(["export", "run.parquet", "run.csv"]) == 0
+    part = ["--columns", "x.load_force", "--from", "0.1"]
+    assert main(["export", "run.csv", f"b.{ending}", *part]) == 0
+    wanted = recorder.read("run.parquet")["x.load_force"]
+    if ending == "mat":
+        run = scipy.io.loadmat("b.mat", squeeze_me=True, struct_as_record=False)["run"]
+        assert (run.x_load_force == wanted.values[200:]).all()
+        assert run.units.x_load_force == wanted.unit
+    else:
+        assert (recorder.read("b.parquet")["x.load_force"].values == wanted.values[200:]).all()
+
+
+def test_a_name_that_one_run_has_stands_for_it(
+    kept: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    library().change(kept, {"name": "own"})
+    assert main(["compare", "own", kept]) == 0
+    assert main(["export", "own", "a.csv", "--columns", "x.load_force"]) == 0
+    assert main(["report", "own", "--out", "a.html"]) == 0
+    assert main(["glitches", "own"]) == 0
+    assert main(["spectrum", "own", "--column", "B.x.thrust"]) == 0
+    run = library().get(kept)
+    library().index.put(run.model_copy(update={"id": new_id()}))
+    capsys.readouterr()
+    for arguments in (["compare", "own", kept], ["export", "own", "b.csv"], ["replay", "own"]):
+        assert main(arguments) == 2
+        assert "is the name of several runs; got 'own'" in capsys.readouterr().err
 
 
 # -- import ---------------------------------------------------------------------------------------

@@ -41,7 +41,7 @@ def add(commands: Any) -> None:
         parser.add_argument(
             name,
             metavar=name.upper(),
-            help=f"{what}: identifier of a run, or telemetry, .parquet or .csv",
+            help=f"{what}: identifier or name of a run, or telemetry, .parquet or .csv",
         )
     add_comparing(parser)
     add_json(parser)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import dataclasses
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -50,7 +51,11 @@ def add(commands: Any) -> None:
         epilog=EXPORT_EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("run", metavar="RUN", help="a kept run, or a file of motionlab run --out")
+    parser.add_argument(
+        "run",
+        metavar="RUN",
+        help="identifier or name of a kept run, or a file of motionlab run --out",
+    )
     parser.add_argument(
         "file", metavar="FILE", help="file to write: .csv, .parquet, .mat, .mcap or .mf4"
     )
@@ -191,19 +196,32 @@ def _described(document: Import) -> str:
 
 @contextlib.contextmanager
 def _source(run: str) -> Iterator[Source]:
-    """Open a run by its identifier, or a file."""
+    """Open a run by identifier or name, or a file."""
     from motionlab.errors import ConfigError, FieldError, Unknown
     from motionlab.runs.exports import Source
     from motionlab.runs.library import library
     from motionlab.runs.run import is_id
 
-    if not is_id(run):
+    if not is_id(run) and Path(run).is_file():
         source = Source.of_file(Path(run))
     else:
         try:
-            found = library().complete(run)
+            found = library().complete(_named(run))
         except Unknown as error:
             raise ConfigError(FieldError("RUN", str(error))) from None
-        source = Source.of(library().files.open(run), found)
+        source = Source.of(library().files.open(found.id), found)
     with source.file:
         yield source
+
+
+def _named(run: str) -> str:
+    from motionlab.errors import ConfigError
+    from motionlab.runs.library import library
+
+    try:
+        return library().named(run)
+    except ConfigError as error:
+        (wrong,) = error.errors
+        if wrong.message.startswith("no "):
+            wrong = dataclasses.replace(wrong, message="no such file, and no kept run of that name")
+        raise ConfigError(wrong) from None

@@ -32,15 +32,16 @@ def add(commands: Any) -> None:
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("run", metavar="RUN", help="identifier of a run")
+    parser.add_argument("run", metavar="RUN", help="identifier or name of a run")
     add_json(parser)
     parser.set_defaults(command=_glitches)
 
 
 def _glitches(options: argparse.Namespace) -> int:
     from motionlab.runs.glitches import run_glitches
+    from motionlab.runs.library import library
 
-    found = run_glitches(options.run)
+    found = run_glitches(library().named(options.run))
     if options.json:
         print(json.dumps(found.model_dump(mode="json")))
     else:

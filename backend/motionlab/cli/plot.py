@@ -95,7 +95,7 @@ def _curves(options: argparse.Namespace) -> tuple[NDArray[np.float64], list[Curv
     from motionlab.telemetry.recorder import SUFFIXES
 
     name: str = options.scenario
-    if is_id(name) or name.endswith(SUFFIXES):
+    if is_id(name) or name.endswith(SUFFIXES) or _is_name(name):
         from motionlab.runs.columns import of_file_or_run
 
         if options.assignments:
@@ -108,6 +108,16 @@ def _curves(options: argparse.Namespace) -> tuple[NDArray[np.float64], list[Curv
         units = found.units
         return time, [Curve(n, units[n], v) for n, v in zip(wanted, values, strict=True)]
     return _simulated(options)
+
+
+def _is_name(name: str) -> bool:
+    """Return whether it is what kept runs are called, and no scenario."""
+    from motionlab.config.shipped import names
+    from motionlab.runs.library import library
+
+    if name == "-" or name in names("scenarios") or "/" in name or name.endswith(".toml"):
+        return False
+    return bool(library().index.named(name))
 
 
 def _simulated(options: argparse.Namespace) -> tuple[NDArray[np.float64], list[Curve]]:

@@ -25,7 +25,9 @@ def add(commands: Any) -> None:
         description="Simulate a kept run again from its record and compare every channel, bit for "
         "bit. The exit code is 1 unless all are the same.",
     )
-    parser.add_argument("run", metavar="RUN", help="identifier of a run; motionlab runs lists them")
+    parser.add_argument(
+        "run", metavar="RUN", help="identifier or name of a run; motionlab runs lists them"
+    )
     add_json(parser)
     parser.set_defaults(command=_replay)
 
@@ -35,8 +37,9 @@ def _replay(options: argparse.Namespace) -> int:
     from motionlab.runs.replay import again, replay
 
     kept = library()
-    wanted = again(kept.complete(options.run))
-    with kept.files.open(options.run) as file, share_done("replay") as progress:
+    run = kept.named(options.run)
+    wanted = again(kept.complete(run))
+    with kept.files.open(run) as file, share_done("replay") as progress:
         found = replay(wanted, file, progress)
     if options.json:
         print(json.dumps(found.model_dump(mode="json"), allow_nan=False))

@@ -28,7 +28,9 @@ def add(commands: Any) -> None:
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("run", metavar="RUN", help="identifier of a run; of two, the baseline")
+    parser.add_argument(
+        "run", metavar="RUN", help="identifier or name of a run; of two, the baseline"
+    )
     parser.add_argument("other", metavar="RUN_B", nargs="?", help="the candidate")
     parser.add_argument("--out", metavar="FILE", required=True, help="file to write: .html")
     add_overwrite(parser)
@@ -41,28 +43,27 @@ def _report(options: argparse.Namespace) -> int:
     from motionlab.store.files import complete_file
 
     check_output(options.out, ".html", overwrite=options.overwrite)
-    _check_run("RUN", options.run)
+    run = _complete("RUN", options.run)
     if options.other is None:
-        content = run_report(options.run)
+        content = run_report(run)
     else:
-        _check_run("RUN_B", options.other)
-        content = comparison_report(options.run, options.other, comparing_of(options))
+        other = _complete("RUN_B", options.other)
+        content = comparison_report(run, other, comparing_of(options))
     with complete_file(options.out) as part:
         part.write_bytes(content)
     wrote(options.out)
     return DONE
 
 
-def _check_run(option: str, run_id: str) -> None:
-    """Refuse what is no run that is there."""
+def _complete(option: str, text: str) -> str:
+    """Return the identifier of a run that is there, given that or its name."""
     from motionlab.errors import ConfigError, FieldError, Unknown
     from motionlab.runs.library import library
-    from motionlab.runs.run import is_id
 
-    allowed = "r- and 12 characters; motionlab runs lists them"
-    if not is_id(run_id):
-        raise ConfigError(FieldError(option, "is no identifier of a run", run_id, allowed))
+    run_id = library().named(text, option)
     try:
         library().complete(run_id)
     except Unknown as error:
+        allowed = "one that `motionlab runs` lists"
         raise ConfigError(FieldError(option, str(error), run_id, allowed)) from None
+    return run_id

@@ -13,6 +13,7 @@ from motionlab.studies.options import add_json
 
 if TYPE_CHECKING:
     from motionlab.loop.spectrum import SpectrumOptions, SpectrumPeak, Taken
+    from motionlab.runs.run import Run
 
 EXAMPLES = """\
 examples:
@@ -34,7 +35,7 @@ def add(commands: Any) -> None:
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("run", metavar="RUN", help="identifier of a run")
+    parser.add_argument("run", metavar="RUN", help="identifier or name of a run")
     parser.add_argument(
         "--column", action="append", required=True, metavar="NAME", help="column; repeatable"
     )
@@ -64,6 +65,7 @@ def add(commands: Any) -> None:
 def _spectrum(options: argparse.Namespace) -> int:
     from motionlab.config.validation_errors import checked
     from motionlab.loop.spectrum import SpectrumOptions, document
+    from motionlab.runs.library import library
     from motionlab.runs.spectrum import run_spectra
 
     wanted = checked(
@@ -71,8 +73,9 @@ def _spectrum(options: argparse.Namespace) -> int:
     )
     if options.out:
         check_output(options.out, ".csv", overwrite=options.overwrite)
-    first, stop = _samples(options)
-    taken, period = run_spectra(options.run, options.column, first, stop, wanted)
+    run = library().get(library().named(options.run))
+    first, stop = _samples(options, run)
+    taken, period = run_spectra(run.id, options.column, first, stop, wanted)
     if options.out:
         _write(options.out, taken)
         wrote(options.out)
@@ -83,12 +86,10 @@ def _spectrum(options: argparse.Namespace) -> int:
     return DONE
 
 
-def _samples(options: argparse.Namespace) -> tuple[int, int | None]:
+def _samples(options: argparse.Namespace, run: Run) -> tuple[int, int | None]:
     """Return the first sample that is wanted and the one after the last."""
     from motionlab.errors import ConfigError, FieldError
-    from motionlab.runs.library import library
 
-    run = library().get(options.run)
     bounds: dict[str, float] = {"minimum": 0.0, "maximum": run.duration}
     for name, time in (("--from", options.start), ("--to", options.end)):
         if time is not None and not 0.0 <= time <= run.duration:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -205,7 +206,7 @@ def of_run(run_id: str) -> Columns:
 
 
 def of_file_or_run(name: str) -> Columns:
-    """Return the columns of a kept run by its identifier, or those of a telemetry file.
+    """Return the columns of a kept run by identifier or name, or those of a telemetry file.
 
     Raises
     ------
@@ -217,8 +218,12 @@ def of_file_or_run(name: str) -> Columns:
     if is_id(name):
         return of_run(name)
     if not name.endswith(SUFFIXES):
-        allowed = f"r- and 12 characters, or a file that ends in {' or '.join(SUFFIXES)}"
-        raise ConfigError(FieldError("run", "is no identifier and no telemetry", name, allowed))
+        try:
+            return of_run(library().named(name, "run"))
+        except ConfigError as error:
+            (wrong,) = error.errors
+            files = f"{wrong.range}; or a file that ends in {' or '.join(SUFFIXES)}"
+            raise ConfigError(dataclasses.replace(wrong, range=files)) from None
     if name.endswith(".csv"):
         return _Table(name)
 

@@ -18,14 +18,14 @@ from numpy.typing import NDArray
 from pyarrow import csv, parquet
 
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.errors import ConfigError, FieldError
+from motionlab.errors import ConfigError, FieldError, StoreError
 from motionlab.runs.mcap_files import Extras, identifiers, write_mcap
 from motionlab.runs.run import RunDetail
 from motionlab.runs.selection import ALL, Selection
 from motionlab.runs.telemetry import check_columns, read_columns
 from motionlab.store.files import failure
 from motionlab.telemetry.expressions.columns import is_math
-from motionlab.telemetry.recorder import ROWS, parquet_writer
+from motionlab.telemetry.recorder import ROWS, parquet_writer, read
 
 MAT_MAX = 2**31 - 2**20
 """Most bytes of a variable in a MAT file of format 5, and some room for what describes it."""
@@ -66,7 +66,7 @@ class Source:
 
     @classmethod
     def of_file(cls, path: Path) -> Source:
-        """Return the telemetry of a Parquet file that ``motionlab run --out`` or an export wrote.
+        """Return the telemetry of a file that ``motionlab run --out`` or an export wrote.
 
         Raises
         ------
@@ -74,9 +74,12 @@ class Source:
             If it is no such file.
         """
         try:
-            file = parquet.ParquetFile(path)
-        except (OSError, pa.ArrowInvalid) as error:
-            raise ConfigError(FieldError("RUN", f"is no run: {error}", str(path))) from None
+            file = parquet.ParquetFile(_as_parquet(path) if path.suffix == ".csv" else path)
+        except (OSError, pa.ArrowInvalid):
+            allowed = ".parquet or .csv of motionlab run or export"
+            raise ConfigError(FieldError("RUN", "is no telemetry", str(path), allowed)) from None
+        except StoreError as error:
+            raise ConfigError(FieldError("RUN", str(error), str(path))) from None
         if file.schema_arrow.names[:2] != list(_ALWAYS):
             file.close()
             raise ConfigError(FieldError("RUN", "does not begin with tick and time", str(path)))
@@ -96,6 +99,19 @@ class Source:
         kept.pop("ARROW:schema", None)
         when = datetime.fromtimestamp(created, UTC).isoformat()
         return cls(file, created, kept | own | {"created": when}, period)
+
+
+def _as_parquet(path: Path) -> pa.BufferReader:
+    """Return a CSV file of telemetry as Parquet, in memory."""
+    found = read(str(path))
+    arrays = [pa.array(column.values) for column in found.values()]
+    fields = [
+        pa.field(name, array.type, metadata={"unit": column.unit})
+        for (name, column), array in zip(found.items(), arrays, strict=True)
+    ]
+    written = pa.BufferOutputStream()
+    parquet.write_table(pa.table(arrays, schema=pa.schema(fields)), written, row_group_size=ROWS)
+    return pa.BufferReader(written.getvalue())
 
 
 def _period(file: parquet.ParquetFile) -> float:

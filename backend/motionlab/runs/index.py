@@ -113,6 +113,12 @@ class Index:
         with _failures(), self._engine.connect() as connection:
             return _read(connection, run_id)
 
+    def named(self, name: str) -> list[str]:
+        """Return the runs of that very name, two at most; no deleted ones."""
+        wanted = sa.select(RUNS.c.id).where(RUNS.c.name == name, RUNS.c.deleted.is_(None))
+        with _failures(), self._engine.connect() as connection:
+            return list(connection.execute(wanted.limit(2)).scalars())
+
     def page(
         self,
         search: Search,

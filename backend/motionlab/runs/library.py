@@ -6,6 +6,7 @@ import contextlib
 import functools
 import logging
 import os
+import re
 import shutil
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -38,7 +39,17 @@ from motionlab.runs.description import (
     thumbnail,
 )
 from motionlab.runs.files import RunFiles, column_descriptions, runs_url
-from motionlab.runs.run import CHANGEABLE, NAME_MAX, Event, Kind, RunDetail, check_name, new_id
+from motionlab.runs.run import (
+    CHANGEABLE,
+    NAME,
+    NAME_MAX,
+    Event,
+    Kind,
+    RunDetail,
+    check_name,
+    is_id,
+    new_id,
+)
 from motionlab.runs.telemetry import recording as read_recording
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.result import metadata
@@ -105,6 +116,23 @@ class Library:
         if run is None:
             raise Unknown(f"no run {run_id!r}")
         return run
+
+    def named(self, text: str, loc: str = "RUN") -> str:
+        """Return the identifier of a run, given that or a name that no other run has.
+
+        Raises
+        ------
+        ConfigError
+            If it is neither, naming `loc`. What has the form of an identifier may be gone.
+        """
+        if is_id(text):
+            return text
+        found = self.index.named(text) if re.fullmatch(NAME, text) else []
+        if len(found) == 1:
+            return found[0]
+        message = "is the name of several runs" if found else "no kept run of that name"
+        allowed = "r- and 12 characters, or the name of one run alone; `motionlab runs` lists them"
+        raise ConfigError(FieldError(loc, message, text, allowed))
 
     def complete(self, run_id: str) -> RunDetail:
         """Return a run whose telemetry can be read.
