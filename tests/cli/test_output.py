@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import subprocess
 import sys
 from pathlib import Path
 
@@ -101,6 +102,33 @@ def test_completion_knows_commands_and_options(
     script = capsys.readouterr().out
     for word in ("montecarlo", "export-controller", "overwrite"):
         assert word in script
+
+
+@pytest.mark.parametrize(
+    ("words", "wanted"),
+    [
+        ("run ci", {"circle", "circle-resonant", "circa.toml"}),
+        ("run circle --out ot", {"other.csv"}),
+        ("compare ot", {"other.csv"}),
+        ("trajectory export circle ot", {"other.csv"}),
+        ("export-controller circle -o re", {"real"}),
+    ],
+)
+def test_bash_completes_files_and_scenarios(
+    words: str, wanted: set[str], here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["completion", "bash"]) == 0
+    script = capsys.readouterr().out
+    assert "complete -o bashdefault -o default -F" in script
+    for name in ("circa.toml", "other.csv"):
+        Path(name).touch()
+    Path("real").mkdir()
+    given = ["motionlab", *words.split()]
+    asked = f"COMP_WORDS=({' '.join(given)}); COMP_CWORD={len(given) - 1}; _shtab_motionlab"
+    shell = ["bash", "--norc", "-c", f'{script}\n{asked}\nprintf "%s\\n" "${{COMPREPLY[@]}}"']
+    found = subprocess.run(shell, capture_output=True, text=True, check=True).stdout.split()
+    assert wanted <= set(found)
+    assert all(name.startswith(given[-1]) for name in found)
 
 
 def test_docs_names_a_page(capsys: pytest.CaptureFixture[str]) -> None:

@@ -12,6 +12,20 @@ from motionlab.cli.exit_codes import DONE
 _PACKAGE = Path(__file__).resolve().parent.parent
 _CHECKOUT = _PACKAGE.parent.parent
 
+COMPLETION_EXAMPLES = """\
+examples:
+  mkdir -p ~/.local/share/bash-completion/completions
+  motionlab completion bash > ~/.local/share/bash-completion/completions/motionlab
+
+  mkdir -p ~/.zfunc
+  motionlab completion zsh > ~/.zfunc/_motionlab
+
+zsh looks there with `fpath+=~/.zfunc` before `compinit` in ~/.zshrc.
+"""
+
+_FILES = {"A", "B", "FIG", "FILE", "RUN", "RUN_B"}
+"""Metavars of arguments that may be files."""
+
 
 def add(commands: Any) -> None:
     """Add both commands."""
@@ -29,12 +43,12 @@ def add(commands: Any) -> None:
     parser = commands.add_parser(
         "completion",
         help="print the completion of commands and options for a shell",
-        description="Print what makes a shell complete the commands and options of motionlab.",
-        epilog="examples:\n"
-        "  motionlab completion bash > ~/.local/share/bash-completion/completions/motionlab\n"
-        "  motionlab completion zsh > ~/.zfunc/_motionlab\n",
+        description="Print what makes a shell complete commands, options, scenarios and files.",
+        epilog=COMPLETION_EXAMPLES,
     )
-    parser.add_argument("shell", metavar="SHELL", choices=("bash", "zsh", "tcsh"), help="which")
+    parser.add_argument(
+        "shell", metavar="SHELL", choices=("bash", "zsh", "tcsh"), help="bash, zsh or tcsh"
+    )
     parser.set_defaults(command=_completion)
 
 
@@ -87,5 +101,38 @@ def _completion(options: argparse.Namespace) -> int:
 
     from motionlab.cli.main import _parser
 
-    print(shtab.complete(_parser(), options.shell))
+    parser = _parser()
+    _say_what_is_taken(parser, {"FOLDER": shtab.DIRECTORY} | dict.fromkeys(_FILES, shtab.FILE))
+    text = shtab.complete(parser, options.shell)
+    print(text.replace("complete -o bashdefault -F", "complete -o bashdefault -o default -F"))
     return DONE
+
+
+def _say_what_is_taken(parser: argparse.ArgumentParser, of: dict[str, Any]) -> None:
+    """Tell shtab, by their metavars, which arguments are files, folders and scenarios."""
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for command in action.choices.values():
+                _say_what_is_taken(command, of)
+        elif isinstance(action.metavar, str):
+            known = _scenarios() if "SCENARIO" in action.metavar else of.get(action.metavar)
+            if known is not None:
+                action.complete = known  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def _scenarios() -> dict[str, Any]:
+    """Return the completion of shipped scenarios and files."""
+    from motionlab.config.shipped import names
+
+    known = " ".join(names("scenarios"))
+    function = "_motionlab_scenarios_and_files"
+    return {
+        "bash": function,
+        "zsh": function,
+        "tcsh": "f",
+        "preamble": {
+            "bash": f"{function}() {{\n  compgen -W '{known}' -- $1\n  compgen -f -- $1\n}}",
+            "zsh": f"{function}() {{\n"
+            f"  _alternative 'scenarios:scenario:({known})' 'files:file:_files'\n}}",
+        },
+    }
