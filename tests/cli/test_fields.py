@@ -47,6 +47,9 @@ def test_a_field_has_unit_range_and_meaning(capsys: pytest.CaptureFixture[str]) 
         *["plant.x.mass", "5.9", "kg", ">=", "0.001", "and", "<=", "1000"],
         "Moving mass",
     ]
+    meant = printed(capsys, "fields", "coulomb").splitlines()[1:]
+    assert len(meant) == 6
+    assert all(".friction.F_c " in line for line in meant)
     two = printed(capsys, "fields", "variants.*.controller.x.k_p", "--set", "plant.x.mass=6")
     assert [line.split()[1] for line in two.splitlines()[1:]] == ["200300", "200300"]
 

@@ -51,6 +51,7 @@ WRONG: list[tuple[str, str, str]] = [
     ("run circle --set seed", "--set: needs KEY=VALUE", "got 'seed'"),
     ("run circle --set seed=1 --set seed=2", "--set: sets seed twice", "got '2'"),
     ("run circle --set plant.x.mas=5", "plant.x.mas: unknown key", "'mass'"),
+    ("run circle --set plant.x.F_c=1", "plant.x.F_c: unknown key", "mean 'friction.F_c'?"),
     ("run circle --set plant.x.mass=-1", "plant.x.mass: is out of range; got -1", ">= 0.001"),
     (f"run circle --set {GAIN}=stiff", f"{GAIN}: must be a number; got 'stiff'", "N/m"),
     ("run circle --set plant=matchd", "plant: no motor of that name", "'matched'"),

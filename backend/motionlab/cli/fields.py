@@ -18,6 +18,7 @@ EXAMPLES = """\
 examples:
   motionlab fields
   motionlab fields friction
+  motionlab fields coulomb
   motionlab fields 'variants.B.controller.*.k_p'
   motionlab fields trajectory --scenario fig5
 
@@ -40,7 +41,8 @@ def add(commands: Any) -> None:
         metavar="PATTERN",
         nargs="?",
         default="",
-        help="part of a path, or a whole one with * for any letters (default: every field)",
+        help="part of a path or of the meaning, or a whole path with * for any letters "
+        "(default: every field)",
     )
     parser.add_argument(
         "--scenario",
@@ -80,7 +82,7 @@ def _fields(options: argparse.Namespace) -> int:
 
 
 def _matching(fields: list[FieldValue], pattern: str) -> list[FieldValue]:
-    """Return the fields whose path fits.
+    """Return the fields whose path fits, or whose meaning has the words.
 
     Raises
     ------
@@ -94,13 +96,17 @@ def _matching(fields: list[FieldValue], pattern: str) -> list[FieldValue]:
     found = [
         each
         for each in fields
-        if (fnmatch.fnmatchcase(each.path, pattern) if wild else pattern in each.path)
+        if (
+            fnmatch.fnmatchcase(each.path, pattern)
+            if wild
+            else pattern in each.path or pattern.lower() in each.description.lower()
+        )
     ]
     if found:
         return found
     words = sorted({word for each in fields for word in (each.path, *each.path.split("."))})
     message = f"fits no field{did_you_mean(pattern, words)}"
-    allowed = "part of a path such as plant.x.mass, or one with *"
+    allowed = "part of a path such as plant.x.mass, one with *, or a word of a meaning"
     raise ConfigError(FieldError("PATTERN", message, pattern, allowed))
 
 

@@ -203,7 +203,8 @@ def _field_error(item: dict[str, Any], model: type[BaseModel]) -> FieldError:
     kind = item["type"]
     bounds = bounds_of(info)
     if kind == "extra_forbidden":
-        message = f"unknown key{did_you_mean(path[-1], siblings)}"
+        deeper = _deeper(item["loc"], path[-1], model)
+        message = f"unknown key{did_you_mean(path[-1], siblings) or deeper}"
         return FieldError(
             loc=".".join(path),
             message=message,
@@ -242,6 +243,16 @@ def _field_error(item: dict[str, Any], model: type[BaseModel]) -> FieldError:
         unit=unit,
         bounds={} if allowed else bounds,
     )
+
+
+def _deeper(loc: tuple[Any, ...], key: str, model: type[BaseModel]) -> str:
+    """Return a hint at a field of that name one table deeper, or nothing."""
+    info = _walk(loc[:-1], model).info if loc[:-1] else None
+    for table in [model] if info is None else members(info.annotation):
+        for name, field in getattr(table, "model_fields", {}).items():
+            if any(key in getattr(m, "model_fields", {}) for m in members(field.annotation)):
+                return f", did you mean '{name}.{key}'?"
+    return ""
 
 
 def _shown(value: Any) -> Any:
