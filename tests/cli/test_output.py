@@ -136,6 +136,17 @@ def test_docs_names_a_page(capsys: pytest.CaptureFixture[str]) -> None:
     assert Path(capsys.readouterr().out.strip()).is_file()
 
 
+def test_without_documentation_the_way_to_it_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for place in ("_PACKAGE", "_CHECKOUT"):
+        monkeypatch.setattr(f"motionlab.cli.docs.{place}", tmp_path)
+    assert main(["docs"]) == 1
+    told = capsys.readouterr().err
+    assert "make docs" in told
+    assert "/help" not in told
+
+
 # -- tables and bars ------------------------------------------------------------------------------
 
 

@@ -92,7 +92,8 @@ def _place(page: str) -> Path:
         message = f"no page of that name{did_you_mean(page, known)}"
         raise ConfigError(FieldError("PAGE", message, page, f"one of {', '.join(known)}"))
     raise MotionLabError(
-        "there is no documentation beside this installation; the lab has it: /help"
+        "this installation has no documentation: a wheel has it that was built after `make docs`; "
+        "in a checkout, docs/ has the text"
     )
 
 
