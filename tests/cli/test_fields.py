@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import tomllib
 from pathlib import Path
@@ -15,8 +16,10 @@ from motionlab.cli import main
 from motionlab.config.controller import LAW_PARAMETERS, CompensationConfig, Law
 from motionlab.config.load import load_scenario
 from motionlab.config.shipped import names
+from motionlab.config.template import template
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run
+from tests.paths import ROOT
 
 
 def printed(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
@@ -95,9 +98,7 @@ def test_a_new_scenario_is_its_base(
     own = {"name": "mine", "title": f"My {base}"}
     expected = load_scenario(base).model_copy(update=own)
     assert load_scenario(file) == expected
-    schema = re.match(r"#:schema (.*)\n", file.read_text())
-    assert schema is not None
-    assert json.loads(Path(schema[1]).read_text())["type"] == "object"
+    assert "#:schema" not in file.read_text()  # its path would hold here alone
     # Without their #, all fields say what the base says.
     text = re.sub(r"^# (?=[a-z_.]+\w* = )", "", file.read_text(), flags=re.MULTILINE)
     text = re.sub(r"^# ((?:[\w.]+) = )", r"\1", text, flags=re.MULTILINE)
@@ -106,3 +107,12 @@ def test_a_new_scenario_is_its_base(
     assert load_scenario(file).model_dump(exclude={"variants"}) == expected.model_dump(
         exclude={"variants"}
     )
+
+
+def test_a_new_scenario_in_a_checkout_names_its_schema() -> None:
+    folder = ROOT / "examples" / "mine"  # need not be there
+    schema = re.match(r"#:schema (.*)\n", template(load_scenario("circle"), folder))
+    assert schema is not None
+    assert not Path(schema[1]).is_absolute()
+    path = Path(os.path.normpath(folder / schema[1]))
+    assert json.loads(path.read_text())["type"] == "object"

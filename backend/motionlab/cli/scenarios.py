@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from pathlib import Path
 from typing import Any
 
 from motionlab.cli.exit_codes import DONE
@@ -54,8 +55,8 @@ def add(commands: Any) -> None:
         "new",
         help="write a scenario of one's own, with comments",
         description="Write a scenario that differs in nothing from a shipped one yet: its fields "
-        "stand in comments, with unit and range. Editors that know TOML schemas complete and "
-        "check it.",
+        "stand in comments, with unit and range. In a checkout, editors that know TOML schemas "
+        "complete and check it.",
         epilog=NEW_EXAMPLES,
     )
     parser.add_argument("file", metavar="FILE", help="file to write: .toml")
@@ -101,7 +102,7 @@ def _new(options: argparse.Namespace) -> int:
     from motionlab.config.template import template
     from motionlab.store.files import complete_file
 
-    text = template(load_scenario(options.base))
+    text = template(load_scenario(options.base), Path(options.file).parent)
     check_output(options.file, ".toml", overwrite=options.overwrite, loc="FILE")
     with complete_file(options.file) as part:
         part.write_text(text, encoding="utf-8")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+from pathlib import Path
 from typing import Any
 
 import tomli_w
@@ -15,16 +17,21 @@ _MOTOR = ("mass", "friction.", "encoder.noise", "resonance.coupling")
 _CONTROLLER = ("x.k_", "y.k_", "compensation.", "feedforward", "disturbance_observer.", "delay")
 
 
-def template(scenario: Scenario) -> str:
+def template(scenario: Scenario, folder: Path) -> str:
     """Return the text of a file that is `scenario`, a shipped one, and says how to change it.
 
     Every field is in a comment with its value, unit and range; without its ``#`` it counts.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        What it is.
+    folder : Path
+        Where the file will be. In a checkout its first line names the schema, for editors.
     """
     fields = list(values_of(scenario))
-    schema = (config_root() / "scenario.schema.json").resolve()
     lines = [
-        f"#:schema {schema}",
-        "#",
+        *_schema(folder.resolve()),
         f"# A scenario of your own: whatever it does not set is as in {scenario.name}.",
         "# Remove the # before a field to set it. Values are SI.",
         "# `motionlab fields` lists all fields; `motionlab check` and `run` take this file.",
@@ -53,6 +60,14 @@ def template(scenario: Scenario) -> str:
             *_comments(_of(fields, f"{place}.", _CONTROLLER)),
         ]
     return "\n".join(lines) + "\n"
+
+
+def _schema(folder: Path) -> list[str]:
+    """Return the line that names the schema by a path that holds wherever the checkout is."""
+    root = config_root().resolve()
+    if not folder.is_relative_to(root.parent):
+        return []
+    return [f"#:schema {os.path.relpath(root / 'scenario.schema.json', folder)}", "#"]
 
 
 def _of(fields: list[FieldValue], prefix: str, begins: tuple[str, ...] = ()) -> list[FieldValue]:
