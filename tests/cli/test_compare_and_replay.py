@@ -30,7 +30,10 @@ def test_a_run_against_its_file(
     out = capsys.readouterr().out
     assert "108 of 108 channels hold" in out
     assert f"{kept.ticks} instants from 0.0000 s" in out
-    assert out.count("within") == 108
+    assert "108 channels are equal; --all lists them" in out
+    assert "within" not in out
+    assert main(["compare", kept.id, csv, "--all"]) == 0
+    assert capsys.readouterr().out.count("within") == 108
 
 
 def test_a_script_holds_a_regression(
@@ -44,6 +47,8 @@ def test_a_script_holds_a_regression(
     out = capsys.readouterr().out
     assert "B.x.following_error  out-of-tolerance" in out
     assert "1 of 2 channels hold" in out
+    assert "1 channel is equal" in out
+    assert "A.x.following_error" not in out
     loose = "B.x.following_error=2e-6,0"
     assert main([*errors, "--tolerance", "0,0.01", "--tolerance", loose, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)

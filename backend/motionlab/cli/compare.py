@@ -44,6 +44,9 @@ def add(commands: Any) -> None:
             help=f"{what}: identifier or name of a run, or telemetry, .parquet or .csv",
         )
     add_comparing(parser)
+    parser.add_argument(
+        "--all", action="store_true", help="list equal channels too, not only how many they are"
+    )
     add_json(parser)
     parser.set_defaults(command=_compare)
 
@@ -121,7 +124,7 @@ def _compare(options: argparse.Namespace) -> int:
     if options.json:
         print(json.dumps(found.model_dump(mode="json"), allow_nan=False))
     else:
-        show(_report(found))
+        show(_report(found, every=options.all))
     return DONE if found.holds else FAILED
 
 
@@ -190,7 +193,7 @@ def _tolerance(numbers: str, text: str) -> dict[str, float]:
         raise ConfigError(FieldError("--tolerance", "is no tolerance", text, allowed)) from None
 
 
-def _report(found: Comparison) -> str:
+def _report(found: Comparison, *, every: bool) -> str:
     from motionlab.tables import table
 
     heads = ("channel", "verdict", "largest", "rms", "unit", "beyond", "at")
@@ -200,7 +203,16 @@ def _report(found: Comparison) -> str:
             f"{found.instants} instants from {found.start.time:.4f} s to {found.end.time:.4f} s of "
             f"{found.a.name}"
         )
-    return "\n".join([table(heads, map(_row, found.channels)), "", f"{found.headline}; {overlap}"])
+    listed = [
+        channel
+        for channel in found.channels
+        if every or channel.verdict != "within" or channel.largest != 0.0
+    ]
+    lines = [table(heads, map(_row, listed)), ""] if listed else []
+    if equal := len(found.channels) - len(listed):
+        some = "1 channel is" if equal == 1 else f"{equal} channels are"
+        lines.append(f"{some} equal; --all lists them")
+    return "\n".join([*lines, f"{found.headline}; {overlap}"])
 
 
 def _row(channel: ChannelComparison) -> tuple[str, ...]:
