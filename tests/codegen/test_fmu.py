@@ -271,7 +271,10 @@ def test_another_motors_binary_is_refused(motor: Path) -> None:
 
 @pytest.mark.parametrize(
     ("compiler_asked", "said"),
-    [("", "sources only: there is no C compiler"), ("false", "sources only: false failed: exit code 1")],
+    [
+        ("", "sources only: there is no C compiler"),
+        ("false", "sources only: false failed: exit code 1"),
+    ],
 )
 def test_without_a_binary_it_says_why(
     compiler_asked: str,
