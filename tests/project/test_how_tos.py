@@ -62,7 +62,8 @@ def test_the_check_fails_when_an_error_has_grown(
         monkeypatch.setattr(sys, "argv", ["regression.py", *arguments])
         with pytest.raises(SystemExit) as ended:
             runpy.run_path(str(ROOT / "examples" / "regression.py"), run_name="__main__")
-        return ended.value.code, *capsys.readouterr()
+        printed = capsys.readouterr()
+        return ended.value.code, printed.out, printed.err
 
     file = str(scenario)
     code, _, refused = check(file)
