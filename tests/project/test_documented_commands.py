@@ -221,7 +221,7 @@ def test_it_runs_as_written(command: Command, tmp_path: Path, server: Server) ->
     for program in ("curl", "openssl", "gcc"):
         if program in command.text:
             need(program)
-    for name in re.findall(r"(?<= )[\w-]+\.toml", command.text):
+    for name in re.findall(r"(?<= )(?<!new )[\w-]+\.toml", command.text):
         (tmp_path / name).write_text(scenario_of(command.page, name))
     run = in_this_process if PLAIN.fullmatch(command.text) else bash
     done = run(smaller(command), tmp_path, server)
