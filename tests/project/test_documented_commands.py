@@ -195,7 +195,10 @@ def in_this_process(text: str, folder: Path, _: Server) -> subprocess.CompletedP
         contextlib.redirect_stdout(io.StringIO()) as printed,
         contextlib.redirect_stderr(io.StringIO()) as said,
     ):
-        code = main(arguments)
+        try:
+            code = main(arguments)
+        except SystemExit as ended:  # as --version and --help end
+            code = int(ended.code or 0)
     return subprocess.CompletedProcess(text, code, printed.getvalue(), said.getvalue())
 
 
