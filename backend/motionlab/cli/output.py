@@ -24,7 +24,7 @@ def add_overwrite(parser: argparse.ArgumentParser) -> None:
 def check_output(path: str, *suffixes: str, overwrite: bool, loc: str = "--out") -> None:
     """Refuse a file that could not be written, and one that is there unless it may be replaced.
 
-    On a terminal the user is asked, elsewhere ``--overwrite``is needed.
+    On a terminal the user is asked, elsewhere ``--overwrite`` is needed.
 
     Parameters
     ----------

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 from motionlab.cli.exit_codes import DONE
 from motionlab.cli.output import add_overwrite, check_output, wrote
 from motionlab.errors import ConfigError, FieldError
-from motionlab.progress import tick_bar
 from motionlab.studies.options import add_set, source
 
 if TYPE_CHECKING:
@@ -124,20 +123,13 @@ def _simulated(options: argparse.Namespace) -> tuple[NDArray[np.float64], list[C
     import numpy as np
 
     from motionlab.config.changes import parse_assignments
-    from motionlab.config.load import load_scenario
-    from motionlab.config.timing import CONTROL_PERIOD
     from motionlab.scripting.figure import Curve
-    from motionlab.simulation.prepare import prepare
-    from motionlab.simulation.run import run
-    from motionlab.telemetry.recorder import columns
+    from motionlab.scripting.lab import Local
 
-    scenario = load_scenario(source(options), parse_assignments(options.assignments))
-    prepared = prepare(scenario)
-    with tick_bar(prepared.reference.ticks) as progress:
-        recording = run(prepared, progress)
-    of = {name: Curve(name, channel.unit, v) for name, channel, v in columns(recording)}
-    time = CONTROL_PERIOD * np.arange(recording.ticks, dtype=np.float64)
-    return time, [of[name] for name in _wanted(options.channels, list(of))]
+    run = Local().run(source(options), parse_assignments(options.assignments))
+    wanted = _wanted(options.channels, list(run))
+    curves = [Curve(name, run[name].unit, np.asarray(run[name])) for name in wanted]
+    return np.asarray(run.time), curves
 
 
 def _wanted(asked: Sequence[str], known: list[str]) -> list[str]:

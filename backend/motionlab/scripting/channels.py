@@ -287,25 +287,26 @@ class Channels(Mapping[str, Samples]):
     def _description(self, one: Samples) -> Channel:
         return self.described.get(one.name) or Channel(one.name, one.unit, "computed")
 
-    def _look(self, name: str) -> str:
-        variants = list(dict.fromkeys(n.split(".")[0] for n in self.described if n.count(".") > 1))
-        first = name.split(".", maxsplit=1)[0]
-        places = {variant: chart.VARIANT_LOOKS[i % 5] for i, variant in enumerate(variants)}
-        return places.get(first, "reference" if name in self.described else "two")
-
     def _svg(self, title: str, names: Sequence[str]) -> Markup:
         """Return channels of one unit as a small drawing, for notebooks without matplotlib."""
         values = self.record.values(names)
         low, high = min_max(values, BINS)
         time = np.asarray(self.time)
         size = -(-len(time) // low.shape[1])
-        curves = [
-            chart.Curve(name, self._look(name), low[i], high[i]) for i, name in enumerate(names)
-        ]
+        curves = [chart.Curve(name, look_of(name), low[i], high[i]) for i, name in enumerate(names)]
         unit = self.described[names[0]].unit
         return chart.svg(
             chart.Chart(title, unit, time[::size], (float(time[0]), float(time[-1])), curves)
         )
+
+
+def look_of(name: str) -> str:
+    """Return the look of a channel, `motionlab.runs.report.chart.LOOKS`: that of its variant."""
+    variant, dot, _ = name.partition(".")
+    if dot and len(variant) == 1 and variant.isupper():
+        place = (ord(variant) - ord("A")) % len(chart.VARIANT_LOOKS)
+        return chart.VARIANT_LOOKS[place]
+    return "reference" if dot else "two"
 
 
 def optional(module: str, extra: str) -> Any:

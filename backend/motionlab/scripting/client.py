@@ -30,7 +30,7 @@ class Client(Lab):
     url : str
         Its address.
     token : str, optional
-        What it asks for; MOTIONLAB_TOKEN or MOTIONLAB_TOKEN_FILE when left out.
+        Its token; that of MOTIONLAB_TOKEN or MOTIONLAB_TOKEN_FILE when left out.
 
     Raises
     ------

@@ -10,7 +10,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from motionlab.runs.report.chart import LOOKS, VARIANT_LOOKS
+from motionlab.runs.report.chart import LOOKS
+from motionlab.scripting.channels import look_of
 
 _SHOWN = {"m": (1e6, "µm"), "m/s": (1e3, "mm/s")}
 _LARGE = 1e-3  # m; longer ones are shown in mm
@@ -57,8 +58,8 @@ def figure_of(time: NDArray[np.float64], curves: Sequence[Curve], title: str = "
         factor, shown = _scale(unit, drawn)
         taken: set[str] = set()
         for each in drawn:
-            free = [look for look in (_look(each.name), *_FURTHER) if look not in taken]
-            look = free[0] if free else _look(each.name)
+            free = [look for look in (look_of(each.name), *_FURTHER) if look not in taken]
+            look = free[0] if free else look_of(each.name)
             taken.add(look)
             instants, values = _thinned(time, np.asarray(each.values, np.float64) * factor)
             place.plot(
@@ -75,14 +76,6 @@ def figure_of(time: NDArray[np.float64], curves: Sequence[Curve], title: str = "
         figure.suptitle(title)
     axes[-1].set_xlabel("time, s")
     return figure
-
-
-def _look(name: str) -> str:
-    """Return the look of a channel: that of its variant, as on the page."""
-    variant, dot, _ = name.partition(".")
-    if dot and len(variant) == 1 and variant.isupper():
-        return VARIANT_LOOKS[(ord(variant) - ord("A")) % len(VARIANT_LOOKS)]
-    return "reference" if dot else "two"
 
 
 def _scale(unit: str, curves: Sequence[Curve]) -> tuple[float, str]:

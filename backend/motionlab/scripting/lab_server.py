@@ -36,7 +36,7 @@ class LabServer:
     address : str
         Such as ``http://127.0.0.1:8000``.
     token : str, optional
-        What it asks for; MOTIONLAB_TOKEN or MOTIONLAB_TOKEN_FILE when left out.
+        Its token; that of MOTIONLAB_TOKEN or MOTIONLAB_TOKEN_FILE when left out.
     loc : str
         Name of the address in errors.
     timeout : float

@@ -27,7 +27,7 @@ _BINS = 1000
 
 
 class Trajectory:
-    """A motion and what it asks of a motor.
+    """A sampled motion, and its demands on a motor.
 
     Attributes
     ----------
