@@ -50,10 +50,9 @@ ELSEWHERE = {
     r"\(umask 077; .* > /etc/.*": "writes to /etc; the same line with .env is run",
     r"python3 -m venv /opt/.*|/opt/motionlab/.*": "installs as root: see test_wheel.py",
     r"pip (install|wheel) .*": "changes this environment: see test_wheel.py",
-    r"VERSION=\S+ docker compose build": "needs an engine",
     r"systemctl .*": "needs systemd; deploy.md says what was tried",
     r"git pull": "needs the repository's origin",
-    r"motionlab serve --drive .*": "runs until interrupted, beside a virtual drive",
+    r"motionlab serve (?!--show-settings).*": "runs until interrupted: test_wheel.py",
     r"motionlab drive .*": "needs a server with drives: tests/service/test_drive_motion.py",
     r"motionlab identify --run .*": "needs a run of drives: tests/drive/test_against_simulation.py",
     r"\.venv/bin/python examples/drive_ab\.py": "tests/service/test_drive_motion.py",
@@ -224,7 +223,8 @@ def test_it_runs_as_written(command: Command, tmp_path: Path, server: Server) ->
     for program in ("curl", "openssl", "gcc"):
         if program in command.text:
             need(program)
-    for name in re.findall(r"(?<= )(?<!new )[\w-]+\.toml", command.text):
+    written = re.findall(r" (?:new|import \S+) ([\w-]+\.toml)", command.text)
+    for name in set(re.findall(r"(?<= )[\w-]+\.toml", command.text)) - set(written):
         (tmp_path / name).write_text(scenario_of(command.page, name))
     run = in_this_process if PLAIN.fullmatch(command.text) else bash
     done = run(smaller(command), tmp_path, server)
@@ -298,7 +298,7 @@ def test_no_block_escapes() -> None:
     """A page that has shell in a fence, or a line after a prompt, would not be seen here."""
     for page in PAGES:
         kinds = {kind for kind, _ in FENCE.findall(page.read_text())}
-        assert kinds <= {"python", "toml", "nginx", "ini"}, page.name
+        assert kinds <= {"python", "toml", "yaml", "nginx", "ini"}, page.name
         assert not re.search(r"^    \$ ", page.read_text(), re.MULTILINE), page.name
     assert len(RUN) > 15
     assert sum(command.output is not None for command in RUN) >= 2

@@ -234,7 +234,7 @@ def test_flags_and_commands_are_held(pair: Pair) -> None:
 
 
 def test_files_that_are_no_telemetry(tmp_path: Path) -> None:
-    with pytest.raises(ConfigError, match="identifier"):
+    with pytest.raises(ConfigError, match="r- and 12 characters"):
         of_file_or_run("run.txt")
     with pytest.raises(StoreError, match="cannot be read"):
         of_file_or_run(str(tmp_path / "none.parquet"))

@@ -40,11 +40,17 @@ def until(holds: Any) -> None:
         time.sleep(0.02)
 
 
+def listed(data: Path, run_id: str | None) -> RunDetail | None:
+    """Return what the index has of a run, read without a server."""
+    index = Index(index_url(data))
+    run = None if run_id is None else index.get(run_id)
+    index.close()
+    return run
+
+
 def kept(data: Path, run_id: str) -> tuple[RunDetail, dict[str, NDArray[Any]]]:
     """Return a run and its samples, read without a server."""
-    index = Index(index_url(data))
-    run = index.get(run_id)
-    index.close()
+    run = listed(data, run_id)
     assert run is not None
     table = parquet.read_table(data / "runs" / f"{run_id}.parquet")
     return run, {name: table[name].to_numpy() for name in table.column_names}
@@ -156,14 +162,11 @@ def test_a_killed_server_loses_less_than_a_second_and_no_other_run(tmp_path: Pat
         before = {run["id"]: run["ticks"] for run in served.settled()}
         assert before == {run_id: ticks for run_id, (ticks, _) in sizes.items()}
         path = served.play()
-        until(lambda path=path, served=served: served.session(path)["tick"] > 0)
-        time.sleep(chance.uniform(0.2, 3.0))
+        until(lambda path=path, served=served: listed(data, served.session(path)["run"]))
+        time.sleep(chance.uniform(0.0, 3.0))
         session = served.session(path)
         served.kill()
         assert main_in(tmp_path, "runs") == 0
-        if session["run"] is None:
-            assert session["tick"] < SECOND
-            continue
         run, columns = kept(data, session["run"])
         assert run.state == "partial"
         assert run.ticks > session["tick"] - SECOND
@@ -172,7 +175,6 @@ def test_a_killed_server_loses_less_than_a_second_and_no_other_run(tmp_path: Pat
             assert kept(data, other)[0].ticks == ticks
             assert (data / "runs" / f"{other}.parquet").stat().st_size == size
         sizes[run.id] = (run.ticks, (data / "runs" / f"{run.id}.parquet").stat().st_size)
-    assert len(sizes) >= 3
 
 
 def test_a_full_disk_leaves_a_gap_and_the_session_goes_on(tmp_path: Path) -> None:

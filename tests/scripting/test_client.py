@@ -96,6 +96,11 @@ def test_a_stream_follows_changes_and_ends_with_the_stop(lab: motionlab.Client) 
         session.stop()
         rest = list(blocks)
         assert abs(rest[-1]["B.x.velocity"][-1]) < 1e-3
+        assert rest[-1].ticks.stop == session.info["tick"]
+        again = list(session.stream("B.x.velocity", from_tick=0))
+        assert (again[0].first, again[-1].ticks.stop) == (0, rest[-1].ticks.stop)
+        with pytest.raises(ServerRefused, match="frame_ticks: Input should be greater"):
+            next(session.stream("B.x.velocity", frame_ticks=0))
         session.reset()
         session.step(5)
         assert session.info["tick"] == 5

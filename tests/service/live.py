@@ -210,9 +210,11 @@ class Stream:
         """Acknowledge a frame."""
         self.send(type="ack", sequence=frame.sequence)
 
-    def subscribe(self, columns: Sequence[str], from_tick: int | None = None) -> dict[str, Any]:
+    def subscribe(
+        self, columns: Sequence[str], from_tick: int | None = None, **others: int
+    ) -> dict[str, Any]:
         """Subscribe and return the answer."""
-        more = {} if from_tick is None else {"from_tick": from_tick}
+        more = others if from_tick is None else others | {"from_tick": from_tick}
         self.send(type="subscribe", columns=list(columns), **more)
         return self.find("subscribed")
 

@@ -74,7 +74,7 @@ BOUNDED = Settings(
 """Simulations above 30 s become jobs, which the tests cancel; no drive answers."""
 
 fuzzed = settings(
-    max_examples=10,
+    max_examples=7,
     derandomize=True,
     database=None,
     deadline=None,

@@ -134,6 +134,22 @@ def test_long_stretches_come_in_several_frames(connect: Connect, live: Live) -> 
     assert sizes == [FRAME_TICKS_MAX, FRAME_TICKS_MAX, 1]
 
 
+def test_frames_of_as_many_ticks_as_were_asked_for(connect: Connect, live: Live) -> None:
+    stream = connect()
+    live.do("play", speed=10.0)
+    tick = stream.subscribe(ERRORS, frame_ticks=500)["from_tick"]
+    for _ in range(3):
+        frame = stream.frame()
+        assert (frame.first_tick, frame.columns.shape[1] >= 500) == (tick, True)
+        tick += frame.columns.shape[1]
+        stream.ack(frame)
+    live.do("pause")
+    if live.tick > tick:
+        stream.collect(tick, live.tick)  # fewer than 500, or they were sent before
+    live.step(7)
+    stream.collect(live.tick - 7, live.tick)
+
+
 def test_changing_the_subscription_while_playing(connect: Connect, live: Live) -> None:
     stream = connect()
     live.do("play")

@@ -133,10 +133,12 @@ def _import(options: argparse.Namespace) -> int:
     from motionlab.runs.import_document import ImportOptions
     from motionlab.runs.library import library
     from motionlab.runs.measurements import import_file
+    from motionlab.runs.run import check_name
 
     path = Path(options.file)
     if not path.is_file():
         raise ConfigError(FieldError("FILE", "is no file", options.file))
+    check_name(options.name, "--name")
     said = ImportOptions(
         name=options.name,
         rate=options.rate,

@@ -62,6 +62,16 @@ def wrote(path: str) -> None:
     say(f"wrote {path}, {size(Path(path).stat().st_size)}")
 
 
+def names_run(text: str) -> bool:
+    """Return whether it is the identifier or the name of a kept run, and no scenario."""
+    from motionlab.config.shipped import names
+    from motionlab.runs.library import library
+
+    if text == "-" or text in names("scenarios") or "/" in text or text.endswith(".toml"):
+        return False
+    return text.startswith("r-") or bool(library().index.named(text))
+
+
 def size(count: int) -> str:
     """Return a number of bytes in words, such as ``21.3 MB``."""
     number, unit = float(count), "bytes"

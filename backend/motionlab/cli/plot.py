@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from motionlab.cli.exit_codes import DONE
-from motionlab.cli.output import add_overwrite, check_output, wrote
+from motionlab.cli.output import add_overwrite, check_output, names_run, wrote
 from motionlab.errors import ConfigError, FieldError
 from motionlab.studies.options import add_set, source
 
@@ -89,12 +89,11 @@ def _curves(options: argparse.Namespace) -> tuple[NDArray[np.float64], list[Curv
     """Return times, s, and the channels of a kept run, a file, or a scenario that is run."""
     import numpy as np
 
-    from motionlab.runs.run import is_id
     from motionlab.scripting.figure import Curve
     from motionlab.telemetry.recorder import SUFFIXES
 
     name: str = options.scenario
-    if is_id(name) or name.endswith(SUFFIXES) or _is_name(name):
+    if name.endswith(SUFFIXES) or names_run(name):
         from motionlab.runs.columns import of_file_or_run
 
         if options.assignments:
@@ -107,16 +106,6 @@ def _curves(options: argparse.Namespace) -> tuple[NDArray[np.float64], list[Curv
         units = found.units
         return time, [Curve(n, units[n], v) for n, v in zip(wanted, values, strict=True)]
     return _simulated(options)
-
-
-def _is_name(name: str) -> bool:
-    """Return whether it is what kept runs are called, and no scenario."""
-    from motionlab.config.shipped import names
-    from motionlab.runs.library import library
-
-    if name == "-" or name in names("scenarios") or "/" in name or name.endswith(".toml"):
-        return False
-    return bool(library().index.named(name))
 
 
 def _simulated(options: argparse.Namespace) -> tuple[NDArray[np.float64], list[Curve]]:

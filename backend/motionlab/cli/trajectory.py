@@ -145,25 +145,12 @@ def _import(options: argparse.Namespace) -> int:
 
 def _export(options: argparse.Namespace) -> int:
     from motionlab.config.load import validate_trajectory
-    from motionlab.config.shipped import data_root, names, parse_text, read
-    from motionlab.errors import ConfigError, FieldError
     from motionlab.store.files import replace
-    from motionlab.store.named_tables import SIZE_MAX
-    from motionlab.store.trajectories import TrajectoryStore
+    from motionlab.store.trajectories import trajectory_table
     from motionlab.trajectories.exchange.writing import write_trajectory
 
     check_output(options.file, ".csv", ".svg", ".ngc", overwrite=options.overwrite, loc="FILE")
-    source = options.source
-    store = TrajectoryStore(data_root() / "trajectories")
-    if source in names("trajectories"):
-        table = read("trajectories", source, loc="SOURCE")
-    elif store.has(source):
-        table = store.read(source)
-    elif Path(source).is_file():
-        with Path(source).open("rb") as file:
-            table = parse_text(file.read(SIZE_MAX + 1), loc="SOURCE", size_max=SIZE_MAX)
-    else:
-        raise ConfigError(FieldError("SOURCE", "is neither a trajectory nor a file", source))
+    table = trajectory_table(options.source, "SOURCE")
     ending = Path(options.file).suffix
     csv = "points" if options.points else "csv"
     format = {".csv": csv, ".svg": "svg", ".ngc": "gcode"}[ending]

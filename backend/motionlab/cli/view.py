@@ -7,7 +7,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from motionlab.cli.exit_codes import DONE
-from motionlab.cli.output import show
+from motionlab.cli.output import names_run, show
 from motionlab.errors import ConfigError, FieldError
 from motionlab.runs.views.table import BY_NAME, VIEWS
 from motionlab.studies.options import add_json, add_set, source
@@ -25,7 +25,6 @@ examples:
 
 `motionlab docs views` defines every figure.
 """
-_RUN = "r-"
 _POSITIONING = "positioning"
 _CYCLE = ("axis", "targets", "runs", "dwell", "low", "high", "instrument")
 
@@ -47,8 +46,8 @@ def add(commands: Any) -> None:
         metavar="RUN|SCENARIO",
         nargs="?",
         default="circle",
-        help="identifier of a kept run, path of a .toml file, - for stdin, or a shipped scenario "
-        "(default: %(default)s)",
+        help="identifier or name of a kept run, path of a .toml file, - for stdin, or a shipped "
+        "scenario (default: %(default)s)",
     )
     parser.add_argument("--from", dest="start", metavar="S", type=float, help="begin, s")
     parser.add_argument("--to", dest="end", metavar="S", type=float, help="end, s")
@@ -96,7 +95,7 @@ def _positioning(
     from motionlab.simulation.run import run
 
     asked = checked(PositioningCycle, given, _POSITIONING)
-    if options.scenario.startswith(_RUN):
+    if names_run(options.scenario):
         found = positioning(_recorded(options, window=False), asked, simulated=False)
         return found, report(found)
     for name, time in (("--from", options.start), ("--to", options.end)):
@@ -112,13 +111,15 @@ def _positioning(
 def _recorded(options: argparse.Namespace, *, window: bool) -> Recorded:
     from motionlab.config.changes import parse_assignments
     from motionlab.config.load import load_scenario
+    from motionlab.runs.library import library
     from motionlab.runs.views.recorded import of_run, of_scenario
     from motionlab.simulation.prepare import prepare
 
-    if options.scenario.startswith(_RUN):
+    if names_run(options.scenario):
         if options.assignments:
             told = "changes a scenario; a kept run is as it was"
             raise ConfigError(FieldError("--set", told, options.assignments[0]))
-        return of_run(options.scenario, options.start, options.end, window=window)
+        run_id = library().named(options.scenario)
+        return of_run(run_id, options.start, options.end, window=window)
     scenario = load_scenario(source(options), parse_assignments(options.assignments))
     return of_scenario(prepare(scenario), options.start, options.end, window=window)

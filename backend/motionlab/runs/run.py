@@ -25,6 +25,9 @@ TEXT = r"^[^\x00]*$"
 NAME = r"^[^\x00-\x1f\x7f-\x9f\ud800-\udfff]*$"
 """Form of a new name: one line, and nothing that a terminal takes for an order."""
 
+LINE = r"^[^\x00-\x1f\x7f-\x9f]*$"
+"""`NAME` for a request, whose JSON is Unicode text."""
+
 NAME_MAX = 120
 NOTE_MAX = 10_000
 TAGS_MAX = 20

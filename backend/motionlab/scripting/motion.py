@@ -10,15 +10,13 @@ import numpy as np
 
 from motionlab.config.includes import resolve
 from motionlab.config.load import epochs, load_scenario, validate_trajectory
-from motionlab.config.shipped import data_root, names, parse_text, read
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.errors import ConfigError, FieldError
 from motionlab.scripting.channels import Samples
-from motionlab.scripting.lab import Changes, Source, path_of, readable, tables
+from motionlab.scripting.lab import Changes, Source, readable, tables
 from motionlab.simulation.prepare import limit_sets, planned
-from motionlab.store.named_tables import SIZE_MAX
-from motionlab.store.trajectories import TrajectoryStore
+from motionlab.store.trajectories import trajectory_table
 from motionlab.trajectories.reference import sample
 from motionlab.trajectories.retiming import slow_down
 from motionlab.trajectories.trajectory_check import Examination, examine
@@ -110,15 +108,4 @@ def _table(motion: str | Path | Mapping[str, Any]) -> dict[str, Any]:
     if not isinstance(motion, str | Path):
         kinds = "a name, a .toml file or a table"
         raise ConfigError(FieldError("motion", f"is a {type(motion).__name__}", range=kinds))
-    found = path_of(motion, "motion")
-    if isinstance(found, Path):
-        try:
-            with found.open("rb") as file:
-                return parse_text(file.read(SIZE_MAX + 1), loc="motion", size_max=SIZE_MAX)
-        except OSError as error:
-            text = f"cannot be read: {error.strerror}"
-            raise ConfigError(FieldError("motion", text, str(found))) from None
-    store = TrajectoryStore(data_root() / "trajectories")
-    if found not in names("trajectories") and store.has(found):
-        return store.read(found)
-    return read("trajectories", found, loc="motion")
+    return trajectory_table(str(motion), "motion")

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 _SILENCE = 10.0
 """After which a session that sends nothing is given up, s."""
 _MOVING = ("playing", "stopping")
+_AT_REST = ("stopped", "finished")
 _LONGEST = 86_400.0  # s of a recording in one block
 
 
@@ -129,8 +130,10 @@ class Session:
         """Return every channel of the last 30 s."""
         return from_parquet(self._server.fetch("GET", f"{self._path}/telemetry?format=parquet"))
 
-    def stream(self, *channels: str, from_tick: int | None = None) -> Iterator[Block]:
-        """Yield samples of channels as they come, some 33 ticks at a time.
+    def stream(
+        self, *channels: str, from_tick: int | None = None, frame_ticks: int = 100
+    ) -> Iterator[Block]:
+        """Yield samples of channels as they come.
 
         Ends when the session ends, and when it has come to rest after `stop` or at its end.
 
@@ -140,6 +143,8 @@ class Session:
             Such as ``B.x.following_error``; all of them if none is named.
         from_tick : int, optional
             First tick, or the oldest of the last 30 s; the next one when left out.
+        frame_ticks : int
+            Ticks of a block at least while time passes, 1 to 1000; 100 are 50 ms at speed 1.
 
         Raises
         ------
@@ -157,7 +162,7 @@ class Session:
                 max_size=None,
                 proxy=None,
             ) as socket:
-                yield from _streamed(socket, channels, from_tick)
+                yield from _streamed(socket, channels, from_tick, frame_ticks)
         except TimeoutError:
             raise ServerRefused(f"{address}: nothing came for {_SILENCE:g} s") from None
         except ConnectionClosed as error:
@@ -235,7 +240,7 @@ class Block(Channels):
 
 
 def _streamed(
-    socket: Connection, channels: tuple[str, ...], from_tick: int | None
+    socket: Connection, channels: tuple[str, ...], from_tick: int | None, frame_ticks: int
 ) -> Iterator[Block]:
     hello = json.loads(socket.recv(_SILENCE))
     known = {column["name"]: Channel(**column) for column in hello["columns"]}
@@ -244,17 +249,28 @@ def _streamed(
     if wrong:
         raise ConfigError(*(FieldError("channels", "no channel of that name", n) for n in wrong))
     begin = {} if from_tick is None else {"from_tick": from_tick}
-    socket.send(json.dumps({"type": "subscribe", "columns": list(wanted), **begin}))
-    while True:
+    wish = {"type": "subscribe", "columns": list(wanted), "frame_ticks": frame_ticks}
+    socket.send(json.dumps(wish | begin))
+    session, next_tick = hello["session"], None
+    while session["state"] not in _AT_REST or next_tick is None or next_tick < session["tick"]:
         message = socket.recv(_SILENCE)
         if isinstance(message, bytes):
             frame = decode(message)
             socket.send(f'{{"type": "ack", "sequence": {frame.sequence}}}')
-            yield Block(wanted, frame.columns, frame.first_tick)
-        elif (told := json.loads(message))["type"] == "error":
-            raise ServerRefused(told["problem"]["detail"])
-        elif told["type"] == "session" and told["session"]["state"] in ("stopped", "finished"):
-            return
+            block = Block(wanted, frame.columns, frame.first_tick)
+            next_tick = block.ticks.stop
+            yield block
+            continue
+        told = json.loads(message)
+        match told["type"]:
+            case "error":
+                raise ServerRefused(told["problem"]["detail"])
+            case "session":
+                session = told["session"]
+            case "subscribed":
+                next_tick = told["from_tick"]
+            case "reset":
+                next_tick = 0
 
 
 def from_parquet(data: bytes) -> Channels:

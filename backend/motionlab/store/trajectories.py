@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
-from motionlab.config.shipped import parse_text
-from motionlab.errors import ConfigError
+from motionlab.config.shipped import data_root, names, parse_text, read
+from motionlab.errors import ConfigError, FieldError
 from motionlab.store.files import opened
 from motionlab.store.index import Index
 from motionlab.store.named_tables import FILES_MAX, SIZE_MAX, NamedTables
@@ -57,3 +58,26 @@ class TrajectoryStore(NamedTables):
             If nothing is saved under the name, perhaps since this instant.
         """
         return KINDS.of(self.path(name))
+
+
+def trajectory_table(source: str, loc: str) -> dict[str, Any]:
+    """Return the table of a trajectory: a shipped or saved name, or a ``.toml`` file.
+
+    Raises
+    ------
+    ConfigError
+        If there is no such thing, or it cannot be read, naming `loc`.
+    """
+    if "\0" in source:
+        raise ConfigError(FieldError(loc, "holds a zero byte", source))
+    if source.endswith(".toml"):
+        try:
+            with opened(Path(source)) as file:
+                return parse_text(file.read(SIZE_MAX + 1), loc=loc, size_max=SIZE_MAX)
+        except OSError as error:
+            text = f"cannot be read: {error.strerror}"
+            raise ConfigError(FieldError(loc, text, source)) from None
+    store = TrajectoryStore(data_root() / "trajectories")
+    if source not in names("trajectories") and store.has(source):
+        return store.read(source)
+    return read("trajectories", source, loc=loc)

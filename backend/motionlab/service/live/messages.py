@@ -10,6 +10,9 @@ from pydantic.json_schema import models_json_schema
 from motionlab.service.http.problems import Problem
 from motionlab.service.live.session_info import SessionInfo
 
+FRAME_TICKS_LEAST_MAX = 1000
+"""Largest `frame_ticks`: half a second at the speed of a motor, 5 s at the lowest."""
+
 
 class StreamColumn(BaseModel):
     """A column that can be subscribed to."""
@@ -80,6 +83,12 @@ class Subscribe(BaseModel):
     type: Literal["subscribe"]
     columns: list[str] = Field(max_length=4096)
     from_tick: int | None = Field(default=None, ge=0)
+    frame_ticks: int = Field(
+        default=1,
+        ge=1,
+        le=FRAME_TICKS_LEAST_MAX,
+        description="Ticks that a frame holds at least while time passes; the rest comes at rest",
+    )
 
 
 class Acknowledge(BaseModel):

@@ -71,6 +71,7 @@ class Stream(Listener):
         self._session = session
         self._rows: tuple[int, ...] = ()
         self._next = 0
+        self._frame_ticks = 1
         self._sequence = 0
         self._unacknowledged: deque[tuple[int, float]] = deque()
         self._lagging = False
@@ -137,7 +138,8 @@ class Stream(Listener):
             message = client_message.validate_json(text or b"")
         except ValidationError as error:
             first = error.errors(include_url=False, include_context=False, include_input=False)[0]
-            self._refuse(f"not a message of this protocol: {first['msg']}")
+            field = "".join(f"{part}: " for part in first["loc"][1:])  # the first is the type
+            self._refuse(f"not a message of this protocol: {field}{first['msg']}")
             return
         match message:
             case Subscribe():
@@ -162,6 +164,7 @@ class Stream(Listener):
         self._rows = tuple(rows[name] for name in message.columns)
         wanted = ring.end if message.from_tick is None else message.from_tick
         self._next = min(max(wanted, ring.first), ring.end)
+        self._frame_ticks = message.frame_ticks
         self._skips = False  # the first tick has just been announced
         self._answer(Subscribed(columns=message.columns, from_tick=self._next))
 
@@ -184,8 +187,10 @@ class Stream(Listener):
             self._answers.append(Reset())
 
     def _pending(self) -> bool:
-        fresh = not self.was_reset  # a frame of the new timeline must follow the reset
-        return fresh and bool(self._rows) and self._next < self._session.history.ring.end
+        if self.was_reset or not self._rows:  # a frame of the new timeline must follow the reset
+            return False
+        new = self._session.history.ring.end - self._next
+        return new >= (self._frame_ticks if self._session.runs else 1)
 
     def _lags(self) -> bool:
         """Return whether the client is behind; once behind it must catch up wholly."""

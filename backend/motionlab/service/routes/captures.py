@@ -17,7 +17,7 @@ from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError
 from motionlab.runs.captures import About, keep_capture
 from motionlab.runs.library import library
-from motionlab.runs.run import NAME_MAX, TEXT, Run
+from motionlab.runs.run import LINE, NAME_MAX, TEXT, Run
 from motionlab.service.http.download import temporary_folder
 from motionlab.service.http.openapi_input import examples, links
 from motionlab.service.http.problems import responses
@@ -49,7 +49,7 @@ class CaptureRequest(BaseModel):
         description="The session's timeline that the ticks are of: a reset begins another one, "
         "and what was before is refused. Without, the newest",
     )
-    name: str = Field(default="", max_length=NAME_MAX, pattern=TEXT, description="Of the run")
+    name: str = Field(default="", max_length=NAME_MAX, pattern=LINE, description="Of the run")
     note: str = Field(
         default="", max_length=_NOTE_MAX, pattern=TEXT, description="Such as what triggered"
     )

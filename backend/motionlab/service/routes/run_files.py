@@ -14,7 +14,7 @@ from motionlab.errors import ConfigError, FieldError
 from motionlab.runs.column_guess import parse_mapping
 from motionlab.runs.import_document import RATE_MAX, VALUES_MAX, Import, ImportOptions
 from motionlab.runs.library import library
-from motionlab.runs.run import NAME_MAX, RunDetail
+from motionlab.runs.run import LINE, NAME_MAX, RunDetail
 from motionlab.runs.selection import FORMATS, Selection
 from motionlab.service.file_download import WRITE_SECONDS, file_download
 from motionlab.service.http.download import temporary_folder
@@ -58,7 +58,9 @@ class ImportQuery(BaseModel):
     """What is said of a file that is imported; the rest is guessed."""
 
     preview: bool = Field(default=False, description="Keep nothing, show how it would be read")
-    name: str = Field(default="", max_length=NAME_MAX, description="What the run is called")
+    name: str = Field(
+        default="", max_length=NAME_MAX, pattern=LINE, description="What the run is called"
+    )
     rate: float | None = Field(
         default=None, gt=0, le=RATE_MAX, description="Sample rate of a file without time, Hz"
     )

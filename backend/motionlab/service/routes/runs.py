@@ -12,7 +12,18 @@ from pydantic import BaseModel, ConfigDict, Field
 from motionlab.errors import ConfigError, FieldError
 from motionlab.runs.glitches import RunGlitches, run_glitches
 from motionlab.runs.library import FREE_LEAST, UNDO_SECONDS, library, quota
-from motionlab.runs.run import ID, NAME_MAX, NOTE_MAX, TAG, TAGS_MAX, TEXT, Page, Run, RunDetail
+from motionlab.runs.run import (
+    ID,
+    LINE,
+    NAME_MAX,
+    NOTE_MAX,
+    TAG,
+    TAGS_MAX,
+    TEXT,
+    Page,
+    Run,
+    RunDetail,
+)
 from motionlab.runs.search import LIMIT_MAX, SEARCH_MAX, parse
 from motionlab.runs.selection import formats
 from motionlab.runs.window import grid, window
@@ -74,7 +85,7 @@ class RunChange(BaseModel):
 
     model_config = ConfigDict(extra="forbid") | examples({"tags": ["rig"], "pinned": True})
 
-    name: str | None = Field(default=None, min_length=1, max_length=NAME_MAX, pattern=TEXT)
+    name: str | None = Field(default=None, min_length=1, max_length=NAME_MAX, pattern=LINE)
     note: str | None = Field(default=None, max_length=NOTE_MAX, pattern=TEXT)
     tags: list[Annotated[str, Field(pattern=TAG)]] | None = Field(default=None, max_length=TAGS_MAX)
     pinned: bool | None = Field(default=None, strict=True)

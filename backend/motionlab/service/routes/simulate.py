@@ -13,7 +13,7 @@ from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError
 from motionlab.results.document import ResultDocument
 from motionlab.runs.library import library
-from motionlab.runs.run import NAME_MAX, TEXT
+from motionlab.runs.run import LINE, NAME_MAX
 from motionlab.service.http.openapi_input import PATHS_MAX, Paths, ScenarioSource, examples
 from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute
@@ -53,7 +53,7 @@ class SimulateRequest(ChangedScenario):
 
     keep: bool = Field(default=False, strict=True, description="Keep it as a run; docs/runs.md")
     name: str = Field(
-        default="", max_length=NAME_MAX, pattern=TEXT, description="What the kept run is called"
+        default="", max_length=NAME_MAX, pattern=LINE, description="What the kept run is called"
     )
 
 

@@ -145,7 +145,9 @@ class IdentifyStudy(Study):
         )
 
         record = parser.add_argument_group("from a run")
-        record.add_argument("--run", metavar="ID", help="kept run to identify from")
+        record.add_argument(
+            "--run", metavar="RUN", help="identifier or name of a kept run to identify from"
+        )
         record.add_argument(
             "--motor",
             metavar="NAME",
@@ -194,6 +196,10 @@ class IdentifyStudy(Study):
             ]
             if wrong:
                 raise ConfigError(*wrong)
+        else:
+            from motionlab.runs.library import library
+
+            options.run = library().named(options.run, "--run")
         if options.motor is not None:
             from motionlab.runs.motor import check_name
 

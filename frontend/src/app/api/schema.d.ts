@@ -14407,6 +14407,12 @@ export interface components {
              * @default null
              */
             from_tick: number | null;
+            /**
+             * Frame Ticks
+             * @description Ticks that a frame holds at least while time passes; the rest comes at rest
+             * @default 1
+             */
+            frame_ticks: number;
         };
         /**
          * Subscribed
