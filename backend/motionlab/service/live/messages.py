@@ -83,8 +83,8 @@ class Subscribe(BaseModel):
     type: Literal["subscribe"]
     columns: list[str] = Field(max_length=4096)
     from_tick: int | None = Field(default=None, ge=0)
-    frame_ticks: int = Field(
-        default=1,
+    frame_ticks: int | None = Field(
+        default=None,
         ge=1,
         le=FRAME_TICKS_LEAST_MAX,
         description="Ticks that a frame holds at least while time passes; the rest comes at rest",

@@ -14410,9 +14410,9 @@ export interface components {
             /**
              * Frame Ticks
              * @description Ticks that a frame holds at least while time passes; the rest comes at rest
-             * @default 1
+             * @default null
              */
-            frame_ticks: number;
+            frame_ticks: number | null;
         };
         /**
          * Subscribed

@@ -127,7 +127,7 @@ export type ServerMessage =
   | Schemas['Reset']
   | Schemas['ErrorMessage'];
 
-export type ClientMessage = Schemas['Subscribe'] | Schemas['Acknowledge'];
+export type ClientMessage = Omit<Schemas['Subscribe'], 'frame_ticks'> | Schemas['Acknowledge'];
 
 /** The paper's numbers, before and after they are computed. */
 export type PaperDocument = Schemas['PaperDocument'];
