@@ -205,6 +205,8 @@ NESTED["base"] = NESTED
         (lambda: motionlab.run(None), "scenario: is a NoneType; allowed a name"),  # pyright: ignore
         (lambda: motionlab.run(3), "scenario: is a int"),  # pyright: ignore
         (lambda: motionlab.run("a\0.toml"), "scenario: holds a zero byte"),
+        (lambda: motionlab.run(name="a"), "name: needs keep=True"),
+        (lambda: motionlab.run(keep=True, name="a\nb"), "name: has a control character"),
         (lambda: motionlab.run(NESTED), "scenario: is nested too deeply"),
         (lambda: motionlab.run("circle", [("a", 1)]), "set: is no mapping"),  # pyright: ignore
         (lambda: motionlab.run("circle", {3: 5}), "set: is no mapping"),  # pyright: ignore

@@ -97,7 +97,11 @@ class Spool:
             If they cannot be written; what was written before stays readable.
         """
         ticks = np.arange(first_tick, first_tick + samples.shape[1])
-        arrays = [pa.array(ticks), *(pa.array(row) for row in samples)]
+        # Not pa.array, which imports pandas where that is installed: a second, at the first Play.
+        arrays = [
+            pa.Array.from_buffers(field.type, len(ticks), [None, pa.py_buffer(values)])
+            for field, values in zip(self._schema, (ticks, *samples), strict=True)
+        ]
         batch = pa.RecordBatch.from_arrays(arrays, schema=self._schema)
         self._writer.write_batch(batch)
         self._write()

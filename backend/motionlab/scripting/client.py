@@ -41,19 +41,10 @@ class Client(Lab):
     def __init__(self, url: str = ADDRESS, token: str | None = None) -> None:
         self._server = LabServer(url, token, loc="url", timeout=_PATIENCE)
 
-    def run(  # noqa: D102 - as in Lab
-        self,
-        scenario: Source = "circle",
-        set: Changes = None,
-        *,
-        keep: bool = False,
-        name: str = "",
-    ) -> Run:
-        body = {"scenario": _sendable(scenario), "set": tables(set, "set")}
+    def _run(self, scenario: Source, changes: dict[str, Any], *, keep: bool, name: str) -> Run:
+        body = {"scenario": _sendable(scenario), "set": changes}
         found = self._answer("/simulate", body | {"keep": keep, "name": name}, "run")
         return Run(found, lambda: self._record(found.get("run"), body))
-
-    run.__doc__ = Lab.run.__doc__
 
     def session(self, scenario: Source = "circle", set: Changes = None) -> Session:
         """Return a new live session, paused at its first tick; a ``with`` block ends it.

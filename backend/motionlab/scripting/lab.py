@@ -17,6 +17,7 @@ from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError
 from motionlab.executors.executor import executing
 from motionlab.progress import has_bars, is_told, share_done, tick_bar, told
+from motionlab.runs.run import check_name
 from motionlab.scripting.run import Run, record_of
 from motionlab.scripting.study_result import StudyResult
 from motionlab.studies.sweep.request import CASES_MAX
@@ -46,7 +47,6 @@ class Lab(ABC):
     that the motor cannot follow raises `motionlab.Infeasible` with time, place, value and limit.
     """
 
-    @abstractmethod
     def run(
         self,
         scenario: Source = "circle",
@@ -74,6 +74,11 @@ class Lab(ABC):
         Run
             Metrics, comparison, and every channel; a variant that diverged is NaN from there on.
         """
+        if keep:
+            check_name(name)
+        elif name:
+            raise ConfigError(FieldError("name", "needs keep=True: it names a kept run", name))
+        return self._run(scenario, tables(set, "set"), keep=keep, name=name)
 
     def sweep(
         self,
@@ -169,6 +174,10 @@ class Lab(ABC):
         return self._study("design", None, None, **request)
 
     @abstractmethod
+    def _run(self, scenario: Source, changes: dict[str, Any], *, keep: bool, name: str) -> Run:
+        """Return a run."""
+
+    @abstractmethod
     def _study(self, kind: str, scenario: Source | None, set: Changes, **request: Any) -> Any:
         """Return the result of a study."""
 
@@ -176,19 +185,12 @@ class Lab(ABC):
 class Local(Lab):
     """A lab in this process."""
 
-    def run(  # noqa: D102 - as in Lab
-        self,
-        scenario: Source = "circle",
-        set: Changes = None,
-        *,
-        keep: bool = False,
-        name: str = "",
-    ) -> Run:
+    def _run(self, scenario: Source, changes: dict[str, Any], *, keep: bool, name: str) -> Run:
         from motionlab.simulation.prepare import prepare
         from motionlab.simulation.result import document
         from motionlab.simulation.run import run
 
-        prepared = prepare(load_scenario(readable(scenario), tables(set, "set")))
+        prepared = prepare(load_scenario(readable(scenario), changes))
         with tick_bar(prepared.reference.ticks) as progress:
             recording = run(prepared, progress)
         found = document(prepared, recording)
@@ -197,8 +199,6 @@ class Local(Lab):
 
             found["run"] = library().keep(prepared, recording, found, name=name).id
         return Run(found, lambda: record_of(recording, prepared.scenario))
-
-    run.__doc__ = Lab.run.__doc__
 
     def _study(self, kind: str, scenario: Source | None, set: Changes, **request: Any) -> Any:
         study = BY_KIND[kind]
