@@ -7,6 +7,7 @@ import errno
 import os
 import random
 import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -21,6 +22,7 @@ from motionlab.runs.run import Event
 from motionlab.runs.spool import Spool
 from motionlab.telemetry.channels import stream_columns
 from motionlab.telemetry.recorder import ROWS
+from tests.paths import ROOT
 from tests.runs.sample_runs import sample
 
 CHANNELS = stream_columns(["A"])
@@ -63,6 +65,19 @@ def ticks_of(root: Path, run_id: str, target: Path) -> NDArray[np.int64]:
     assert np.array_equal(table["time"].to_numpy(), ticks * 0.0005)
     assert np.all((first == ticks) | np.isnan(first))
     return ticks
+
+
+def test_recording_waits_for_no_import_of_pandas(tmp_path: Path) -> None:
+    """pyarrow imports it, where it is installed, as soon as an array is made of anything."""
+    script = f"""
+import sys
+from pathlib import Path
+from tests.runs.test_spool import made, noise
+recorded = made(Path({str(tmp_path)!r}))
+recorded.append(0, noise(0, 100))
+sys.exit("pandas" in sys.modules)
+"""
+    subprocess.run([sys.executable, "-c", script], cwd=ROOT, check=True)
 
 
 def test_batches_come_back_in_whole_row_groups(tmp_path: Path) -> None:
