@@ -360,8 +360,13 @@ def test_further_pages_ask_for_no_lists_until_the_index_changes(index: Index) ->
     cursor = ask()
     lists = [each for each in asked if "run_tags" in each]
     assert lists
-    ask(cursor)
-    assert not [each for each in asked if "run_tags" in each]
+
+    def asks_for_none() -> bool:
+        ask(cursor)
+        return not [each for each in asked if "run_tags" in each]
+
+    # PostgreSQL tells of any write by anybody, not only of those to this index.
+    assert any(asks_for_none() for _ in range(20))
     index.put(sample(tags=["rig"]))
     ask()
     assert [each for each in asked if "run_tags" in each] == lists
