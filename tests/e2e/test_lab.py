@@ -258,6 +258,7 @@ def test_wheel_and_drag_zoom_and_numbers_follow(page: Page) -> None:
     table = region(page, "Scopes as numbers")
     expect(table.get_by_role("rowheader", name="5", exact=True)).to_be_visible(timeout=LONG)
     scopes.get_by_role("button", name="Table").click()
+    expect(table).to_be_hidden()
     box = page.locator(".chart").first.bounding_box()
     assert box is not None
     x, y = box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"]
@@ -267,7 +268,9 @@ def test_wheel_and_drag_zoom_and_numbers_follow(page: Page) -> None:
     page.mouse.move(x + 100, y, steps=4)
     page.mouse.up()
     scopes.get_by_role("button", name="Table").click()
-    expect(table.get_by_role("rowheader", name=re.compile(r"^7\.\d\d"))).not_to_have_count(0)
+    expect(table.get_by_role("rowheader", name=re.compile(r"^7\.\d\d"))).not_to_have_count(
+        0, timeout=LONG
+    )
     expect(table.get_by_role("rowheader", name="5", exact=True)).to_have_count(0)
     scopes.get_by_role("button", name="Reset").click()
     expect(table.get_by_role("rowheader", name="5", exact=True)).to_be_visible(timeout=LONG)
