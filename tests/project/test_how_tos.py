@@ -13,6 +13,7 @@ import pytest
 import motionlab
 from motionlab.config.load import load_scenario
 from tests.paths import ROOT
+from tests.project.printed_output import approx
 
 FENCE = re.compile(r"```(?:toml|python)\n(.*?)```", re.DOTALL)
 
@@ -103,4 +104,4 @@ def test_the_notebook_of_the_tutorial_has_the_error_of_its_slider() -> None:
     found = run.metrics["B"]["x"]["max_abs_following_error"]  # pyright: ignore
     for words in (r"falls to ([\d.]+) um; A", r"# ([\d.]+)e-06, m"):
         told = re.findall(words, text)
-        assert [float(each) for each in told] == [pytest.approx(1e6 * found, rel=0.01)]
+        assert [float(each) for each in told] == [approx(1e6 * found)]
