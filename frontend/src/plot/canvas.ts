@@ -1,5 +1,6 @@
 /** The layer that all plots are drawn on: sharp pixels, colours of the theme, lines, texts, hatching. */
 
+import { loop } from '../ui/animation-loop';
 import type { Ink, Palette } from './palette';
 import { DASHES, type Dash, type Marker } from './types';
 
@@ -65,6 +66,7 @@ export class Canvas {
   }
 
   clear(): void {
+    loop.stir();
     this.c.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0);
     this.c.clearRect(0, 0, this.width, this.height);
   }

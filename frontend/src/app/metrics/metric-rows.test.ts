@@ -67,7 +67,7 @@ describe('changes within the window', () => {
     [[9, 5, 5], 'Includes changes at 5 and 9 s.'],
     [[5, 6, 7], 'Includes changes at 5, 6 and 7 s.'],
     [[5, 6, 7, 8, 20], 'Includes 4 changes, the last at 8 s.'],
-  ])('of %s are told', (times, text) => {
+  ])('of %s are counted', (times, text) => {
     expect(changesWithin(window, times)).toBe(text);
   });
 });

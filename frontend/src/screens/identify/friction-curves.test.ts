@@ -48,7 +48,7 @@ describe('points', () => {
     expect(all?.y).toEqual(force);
   });
 
-  it('of both directions are told apart by their markers when folded', () => {
+  it('of both directions have markers of their own when folded', () => {
     const [forth, back] = pointSeries(points, force, 'measured', 'folded');
     expect([forth?.x, forth?.y]).toEqual([
       [0.01, 0.1],

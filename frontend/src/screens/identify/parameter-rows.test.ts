@@ -72,7 +72,7 @@ describe('a row', () => {
     });
   });
 
-  it('stands beside the one of an earlier result', () => {
+  it('is shown with the one of an earlier result', () => {
     const [row] = rowsOf(axis({ F_s: parameter({}) }), axis({ F_s: parameter({ value: 3 }) }));
     expect(row).toMatchObject({ other: '3.000', change: '+3.5 %' });
   });

@@ -18,7 +18,7 @@ class Baseline {
     void this.read();
   }
 
-  /** Makes a run the baseline; the one that is, none any more. */
+  /** Makes a run the baseline; for the one that is, clears it. */
   toggle(run: Run): void {
     const id = run.id === this.id ? '' : run.id;
     this.id = id;

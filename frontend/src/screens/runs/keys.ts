@@ -18,7 +18,7 @@ export const RUNS_KEYS: KeyTable = {
     { keys: '/', does: 'Search' },
     { keys: '↑ ↓', does: 'Previous, next run; with shift select on the way' },
     { keys: 'PgUp, PgDn', does: 'Ten runs further up, down' },
-    { keys: 'Space', does: 'Select, or not any more' },
+    { keys: 'Space', does: 'Select, or clear the selection' },
     { keys: 'Ctrl+A', does: 'Select all that are listed' },
     { keys: 'Enter', does: 'Open over the whole width; others that are selected lie behind it' },
     { keys: 'o', does: 'Overlay in the Lab' },

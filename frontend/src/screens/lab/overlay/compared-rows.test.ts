@@ -13,7 +13,7 @@ const metrics = (error: number, window = { start: 4.5, end: 10.5 }): Metrics => 
   },
 });
 
-it('each run stands beside the present value, in one unit, with how much that differs', () => {
+it('shows each run with the present value, in one unit, and how much that differs', () => {
   const [first] = comparedRows(metrics(1.5e-6), [metrics(2e-6), metrics(0.5e-6)], 'B');
   expect(first).toMatchObject({ name: 'max |e_x|', unit: 'µm', now: '1.50' });
   expect(first?.then).toEqual([

@@ -86,7 +86,7 @@ describe('curves of a map', () => {
     expect(high[3]).toBeCloseTo(-38 * 0.85);
   });
 
-  it('stand beside the published peaks and the analytic curve', () => {
+  it('are shown with the published peaks and the analytic curve', () => {
     expect(publishedOf(map, 'normal_force').map(({ x, y }) => [x[0], y[0]])).toEqual([
       [0, 380.1],
       [0, 427.4],

@@ -65,7 +65,7 @@ describe('curves', () => {
     { machine: 'previous-design', law: 'sine', found },
   ];
 
-  it('go over the share of the pole pitch and are told apart without colour', () => {
+  it('go over the share of the pole pitch and differ by more than colour', () => {
     const [first, second] = curvesOf(runs, 'thrust');
     expect(Array.from(first?.x ?? [])).toEqual([0, 0.25, 0.5]);
     expect(first?.name).toBe('sine, new-design');
@@ -100,7 +100,7 @@ describe('curves', () => {
   });
 });
 
-it('ripple is told in per cent of the mean', () => {
+it('ripple is in per cent of the mean', () => {
   const row = ROWS.find(({ name }) => name === 'ripple/mean');
   expect(row?.value(found)).toBeCloseTo(5);
 });
