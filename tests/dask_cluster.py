@@ -16,6 +16,8 @@ from tests.paths import ROOT
 CLOSED = ("--host", "127.0.0.1", "--dashboard-address", "127.0.0.1:0")
 """Options that keep scheduler and workers on loopback."""
 _PATIENCE = 60.0  # s
+_IDLE = {"DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False"}
+"""Without it a worker looks a hundred times a second at what it does."""
 
 
 class Lab(NamedTuple):
@@ -52,7 +54,7 @@ def cluster(
             stderr=subprocess.PIPE,
             text=True,
             cwd=folder,
-            env=os.environ | {"PYTHONPATH": str(ROOT)},
+            env=os.environ | {"PYTHONPATH": str(ROOT)} | _IDLE,
         )
         began.append(process)
         assert process.stderr is not None

@@ -39,14 +39,14 @@ def shell(command: str, **environment: str) -> subprocess.CompletedProcess[str]:
 
 @pytest.mark.parametrize("buffered", ["", "1"])
 def test_a_full_disk_behind_stdout_is_told(buffered: str) -> None:
-    done = shell(f"motionlab run circle --set '{SHORT}' > /dev/full", PYTHONUNBUFFERED=buffered)
+    done = shell("motionlab show circle > /dev/full", PYTHONUNBUFFERED=buffered)
     assert done.returncode == 1
     assert done.stderr.startswith("motionlab: ")
     assert "No space left" in done.stderr
     assert "Traceback" not in done.stderr
 
 
-@pytest.mark.parametrize("arguments", [f"run circle --set '{SHORT}'", "run --help"])
+@pytest.mark.parametrize("arguments", ["show circle", "run --help"])
 def test_a_reader_that_leaves_early_is_no_failure(arguments: str) -> None:
     done = shell(f"motionlab {arguments} | true; exit ${{PIPESTATUS[0]}}")
     assert (done.returncode, done.stderr) == (0, "")
@@ -70,7 +70,7 @@ def test_no_stderr_ends_a_study(stderr: str) -> None:
 
 def test_a_refusal_keeps_its_code_without_stderr() -> None:
     for stderr in ("2>&-", "2>/dev/full"):
-        done = shell(f"motionlab run circle --set seed=-1 {stderr}")
+        done = shell(f"motionlab show circle --set seed=-1 {stderr}")
         assert (done.returncode, done.stdout) == (2, "")
 
 
@@ -89,7 +89,7 @@ def test_another_broken_pipe_than_that_of_stdout_is_a_failure() -> None:
 
 
 def test_a_letter_that_the_terminal_lacks_stops_nothing() -> None:
-    command = f"motionlab run circle --set '{SHORT}' --set variants.A.label=\u00e9"
+    command = "motionlab show circle --set variants.A.label=\u00e9"
     done = shell(command, PYTHONIOENCODING="ascii")
     assert (done.returncode, done.stderr) == (0, "")
     assert "\\xe9" in done.stdout

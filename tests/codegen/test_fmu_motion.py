@@ -38,7 +38,7 @@ TABLES_OF_MAPS = {
     for axis in AXES
 }
 MOTORS: dict[str, dict[str, Any]] = {
-    "nominal": {},
+    "nominal": SOON,
     "matched": {"plant": "matched"} | SOON,
     "resonant": {"plant": "matched-resonant", "load.x": 1.5, "load.y": -0.5} | SOON,
     "table": TABLES_OF_MAPS | SOON,

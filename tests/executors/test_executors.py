@@ -20,10 +20,11 @@ import pytest
 
 from motionlab.cli import main
 from motionlab.errors import ConfigError, FieldError
-from motionlab.executors.executor import Progress, WorkerLost, current, executing, opened
+from motionlab.executors.executor import WorkerLost, current, executing, opened
 from motionlab.service.settings import Settings
 from motionlab.studies.table import BY_KIND
 from tests.dask_cluster import Lab, cluster
+from tests.executors.tasks import broken, slow
 from tests.processes import runs
 from tests.service.live import API, until
 from tests.service.servers import PATIENCE, Server
@@ -52,46 +53,19 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
         yield lab
 
 
-@pytest.fixture
-def own(tmp_path: Path) -> Iterator[Lab]:
-    """Return a cluster whose workers may be ended."""
-    needs_dask()
-    with cluster(folder=tmp_path) as lab:
-        yield lab
-
-
-def document(kind: str, scheduler: str) -> str:
-    study = BY_KIND[kind]
+def documents(scheduler: str) -> dict[str, str]:
+    """Return what each study finds, all of them with the same workers."""
     with executing(scheduler):
-        return study.run(study.plan(STUDIES[kind]), lambda *_: None).model_dump_json()
+        return {
+            kind: BY_KIND[kind].run(BY_KIND[kind].plan(asked), lambda *_: None).model_dump_json()
+            for kind, asked in STUDIES.items()
+        }
 
 
-@pytest.mark.parametrize("kind", STUDIES)
-def test_every_executor_finds_the_same(kind: str, lab: Lab) -> None:
-    here = document(kind, "threads")
-    assert document(kind, "processes:2") == here
-    assert document(kind, lab.address) == here
-
-
-def slow(number: int, progress: Progress) -> int:
-    """Return a square after a while."""
-    for step in range(10):
-        progress(step / 10)
-        time.sleep(0.03)
-    return number * number
-
-
-def test_a_lost_worker_costs_no_result_and_none_comes_twice(own: Lab) -> None:
-    shares: list[float] = []
-    with executing(own.address):
-        found = []
-        for result in current().map(slow, range(30), shares.append):
-            found.append(result)
-            if len(found) == 4:
-                own.workers[0].kill()
-    assert found == [number * number for number in range(30)]
-    assert shares == sorted(shares)
-    assert shares[-1] == 1.0
+def test_every_executor_finds_the_same(lab: Lab) -> None:
+    here = documents("threads")
+    assert documents("processes:2") == here
+    assert documents(lab.address) == here
 
 
 class Enough(Exception):
@@ -99,7 +73,7 @@ class Enough(Exception):
 
 
 @pytest.mark.parametrize("scheduler", ["threads", "processes:2", "cluster"])
-def test_progress_cancels(scheduler: str, lab: Lab) -> None:
+def test_progress_cancels_and_the_first_task_that_fails_is_told(scheduler: str, lab: Lab) -> None:
     def cancel(share: float) -> None:
         if share > 0:
             raise Enough
@@ -110,19 +84,6 @@ def test_progress_cancels(scheduler: str, lab: Lab) -> None:
         before = time.monotonic()
         assert list(current().map(slow, [3, 4])) == [9, 16]
         assert time.monotonic() - before < 20.0  # 200 tasks would take 30 s
-
-
-def broken(number: int, progress: Progress) -> int:
-    """Fail for every other task, the later the sooner."""
-    time.sleep(0.05 * (4 - number))
-    if number % 2:
-        raise ConfigError(FieldError(f"task {number}", "is odd", number, "even"))
-    return number
-
-
-@pytest.mark.parametrize("scheduler", ["threads", "processes:2", "cluster"])
-def test_the_first_task_that_fails_is_told(scheduler: str, lab: Lab) -> None:
-    with executing(lab.address if scheduler == "cluster" else scheduler):
         with pytest.raises(ConfigError) as caught:
             list(current().map(broken, range(4)))
     assert caught.value.errors == (FieldError("task 1", "is odd", 1, "even"),)
@@ -221,9 +182,7 @@ def test_without_dask_a_line_says_what_to_install(monkeypatch: pytest.MonkeyPatc
         opened("tcp://127.0.0.1:8786")
 
 
-def test_no_scheduler_and_no_workers_are_told(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_no_scheduler_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     needs_dask()
     monkeypatch.setattr("motionlab.executors.cluster._SECONDS", 1.0)
     with (
@@ -231,9 +190,6 @@ def test_no_scheduler_and_no_workers_are_told(
         pytest.raises(WorkerLost, match="no Dask scheduler answers"),
     ):
         list(current().map(slow, [1]))
-    with cluster(0, folder=tmp_path) as lab, executing(lab.address):
-        with pytest.raises(WorkerLost, match="has no workers"):
-            list(current().map(slow, [1]))
 
 
 @pytest.mark.parametrize("says", [b"", b"HTTP/1.1 400 Bad Request\r\n\r\n"])
@@ -258,36 +214,49 @@ def _greet(server: socket.socket, says: bytes, ended: threading.Event) -> None:
         ended.wait(PATIENCE)
 
 
-@pytest.mark.parametrize("lost", ["workers", "scheduler stopped", "scheduler killed"])
-def test_a_study_ends_without_workers_or_scheduler(
-    lost: str, own: Lab, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+def test_a_study_ends_without_its_scheduler(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
+    """One that is stopped for a while, which serves again later, and one that is killed."""
+    needs_dask()
     monkeypatch.setattr("motionlab.executors.cluster._LOST_SECONDS", 3.0)
+    with cluster(1, folder=tmp_path) as lab:
+        for name in (signal.SIGSTOP, signal.SIGKILL):
+            lost: list[signal.Signals] = []
 
-    def lose(share: float) -> None:
-        if share > 0.0 and not gone:
-            gone.extend(own.workers if lost == "workers" else [own.scheduler])
-            for process in gone:
-                process.send_signal(signal.SIGSTOP if lost.endswith("stopped") else signal.SIGKILL)
+            def lose(share: float, name: signal.Signals = name, lost: Any = lost) -> None:
+                if share > 0.0 and not lost:
+                    lost.append(name)
+                    lab.scheduler.send_signal(name)
 
-    gone: list[subprocess.Popen[str]] = []
-    said = "has no workers left" if lost == "workers" else "does not answer|was lost"
-    with pytest.raises(WorkerLost, match=said), executing(own.address):
-        list(current().map(slow, range(200), lose))
-    assert capfd.readouterr().err == ""
+            with (
+                pytest.raises(WorkerLost, match=r"does not answer|was lost"),
+                executing(lab.address),
+            ):
+                list(current().map(slow, range(200), lose))
+            assert capfd.readouterr().err == ""
+            lab.scheduler.send_signal(signal.SIGCONT)
+
+
+def tasks_at_work(client: Any) -> bool:
+    """Tell whether a worker of a cluster is carrying out a task of ours."""
+    stacks = client.call_stack().values()
+    return any(key.startswith("motionlab-") for tasks in stacks for key in tasks)
 
 
 def test_commands_and_jobs_are_computed_there(
-    own: Lab, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    lab: Lab, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    import distributed
+
     assert main(COMMAND) == 0
     here = json.loads(capsys.readouterr().out)
-    monkeypatch.setenv("MOTIONLAB_SCHEDULER", own.address)
+    monkeypatch.setenv("MOTIONLAB_SCHEDULER", lab.address)
     assert main(COMMAND) == 0
     assert json.loads(capsys.readouterr().out) == here
     monkeypatch.delenv("MOTIONLAB_SCHEDULER")
 
-    server = Server(Settings(scheduler=own.address))
+    server = Server(Settings(scheduler=lab.address))
     with (
         contextlib.ExitStack() as stopped,
         httpx.Client(base_url=server.url, timeout=PATIENCE) as client,
@@ -297,14 +266,45 @@ def test_commands_and_jobs_are_computed_there(
         at = client.post(f"{API}/sweep", json=body).headers["location"]
         until(lambda: client.get(at).json()["state"] in {"done", "failed"})
         assert client.get(at).json()["result"] == here
-        long = client.post(f"{API}/montecarlo", json={"cases": 3000})
-        at = long.headers["location"]
-        until(lambda: client.get(at).json()["progress"] > 0.0)
-        client.delete(at)
-        until(lambda: client.get(at).json()["state"] == "cancelled")
+        with distributed.Client(lab.address, set_as_default=False) as look:
+            long = client.post(f"{API}/montecarlo", json={"cases": 3000})
+            at = long.headers["location"]
+            until(lambda: tasks_at_work(look))
+            client.delete(at)
+            until(lambda: client.get(at).json()["state"] == "cancelled")
         before = time.monotonic()
         again = client.post(f"{API}/sweep", json=body | {"set": SET | {"seed": 3}})
         at = again.headers["location"]
         until(lambda: client.get(at).json()["state"] == "done")
         assert time.monotonic() - before < 20.0  # the rest of 3000 plants would take longer
-    assert all(runs(worker.pid) for worker in own.workers)
+    assert all(runs(worker.pid) for worker in lab.workers)
+
+
+def test_a_lost_worker_costs_no_result_and_the_last_one_ends_a_study(
+    lab: Lab, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """The last test: it takes the workers of all others."""
+    shares: list[float] = []
+    with executing(lab.address):
+        found = []
+        for result in current().map(slow, range(30), shares.append):
+            found.append(result)
+            if len(found) == 4:
+                lab.workers[0].kill()
+    assert found == [number * number for number in range(30)]  # and none comes twice
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+
+    monkeypatch.setattr("motionlab.executors.cluster._LOST_SECONDS", 3.0)
+
+    def lose(share: float) -> None:
+        if share > 0.0:
+            lab.workers[1].kill()
+
+    with pytest.raises(WorkerLost, match="has no workers left"), executing(lab.address):
+        list(current().map(slow, range(200), lose))
+    assert capfd.readouterr().err == ""
+
+    monkeypatch.setattr("motionlab.executors.cluster._SECONDS", 1.0)
+    with executing(lab.address), pytest.raises(WorkerLost, match="has no workers"):
+        list(current().map(slow, [1]))

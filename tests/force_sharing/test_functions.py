@@ -111,10 +111,20 @@ def test_linear_up_to() -> None:
 def least_loss(model: ForceModel, position: float, force: float, start: Array) -> float:
     """Return the least sum of squared currents that gives a force, by an independent solver."""
 
+    def thrusts(i: Array) -> Array:
+        """Return what each column of currents gives beyond the force."""
+        current = np.clip(i, 0.0, 10.0)
+        place = np.full(current.shape[1], position)
+        return forces_over(model.map, position=place, current=current).thrust - force
+
     def thrust(i: Array) -> float:
-        current = np.clip(i, 0.0, 10.0)[:, None]
-        given = forces_over(model.map, position=[position], current=current)
-        return float(given.thrust[0] - force)
+        return float(thrusts(i[:, None])[0])
+
+    def slopes(i: Array) -> Array:
+        """Return the slopes of the thrust, by steps away from the limits."""
+        steps = np.where(i < 5.0, 1e-7, -1e-7)
+        here, *there = thrusts(i[:, None] + np.hstack([np.zeros((3, 1)), np.diag(steps)]))
+        return (np.array(there) - here) / steps
 
     best = np.inf
     pulling = [k for k in range(3) if thrust(10.0 * np.eye(3)[k]) * force > -force * force]
@@ -124,9 +134,10 @@ def least_loss(model: ForceModel, position: float, force: float, start: Array) -
             lambda i: (i * i).sum(),
             first,
             method="SLSQP",
+            jac=lambda i: 2.0 * i,
             bounds=[(0.0, 10.0)] * 3,
-            constraints={"type": "eq", "fun": thrust},
-            options={"ftol": 1e-12, "maxiter": 300},
+            constraints={"type": "eq", "fun": thrust, "jac": slopes},
+            options={"ftol": 1e-12, "maxiter": 100},
         )
         if found.success and abs(thrust(found.x)) < 1e-6 * abs(force):
             best = min(best, float(found.fun))

@@ -26,7 +26,7 @@ from tests.kernel.every_sharing_law import table_lanes
 from tests.kernel.lane_runs import Array, at_rest, circle, inputs, lane, rows, run
 from tests.nominal_motor import X, Y
 
-TICKS = 400
+TICKS = 192
 
 _IMPERFECT = {
     "force_map.formula.F_pk": 38.4,
@@ -79,7 +79,8 @@ def reversed_lanes() -> list[Parameters]:
 
 def ride() -> tuple[Array, Array]:
     """Return initial state and inputs: a cold start into a moving circle, with noise and load."""
-    motion = circle(4300 + TICKS)[4300:]  # x turns round halfway
+    begin = 4500 - TICKS // 2
+    motion = circle(begin + TICKS)[begin:]  # x turns round halfway
     driven = inputs(motion)
     noise = np.random.Generator(np.random.Philox(7)).standard_normal((TICKS, INPUT_ROWS, 2))
     for name, rms in {"load": 0.3, "encoder_noise": 5e-9, "current_b": 0.02}.items():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import pytest
 
@@ -26,6 +28,7 @@ def start(axis: Axis) -> Array:
     return np.array([np.zeros(8), VELOCITY, bristle])
 
 
+@functools.cache
 def truth(axis: Axis, method: str) -> Array:
     """Return where the movers are after DURATION, shape (3, 8)."""
     ends = [

@@ -20,7 +20,7 @@ NO_DRIVE = "/api/v1/drive"
 UNDESCRIBED = ("/", "/docs", "/asyncapi.json", "/metrics", "/scene/")
 NAMED = {"/api/v1/fields": "tune"}
 """Something of collections that do not list what they have."""
-SHORT = {"trajectory": {"kind": "point", "duration": 0.3}}
+SHORT = {"trajectory": {"kind": "point", "duration": 0.16}}  # as a spectrum needs
 _PATIENCE = 300.0
 _ENDED = {"done", "failed", "cancelled"}
 

@@ -12,6 +12,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,9 @@ from motionlab.cli import main
 from motionlab.config.load import load_scenario
 from motionlab.config.timing import to_ticks
 from motionlab.simulation.inputs import load_force
+from motionlab.studies.paper.registry import quantities
 from tests.paths import ROOT
+from tests.project.forked_programs import programs
 from tests.project.printed_output import same_text
 from tests.service.servers import Server
 
@@ -59,7 +62,8 @@ ELSEWHERE = {
     r"motionlab vdrive( .*)?": "runs until interrupted; tests/drive/virtual/test_process.py",
     r"motionlab map( --json .*| --preset reference .*| --set g=0\.27.*)?": "minutes: test_map.py "
     "has smaller ones",
-    r"motionlab reproduce": "minutes, whose rows tests/studies/paper/test_reproduce.py reads",
+    r"motionlab reproduce( --only fig5 .*)?": "minutes, whose rows "
+    "tests/studies/paper/test_reproduce.py reads; that --only finds these is asked below",
     r"motionlab map .*--out configs/.*": "minutes; test_table_map.py solves a position again",
     r"\.venv/bin/python -m tests\.bench.*": "minutes; timing is never asserted",
     r"\.venv/bin/python -m tests\.e2e\.pictures": "writes docs/; test_docs.py sees that they exist",
@@ -79,13 +83,22 @@ SMALLER = [
 
 SMALLER_STUDIES = {
     r"motionlab tune .*": "--evaluations 20",
-    r"motionlab identify .*": "--speeds 0.001 0.003 0.01 0.03 0.1",
+    r"motionlab identify (?:circle|--axis) .*": "--speeds 0.001 0.003 0.01 0.03 0.1",
+    r"motionlab identify .*": "--speeds 0.001 0.003 0.01 0.03 0.1 --places 4",
+    r"motionlab identify": "--axis x --no-presliding",
     r"motionlab montecarlo .*": "--cases 40",
+    r"motionlab platform --axis .*": "--set cells=4",
 }
-"""Studies that take many seconds with their defaults, and what makes them smaller."""
+"""Studies that take many seconds with their defaults, and what makes them smaller.
+
+All speeds are used by one that identifies x alone, all ramps by that of a scenario.
+"""
 
 WHOLE = {"motionlab tune circle", "motionlab montecarlo circle"}
-"""Studies that are run with all their defaults, once each; `motionlab identify` has no options."""
+"""Studies that are run with all their defaults, once each."""
+
+AS_INSTALLED = {".venv/bin/motionlab run circle"}
+"""What is run by the program in .venv itself, not by a fork of it."""
 
 FAILS_AS_DOCUMENTED = {("rest.md", '"plant.x.mass": 0'): 22}
 """Page, part of the command, and the exit code of ``curl --fail-with-body`` on 4xx."""
@@ -163,22 +176,29 @@ def need(program: str) -> None:
         pytest.skip(reason)
 
 
+@pytest.fixture(scope="module")
+def forked(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """Return a stand-in for .venv whose programs are forked, and so start at once."""
+    with programs(tmp_path_factory.mktemp("venv")) as folder:
+        yield folder
+
+
 def bash(
-    script: str, folder: Path, server: Server | None = None
+    script: str, folder: Path, venv: Path, server: Server | None = None
 ) -> subprocess.CompletedProcess[str]:
     """Run commands as a reader would: .venv in the folder, its programs on the path."""
     if server is not None:
         script = re.sub(r"127\.0\.0\.1:800[01]", f"127.0.0.1:{server.port}", script)
     for whole, part in SMALLER:
         script = script.replace(whole, part)
-    (folder / ".venv").symlink_to(sys.prefix)
+    (folder / ".venv").symlink_to(venv)
     for name in ("examples", "docs"):
         (folder / name).symlink_to(ROOT / name)
     failing = 'curl() { command curl --fail-with-body "$@"; }\n'
     return subprocess.run(
         ["bash", "-e", "-o", "pipefail", "-c", failing + script],
         cwd=folder,
-        env=os.environ | {"PATH": f"{sys.prefix}/bin:{os.environ['PATH']}"},
+        env=os.environ | {"PATH": f"{venv}/bin:{sys.prefix}/bin:{os.environ['PATH']}"},
         capture_output=True,
         text=True,
         timeout=PATIENCE,
@@ -186,7 +206,7 @@ def bash(
     )
 
 
-def in_this_process(text: str, folder: Path, _: Server) -> subprocess.CompletedProcess[str]:
+def in_this_process(text: str, folder: Path) -> subprocess.CompletedProcess[str]:
     """Run a command that needs no shell, without the second that an interpreter takes to start."""
     arguments = shlex.split(text)[1:]
     with (
@@ -219,15 +239,18 @@ def scenario_of(page: str, name: str = "") -> str:
 
 
 @pytest.mark.parametrize("command", RUN, ids=lambda c: f"{c.page}: {c.text.splitlines()[0][:60]}")
-def test_it_runs_as_written(command: Command, tmp_path: Path, server: Server) -> None:
+def test_it_runs_as_written(command: Command, tmp_path: Path, server: Server, forked: Path) -> None:
     for program in ("curl", "openssl", "gcc"):
         if program in command.text:
             need(program)
     written = re.findall(r" (?:new|import \S+) ([\w-]+\.toml)", command.text)
     for name in set(re.findall(r"(?<= )[\w-]+\.toml", command.text)) - set(written):
         (tmp_path / name).write_text(scenario_of(command.page, name))
-    run = in_this_process if PLAIN.fullmatch(command.text) else bash
-    done = run(smaller(command), tmp_path, server)
+    if PLAIN.fullmatch(command.text):
+        done = in_this_process(smaller(command), tmp_path)
+    else:
+        venv = Path(sys.prefix) if command.text in AS_INSTALLED else forked
+        done = bash(smaller(command), tmp_path, venv, server)
     expected = next(
         (
             code
@@ -243,9 +266,9 @@ def test_it_runs_as_written(command: Command, tmp_path: Path, server: Server) ->
         assert (tmp_path / file).stat().st_size > 0, file
 
 
-def test_the_table_of_laws_is_what_its_example_prints(tmp_path: Path) -> None:
+def test_the_table_of_laws_is_what_its_example_prints(tmp_path: Path, forked: Path) -> None:
     """All rows but those of the published K, whose runs are chaotic."""
-    done = bash(".venv/bin/python examples/compare_laws.py", tmp_path)
+    done = bash(".venv/bin/python examples/compare_laws.py", tmp_path, forked)
     page = (ROOT / "docs" / "compensation.md").read_text()
     rows = [row for row in done.stdout.splitlines() if not row.startswith("| K as published")]
     assert len(rows) > 10
@@ -253,9 +276,11 @@ def test_the_table_of_laws_is_what_its_example_prints(tmp_path: Path) -> None:
     assert [row for row in rows if not any(same_text(line, row) for line in shown)] == []
 
 
-def test_the_tables_of_controllers_are_what_their_example_prints(tmp_path: Path) -> None:
+def test_the_tables_of_controllers_are_what_their_example_prints(
+    tmp_path: Path, forked: Path
+) -> None:
     """Row by row, within a tenth and a count; K as published is chaotic and left out."""
-    done = bash(".venv/bin/python examples/compare_controllers.py", tmp_path)
+    done = bash(".venv/bin/python examples/compare_controllers.py", tmp_path, forked)
     page = (ROOT / "docs" / "compensation.md").read_text()
     tables = page[page.index("| on `nominal`") :].splitlines()
     documented = [row for row in tables if row.startswith("| ")]
@@ -288,6 +313,8 @@ def test_what_is_not_run_is_there() -> None:
     found = {command.elsewhere for command in COMMANDS}
     assert set(ELSEWHERE) <= found, "no page has these any more"
     for command in COMMANDS:
+        if asked := re.match(r"motionlab reproduce --only ([\w -]+?)(?: --|$)", command.text):
+            assert quantities(asked[1].split()), command
         if module := re.search(r"python -m (tests\.[\w.]+)", command.text):
             assert importlib.util.find_spec(module[1]) is not None, command
         if file := re.match(r"\.venv/bin/python (\S+\.py)", command.text):
@@ -331,7 +358,7 @@ def test_the_decoder_of_the_page_decodes(server: Server) -> None:
     assert 2e-6 < float(highest.max()) < 3e-6
 
 
-def test_the_load_and_the_schedule_of_the_page(tmp_path: Path) -> None:
+def test_the_load_and_the_schedule_of_the_page(tmp_path: Path, forked: Path) -> None:
     """The file with a load has the forces that its comments state; the schedule switches B."""
     blocks = [body for _, body in FENCE.findall((ROOT / "docs" / "scenarios.md").read_text())]
     loaded, switched = (tmp_path / "loaded.toml", tmp_path / "switched.toml")
@@ -342,7 +369,7 @@ def test_the_load_and_the_schedule_of_the_page(tmp_path: Path) -> None:
     at = {time: force[to_ticks(time)].tolist() for time in (0.0, 4.0, 5.0)}
     assert at == {0.0: [1.5, 0.0], 4.0: [3.5, -1.0], 5.0: [1.5, -1.0]}
     assert load.noise == 0.05
-    done = bash("motionlab run switched.toml --json", tmp_path)
+    done = bash("motionlab run switched.toml --json", tmp_path, forked)
     before, after = (
         segment["variants"]["B"]["axes"]["x"]["max_abs_following_error"]
         for segment in json.loads(done.stdout)["segments"]
@@ -350,7 +377,7 @@ def test_the_load_and_the_schedule_of_the_page(tmp_path: Path) -> None:
     assert after < before / 4
 
 
-def test_the_path_of_the_page_can_be_followed(tmp_path: Path) -> None:
+def test_the_path_of_the_page_can_be_followed(tmp_path: Path, forked: Path) -> None:
     body = scenario_of("trajectories.md")
     (tmp_path / "path.toml").write_text(f'base = "circle"\n[trajectory]\n{body}')
-    assert bash("motionlab run path.toml", tmp_path).returncode == 0
+    assert bash("motionlab run path.toml", tmp_path, forked).returncode == 0

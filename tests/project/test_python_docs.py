@@ -34,21 +34,25 @@ def test_the_scripts_of_the_page_print_what_it_says(
             assert same_text(printed.getvalue(), re.sub("^    ", "", expected, flags=re.M))
 
 
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_a_notebook_runs_and_prints_what_it_holds(path: Path, tmp_path: Path) -> None:
-    notebook = nbformat.read(path, as_version=4)
-    expected = [texts(cell) for cell in notebook.cells]
-    figures = [figures_of(cell) for cell in notebook.cells]
-    assert any(expected) and any(figures)
+def test_the_notebooks_run_and_print_what_they_hold(tmp_path: Path) -> None:
+    """One after another in one kernel, which forgets all names of the one before."""
+    assert len(NOTEBOOKS) > 1
+    whole = nbformat.v4.new_notebook()
+    for path in NOTEBOOKS:
+        cells = nbformat.read(path, as_version=4).cells
+        assert any(map(texts, cells)) and any(map(figures_of, cells)), path
+        whole.cells += [nbformat.v4.new_code_cell("%reset -f"), *cells]
+    expected = [texts(cell) for cell in whole.cells]
+    figures = [figures_of(cell) for cell in whole.cells]
     NotebookClient(
-        notebook,
+        whole,
         kernel_name="python3",
         timeout=int(PATIENCE),
         resources={"metadata": {"path": str(tmp_path)}},
     ).execute()
-    for cell, text in zip(notebook.cells, expected, strict=True):
+    for cell, text in zip(whole.cells, expected, strict=True):
         assert same_text(texts(cell), text), cell.source
-    assert [figures_of(cell) for cell in notebook.cells] == figures
+    assert [figures_of(cell) for cell in whole.cells] == figures
 
 
 def texts(cell: Any) -> str:

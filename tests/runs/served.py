@@ -5,15 +5,32 @@ from __future__ import annotations
 import os
 import re
 import subprocess
-import sys
 import time
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import httpx
 
+from tests.service.forkservers import LOADED
+
 API = "/api/v1"
+SERVE = ("-m", "motionlab", "serve", "--port", "0")
 PATIENCE = 120.0
+
+
+def address(server: subprocess.Popen[bytes], told: Path) -> str:
+    """Return where a server listens, once the file of its stderr says so."""
+    end = time.monotonic() + PATIENCE
+    while not (found := re.search(r"^Serving (\S+?)/? \(", told.read_text(), re.MULTILINE)):
+        assert server.poll() is None, told.read_text()
+        assert time.monotonic() < end, told.read_text()
+        time.sleep(0.02)
+    return re.sub(r"/docs$", "", found[1])
+
+
+def serve(environment: dict[str, str], stderr: BinaryIO) -> subprocess.Popen[bytes]:
+    """Start ``motionlab serve`` on a free port, without what an interpreter takes to load it."""
+    return LOADED.run(SERVE, environment, Path.cwd(), [0, 1, stderr.fileno()])
 
 
 class Served:
@@ -29,17 +46,11 @@ class Served:
 
     def __init__(self, data: Path, **variables: str) -> None:
         data.mkdir(parents=True, exist_ok=True)
-        command = [sys.executable, "-m", "motionlab", "serve", "--port", "0"]
         environment = os.environ | {"MOTIONLAB_DATA": str(data)} | variables
         told = data / "stderr.txt"
         with told.open("wb") as stderr:
-            self.process = subprocess.Popen(command, stderr=stderr, env=environment)
-        end = time.monotonic() + PATIENCE
-        while not (found := re.search(r"^Serving (\S+?)/? \(", told.read_text(), re.MULTILINE)):
-            assert self.process.poll() is None, told.read_text()
-            assert time.monotonic() < end, told.read_text()
-            time.sleep(0.02)
-        url = re.sub(r"/docs$", "", found[1])
+            self.process = serve(environment, stderr)
+        url = address(self.process, told)
         self.client = httpx.Client(base_url=url, timeout=PATIENCE, trust_env=False)
 
     def kill(self) -> None:

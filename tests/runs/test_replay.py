@@ -227,7 +227,7 @@ def test_a_scheduled_change_between_the_check_of_a_change_and_its_tick(tmp_path:
 
 def test_a_session_changed_while_it_plays(client: httpx.Client) -> None:
     """A scheduled change may come between the check of a change and its tick."""
-    schedule = [{"time": 0.01 * k, "set": {"plant.x.mass": 5.0 + 0.01 * k}} for k in range(5, 90)]
+    schedule = [{"time": 0.02 * k, "set": {"plant.x.mass": 5.0 + 0.01 * k}} for k in range(3, 45)]
     live = Live.create(client, "circle", {"schedule": schedule})
     live.do("play", speed=1.0)
     for k in range(12):

@@ -18,7 +18,7 @@ def test_margins_are_those_of_python_control(scenario: str, variant: str) -> Non
     systems = loop.to_control()
     assert systems.plant.dt == 0.0005
     # By frequencies: polynomials of so many poles near 1 lose every digit.
-    grid = 2.0 * np.pi * np.geomspace(0.5, 999.0, 20_000)
+    grid = 2.0 * np.pi * np.geomspace(0.5, 999.0, 4_000)
     response = control.frequency_response(systems.open_loop, grid)
     gain, phase, sensitivity, *_ = control.stability_margins(response)
     assert loop.margins.gain_margin == pytest.approx(gain, rel=1e-3)

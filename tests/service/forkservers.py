@@ -1,7 +1,7 @@
-"""Fork servers for the servers in a test process, forked from one process that is loaded once.
+"""Fork servers and programs of a test process, forked from one process that is loaded once.
 
-What a fork server imports and warms up takes two seconds of processor time; servers that tests
-start in their own process would take them each. A server that is a process has one of its own.
+What a fork server imports and warms up takes two seconds of processor time, what a command or a
+server imports as much again; tests that start many would take them each.
 ``python -m tests.service.forkservers DESCRIPTOR`` is the loaded process.
 """
 
@@ -11,16 +11,19 @@ import atexit
 import contextlib
 import ctypes
 import gc
+import importlib
 import os
 import pickle
+import runpy
 import socket
 import struct
 import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NoReturn
 
 from motionlab.service import preload
 from motionlab.service.workers import fork_client, forkserver
@@ -37,8 +40,8 @@ _start_process = fork_client.start_forkserver
 class Forked(subprocess.Popen[bytes]):
     """A child that this process has not started itself."""
 
-    def __init__(self, pid: int) -> None:
-        self.args = "a forked fork server"
+    def __init__(self, pid: int, name: str = "a forked fork server") -> None:
+        self.args = name
         self.stdin = self.stdout = self.stderr = None
         self.pid = pid
         self.returncode: Any = None
@@ -58,17 +61,55 @@ class Loaded:
         """Start a fork server, in place of `fork_client.start_forkserver`."""
         if fork_client._COMMAND is not _SHIPPED:
             return _start_process(control, environment)
-        body = pickle.dumps((os.getpid(), os.getcwd(), environment))
+        return Forked(self._fork(None, environment, os.getcwd(), [control.fileno(), 2]))
+
+    def run(
+        self,
+        arguments: Sequence[str],
+        environment: Mapping[str, str],
+        folder: Path | str,
+        files: Sequence[int],
+    ) -> subprocess.Popen[bytes]:
+        """Start a program, in place of a Python that would import everything again.
+
+        Parameters
+        ----------
+        arguments : sequence of str
+            What would follow the name of the interpreter: ``-m MODULE``, ``-c CODE`` or a file,
+            and arguments.
+        environment : mapping
+            All variables of it.
+        folder : Path or str
+            Where it runs.
+        files : sequence of int
+            Descriptors of its stdin, stdout and stderr.
+        """
+        pid = self._fork(list(arguments), dict(environment), str(folder), list(files))
+        return Forked(pid, " ".join(arguments))
+
+    def take(self, ready: socket.socket, process: subprocess.Popen[bytes]) -> None:
+        """Use a process that is loaded already."""
+        self._socket, self._process = ready, process
+        atexit.register(self.close)
+
+    def _fork(
+        self,
+        arguments: list[str] | None,
+        environment: dict[str, str],
+        folder: str,
+        files: list[int],
+    ) -> int:
+        body = pickle.dumps((os.getpid(), folder, environment, arguments))
         with self._lock:
             if self._socket is None:
-                self._socket, self._process = _load(environment)
-                atexit.register(self.close)
+                self.take(*_load())
+                assert self._socket is not None
             with _adopting():
                 head = _LENGTH.pack(len(body))
-                socket.send_fds(self._socket, [head], [control.fileno(), 2])
+                socket.send_fds(self._socket, [head], files)
                 self._socket.sendall(body)
                 (pid,) = _PID.unpack(_exactly(self._socket, _PID.size))
-        return Forked(pid)
+        return pid
 
     def close(self) -> None:
         """End the loaded process."""
@@ -83,7 +124,9 @@ def install() -> None:
         fork_client.start_forkserver = LOADED.start
 
 
-def _load(environment: dict[str, str]) -> tuple[socket.socket, subprocess.Popen[bytes]]:
+def _load() -> tuple[socket.socket, subprocess.Popen[bytes]]:
+    secret, one = fork_client._SECRETS, fork_client._ONE_THREAD
+    environment = {k: v for k, v in os.environ.items() if k not in secret} | one
     ours, theirs = socket.socketpair()
     with theirs:
         process = subprocess.Popen(
@@ -120,24 +163,36 @@ def _exactly(sock: socket.socket, size: int) -> bytes:
 
 
 def main(requests: socket.socket) -> None:
-    """Load what fork servers load, and fork one for each request."""
+    """Load what fork servers and programs load, and fork one for each request."""
     preload.warm_up()
     preload.load_the_rest()
+    for module in ("motionlab.cli", "motionlab.service.app", "motionlab.service.serve"):
+        importlib.import_module(module)
     gc.collect()
     gc.freeze()
+    _serve(requests)
+
+
+def _serve(requests: socket.socket) -> None:
+    """Fork what is requested; return in the process of a program once that has ended."""
     while True:
-        head, files, _, _ = socket.recv_fds(requests, _LENGTH.size, 2)
+        head, files, _, _ = socket.recv_fds(requests, _LENGTH.size, 3)
         if not head:
             return
         (size,) = _LENGTH.unpack(head)
-        parent, folder, environment = pickle.loads(_exactly(requests, size))
+        parent, folder, environment, arguments = pickle.loads(_exactly(requests, size))
         read, write = os.pipe()
         between = os.fork()
         if between == 0:  # ends at once, so that the server's process adopts the fork server
             pid = os.fork()
             if pid == 0:
+                os.close(read)
+                os.close(write)
                 requests.close()
-                _be_fork_server(parent, folder, environment, *files)
+                if arguments is None:
+                    _be_fork_server(parent, folder, environment, *files)
+                _be_program(parent, folder, environment, files, arguments)
+                return
             os.write(write, _PID.pack(pid))
             os._exit(0)
         os.waitpid(between, 0)
@@ -148,16 +203,23 @@ def main(requests: socket.socket) -> None:
             os.close(file)
 
 
+def _adopted(parent: int) -> bool:
+    """Wait until this process has its parent, unless that has been killed meanwhile."""
+    end = time.monotonic() + _ADOPTION
+    while os.getppid() != parent:
+        if time.monotonic() > end:
+            return False
+        time.sleep(0.001)
+    return True
+
+
 def _be_fork_server(
     parent: int, folder: str, environment: dict[str, str], control: int, stderr: int
-) -> None:
+) -> NoReturn:
     code = 1
     try:
-        end = time.monotonic() + _ADOPTION
-        while os.getppid() != parent:
-            if time.monotonic() > end:
-                return  # the server's process has been killed meanwhile
-            time.sleep(0.001)
+        if not _adopted(parent):
+            os._exit(code)
         os.setsid()
         os.dup2(stderr, 2)
         os.close(stderr)
@@ -169,6 +231,59 @@ def _be_fork_server(
         code = 0
     finally:
         os._exit(code)
+
+
+def _be_program(
+    parent: int, folder: str, environment: dict[str, str], files: list[int], arguments: list[str]
+) -> None:
+    """Do what an interpreter with these arguments does; its exceptions and exits are not caught."""
+    if not _adopted(parent):
+        os._exit(1)
+    for descriptor, file in enumerate(files):
+        os.dup2(file, descriptor)
+        os.close(file)
+    _open_streams()
+    os.chdir(folder)
+    os.environ.clear()
+    os.environ.update(environment)
+    kind, *rest = arguments
+    if kind == "-c" or "serve" in rest:
+        _be_loaded()
+    if kind == "-m":
+        sys.argv[:] = rest
+        sys.path.insert(0, folder)
+        runpy.run_module(rest[0], run_name="__main__", alter_sys=True)
+    elif kind == "-c":
+        sys.argv[:] = ["-c", *rest[1:]]
+        sys.path.insert(0, "")
+        exec(rest[0], {"__name__": "__main__"})
+    else:
+        sys.argv[:] = arguments
+        sys.path.insert(0, str(Path(kind).resolve().parent))
+        runpy.run_path(kind, run_name="__main__")
+
+
+def _open_streams() -> None:
+    """Open stdin, stdout and stderr: what Python has opened at its start was another file."""
+    sys.stdin = open(0, encoding="utf-8", closefd=False)
+    sys.stdout = open(1, "w", encoding="utf-8", closefd=False)
+    sys.stderr = open(
+        2, "w", buffering=1, encoding="utf-8", errors="backslashreplace", closefd=False
+    )
+
+
+def _be_loaded() -> None:
+    """Fork a loaded process for the fork servers of this program, while it has one thread."""
+    ours, theirs = socket.socketpair()
+    pid = os.fork()
+    if pid == 0:
+        ours.close()
+        os.setsid()
+        _serve(theirs)
+        os._exit(0)
+    theirs.close()
+    LOADED.take(ours, Forked(pid, "a loaded process"))
+    install()
 
 
 LOADED = Loaded()

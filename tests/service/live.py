@@ -32,11 +32,13 @@ NOTICE = 0.3
 def until(holds: Callable[[], bool]) -> None:
     """Wait until something holds; fail when it does not for long."""
     end = time.monotonic() + PATIENCE
+    pause = 0.01
     while not holds():
         assert time.monotonic() < end, (
             f"not within {PATIENCE} s: {inspect.getsource(holds).strip()}"
         )
-        time.sleep(0.01)
+        time.sleep(pause)
+        pause = min(1.2 * pause, 0.05)  # a look is often a request, which is not free
 
 
 def counted(client: httpx.Client, name: str) -> float:

@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
+import atexit
+import fcntl
+import json
+import os
 import re
+import tempfile
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import httpx
@@ -25,8 +31,20 @@ HEADERS = {
 
 @cache
 def document() -> dict[str, Any]:
-    """Return the document of a server without a token, made once for each process."""
-    return create_app().openapi()
+    """Return the document of a server without a token, made once for all workers of a run."""
+    run = os.environ.get("PYTEST_XDIST_TESTRUNUID")
+    if run is None:
+        return create_app().openapi()
+    path = Path(tempfile.gettempdir()) / f"motionlab-openapi-{run}.json"
+    with path.open("a+", encoding="utf-8") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)  # who comes second waits for the first
+        file.seek(0)
+        if text := file.read():
+            return json.loads(text)
+        made = create_app().openapi()
+        json.dump(made, file)
+    atexit.register(path.unlink, missing_ok=True)
+    return made
 
 
 def body_examples(document: dict[str, Any], operation_id: str) -> list[Any]:

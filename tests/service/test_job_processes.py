@@ -5,9 +5,7 @@ from __future__ import annotations
 import json
 import logging
 import os
-import re
 import signal
-import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -21,6 +19,7 @@ from motionlab.service.jobs import Jobs, JobTask
 from motionlab.service.settings import Settings
 from motionlab.service.workers import fork_client
 from tests.processes import runs
+from tests.runs.served import Served
 from tests.service import calls
 from tests.service.conftest import MakeServer
 from tests.service.live import API, until
@@ -192,17 +191,16 @@ def test_a_job_that_waits_for_kernels_lets_others_pass(
 def test_a_job_is_interrupted_by_the_end_of_its_server(
     make_server: MakeServer, data: Path, name: signal.Signals
 ) -> None:
-    command = (sys.executable, "-m", "motionlab", "serve", "--port", "0")
-    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
-        assert process.stderr is not None
-        found = re.search(r"http://[0-9.:]+", process.stderr.readline())
-        assert found is not None
-        with httpx.Client(base_url=found.group(), timeout=PATIENCE) as client:
-            answer = client.post(f"{API}/simulate", json=LONG, headers=ASYNC)
-            location = answer.headers["location"]
-            until(lambda: client.get(location).json()["progress"] > 0)
-        process.send_signal(name)
-        process.wait(PATIENCE)
+    served = Served(data)
+    try:
+        client = served.client
+        answer = client.post(f"{API}/simulate", json=LONG, headers=ASYNC)
+        location = answer.headers["location"]
+        until(lambda: client.get(location).json()["progress"] > 0)
+        served.process.send_signal(name)
+        served.process.wait(PATIENCE)
+    finally:
+        served.kill()
     with httpx.Client(base_url=make_server(Settings()).url, timeout=PATIENCE) as client:
         (listed,) = client.get(f"{API}/jobs").json()
         report = client.get(location).json()

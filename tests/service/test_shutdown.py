@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import os
-import re
 import signal
-import subprocess
-import sys
 import urllib.request
 from pathlib import Path
 
 import pytest
+
+from tests.runs.served import address
+from tests.service.forkservers import LOADED
 
 SERVE = """
 import threading, time
@@ -41,17 +41,17 @@ serve.serve(load({"port": 0}))
 )
 def test_sigterm_ends_it(tmp_path: Path, stuck: str | None, code: int) -> None:
     environment = os.environ | {"MOTIONLAB_DATA": str(tmp_path)}
-    command = (sys.executable, "-c", SERVE)
-    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment) as server:
-        try:
-            assert server.stderr is not None
-            told = re.search(r"http://[^/]+", server.stderr.readline())
-            assert told is not None
-            urllib.request.urlopen(f"{told[0]}/api/v1/health", timeout=60.0).close()
-            if stuck:
-                with pytest.raises(TimeoutError):
-                    urllib.request.urlopen(f"{told[0]}/{stuck}", timeout=0.5)
-            server.send_signal(signal.SIGTERM)
-            assert server.wait(60.0) == code
-        finally:
-            server.kill()
+    told = tmp_path / "stderr.txt"
+    with told.open("wb") as stderr:
+        server = LOADED.run(("-c", SERVE), environment, tmp_path, [0, 1, stderr.fileno()])
+    try:
+        url = address(server, told)
+        urllib.request.urlopen(f"{url}/api/v1/health", timeout=60.0).close()
+        if stuck:
+            with pytest.raises(TimeoutError):
+                urllib.request.urlopen(f"{url}/{stuck}", timeout=0.5)
+        server.send_signal(signal.SIGTERM)
+        assert server.wait(60.0) == code
+    finally:
+        server.kill()
+        server.wait()

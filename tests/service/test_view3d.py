@@ -41,6 +41,14 @@ def own_live(own: Server) -> Iterator[Live]:
         yield Live.create(client)
 
 
+@pytest.fixture(scope="module")
+def shown(client: httpx.Client) -> Iterator[Live]:
+    """Return a session whose scene many tests watch: each would start a process of its own."""
+    live = Live.create(client)
+    yield live
+    live.delete()
+
+
 def address(server: Server, session_id: str = "", end: str = "/") -> str:
     return f"ws://127.0.0.1:{server.port}/scene/{session_id}{end if session_id else ''}"
 
@@ -65,8 +73,8 @@ def refused(connecting: Callable[[], object]) -> int:
 
 
 @pytest.mark.parametrize("end", ["", "/"])
-def test_the_page_and_its_websocket_are_carried(server: Server, live: Live, end: str) -> None:
-    response = httpx.get(f"{server.url}/scene/{live.id}{end}", timeout=PATIENCE)
+def test_the_page_and_its_websocket_are_carried(server: Server, shown: Live, end: str) -> None:
+    response = httpx.get(f"{server.url}/scene/{shown.id}{end}", timeout=PATIENCE)
     assert response.status_code == 200
     assert response.headers["content-type"].startswith("text/html")
     assert "<html" in response.text
@@ -74,14 +82,14 @@ def test_the_page_and_its_websocket_are_carried(server: Server, live: Live, end:
     assert "frame-ancestors 'self'" in policy
     assert "connect-src 'self' " in policy
     assert "http" not in policy
-    with Viewer(address(server, live.id, end)) as viewer:
+    with Viewer(address(server, shown.id, end)) as viewer:
         assert viewer.socket.subprotocol is not None
         assert viewer.socket.subprotocol.startswith("viser-v")
         assert viewer.window()
 
 
-def test_another_version_of_the_page_is_told_so(server: Server, live: Live) -> None:
-    with Viewer(address(server, live.id), subprotocols=["viser-v0.0.1"]) as viewer:
+def test_another_version_of_the_page_is_told_so(server: Server, shown: Live) -> None:
+    with Viewer(address(server, shown.id), subprotocols=["viser-v0.0.1"]) as viewer:
         with pytest.raises(ConnectionClosed) as caught:
             viewer.window()
         assert caught.value.rcvd is not None
@@ -153,10 +161,10 @@ def test_an_unknown_session_has_no_scene(server: Server) -> None:
 
 
 @pytest.mark.parametrize("origin", ["http://evil.example", "null", "http://127.0.0.1:1"])
-def test_a_page_of_another_origin_cannot_watch(server: Server, live: Live, origin: str) -> None:
-    assert refused(lambda: Viewer(address(server, live.id), origin=origin)) == 403
+def test_a_page_of_another_origin_cannot_watch(server: Server, shown: Live, origin: str) -> None:
+    assert refused(lambda: Viewer(address(server, shown.id), origin=origin)) == 403
     assert refused(lambda: Viewer(address(server), origin=origin)) == 403
-    with Viewer(address(server, live.id), origin=server.url) as viewer:
+    with Viewer(address(server, shown.id), origin=server.url) as viewer:
         assert viewer.window()
 
 
@@ -336,8 +344,8 @@ def test_a_viewer_that_never_reads_is_turned_away(
         until(lambda: only(own).viewers == 0)
 
 
-def test_a_message_too_large_ends_the_connection(server: Server, live: Live) -> None:
-    with Viewer(address(server, live.id)) as viewer:
+def test_a_message_too_large_ends_the_connection(server: Server, shown: Live) -> None:
+    with Viewer(address(server, shown.id)) as viewer:
         viewer.socket.send(bytes(proxy.MESSAGE_MAX + 1))
         with pytest.raises(ConnectionClosed) as caught:
             viewer.drain(PATIENCE)

@@ -138,10 +138,13 @@ def test_the_table_and_the_points_as_a_file(
     assert float(rows[1][1]) == pytest.approx(-0.002, rel=1e-3)
 
 
-def test_progress_is_told_on_stderr_alone(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main([*COMMAND, "--json"]) == 0
+def test_the_document_as_a_file_and_progress_on_stderr_alone(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    target = tmp_path / "found.json"
+    assert main([*COMMAND, "--json", "--out", str(target)]) == 0
     output = capsys.readouterr()
-    json.loads(output.out)
+    assert json.loads(target.read_text()) == json.loads(output.out)
     told = [line for line in output.err.splitlines() if line.startswith("motionlab: identif")]
     assert told == [f"motionlab: identification {10 * k} %" for k in range(len(told))]
     assert len(told) >= 9
@@ -177,16 +180,11 @@ def test_the_flags_are_the_fields_of_the_request(capsys: pytest.CaptureFixture[s
     assert without["axes"]["x"]["presliding"] is None
 
 
-def test_the_document_as_a_file(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    target = tmp_path / "found.json"
-    document = printed(capsys, "--out", str(target))
-    assert json.loads(target.read_text()) == document
-
-
 def test_a_scenario_of_ones_own(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     own = tmp_path / "mine.toml"
     own.write_text('base = "circle"\nplant = "as-measured"\n')
-    assert main(["identify", str(own), *COMMAND[1:], "--compare", "--json"]) == 0
+    quick = ["--time-max", "0.1", "--no-presliding"]
+    assert main(["identify", str(own), *COMMAND[1:], *quick, "--compare", "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
     assert document["plant"] == "as-measured"
     assert document["comparison"]["plant"] == "as-measured"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -10,7 +12,7 @@ from motionlab.config.timing import SUBSTEPS
 from motionlab.plant.friction import LuGre
 from motionlab.studies.identify.fit import fit_presliding, fit_sliding
 from motionlab.studies.identify.presliding import force_ramp, model_response
-from motionlab.studies.identify.stribeck import curve_half_width, stribeck_curve
+from motionlab.studies.identify.stribeck import Fitted, curve_half_width, stribeck_curve
 
 TRUE = (0.24, 3.59, 0.0436, 10.3, 0.05)
 NAMES = ("F_c", "F_s", "v_s", "sigma_2", "f_0")
@@ -36,20 +38,22 @@ def causes(kind: str, rng: np.random.Generator) -> NDArray[np.float64]:
     return own
 
 
+@functools.cache
+def repeated(kind: str) -> list[Fitted]:
+    """Return the fits of 150 noisy experiments."""
+    rng = np.random.default_rng(1)
+    true = stribeck_curve(VELOCITY, TRUE)
+    return [fit_sliding(VELOCITY, true + causes(kind, rng), motion=MOTION) for _ in range(150)]
+
+
 @pytest.mark.parametrize("kind", ["alike", "slow", "motion"])
 def test_the_intervals_hold_what_they_promise(kind: str) -> None:
     """At least 95 % of 150 noisy experiments, but for three standard deviations of that count.
 
     Where few motions tell a parameter, the jackknife and few degrees of freedom make it more.
     """
-    rng = np.random.default_rng(1)
-    repeats = 150
-    inside = np.zeros(len(NAMES))
-    for _ in range(repeats):
-        noise = causes(kind, rng)
-        fitted = fit_sliding(VELOCITY, stribeck_curve(VELOCITY, TRUE) + noise, motion=MOTION)
-        inside += np.abs(fitted.values - TRUE) <= fitted.half_width
-    share = inside / repeats
+    fits = repeated(kind)
+    share = np.mean([np.abs(fitted.values - TRUE) <= fitted.half_width for fitted in fits], axis=0)
     assert share.min() >= 0.9, share
     assert share[[2, 4]].max() <= 0.99, share  # v_s and f_0, which every motion tells
 
@@ -78,18 +82,15 @@ def test_longer_means_weigh_more_where_they_are_surer() -> None:
 
 def test_the_band_holds_the_true_curve_as_often_as_it_says() -> None:
     """150 repetitions; at each velocity 95 % at least, but for three standard deviations."""
-    rng = np.random.default_rng(6)
-    repeats = 150
     v = np.array([-0.12, -0.03, -0.005, 0.002, 0.02, 0.044, 0.1])
     true = stribeck_curve(v, TRUE)
+    fits = repeated("alike")
     inside = np.zeros(len(v))
-    for _ in range(repeats):
-        noise = 0.02 * rng.standard_normal(len(VELOCITY))
-        fitted = fit_sliding(VELOCITY, stribeck_curve(VELOCITY, TRUE) + noise, motion=MOTION)
+    for fitted in fits:
         half = curve_half_width(v, fitted)
         assert half is not None
         inside += np.abs(stribeck_curve(v, fitted.values) - true) <= half
-    share = inside / repeats
+    share = inside / len(fits)
     assert share.min() >= 0.9, share
     assert share.mean() < 0.995, share
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from tests.bench.coverage import draws, outcome
 
-COUNT = 8
-"""Draws: two motors each of x and y, with noise and without; `make bench` takes 200."""
+COUNT = 4
+"""Draws: a motor each of x and y, with noise and without; `make bench` takes 200."""
 
-LEAST = 56
-"""Of 64 intervals 61 are expected to hold the truth; were each 79 % sure, 51 would."""
+LEAST = 28
+"""Of 32 intervals 30 are expected to hold the truth; were each 79 % sure, 25 would."""
 
 
 def test_intervals_of_drawn_motors_hold_the_truth() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -25,9 +26,19 @@ TRUE = FRICTION | {"f_0": 0.0, "M": MASS}
 SLIDING = {"F_c", "F_s", "v_s", "sigma_2", "f_0"}
 
 
-@pytest.fixture(autouse=True)
-def _data(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("MOTIONLAB_DATA", str(tmp_path / "data"))
+@pytest.fixture(scope="module", autouse=True)
+def _data(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("MOTIONLAB_DATA", str(tmp_path_factory.mktemp("data")))
+        yield
+
+
+@pytest.fixture(scope="module")
+def rig(_data: None, tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Return the run of a whole measurement, with a pressure beside it."""
+    columns = channels()
+    columns["Druck_bar"] = np.ones(len(columns["time [s]"]))
+    return imported(tmp_path_factory.mktemp("rig"), columns)
 
 
 def found(run: str, **record: Any) -> AxisIdentification:
@@ -51,8 +62,8 @@ def lost(found: AxisIdentification) -> dict[str, float]:
 
 
 @pytest.mark.parametrize("force", ["currents", "M.x.force_command"])
-def test_friction_is_found_within_its_intervals(tmp_path: Path, force: str) -> None:
-    axis = found(imported(tmp_path, channels()), force=force)
+def test_friction_is_found_within_its_intervals(rig: str, force: str) -> None:
+    axis = found(rig, force=force)
     assert set(parameters(axis)) == set(TRUE)
     assert lost(axis) == {}
     widths = {
@@ -68,11 +79,11 @@ def test_friction_is_found_within_its_intervals(tmp_path: Path, force: str) -> N
     assert len(axis.points) == len(axis.residuals) > 20
 
 
-def test_a_mass_that_is_given_is_taken(tmp_path: Path) -> None:
-    axis = found(imported(tmp_path, channels()), mass=MASS)
+def test_a_mass_that_is_given_is_taken(rig: str) -> None:
+    axis = found(rig, force="M.x.force_command", mass=MASS)
     assert set(parameters(axis)) == set(TRUE) - {"M"}
     assert lost(axis) == {}
-    wrong = found(imported(tmp_path, channels()), mass=1.2 * MASS)
+    wrong = found(rig, force="M.x.force_command", mass=1.2 * MASS, end=12.0)
     assert wrong.sliding.residual_rms > 3.0 * axis.sliding.residual_rms
 
 
@@ -187,11 +198,10 @@ def test_what_cannot_be_identified_from_is_refused(tmp_path: Path) -> None:
     ],
 )
 def test_wrong_input_is_refused_before_anything_is_read(
-    tmp_path: Path, record: dict[str, Any], axis: str, loc: str, message: str
+    rig: str, record: dict[str, Any], axis: str, loc: str, message: str
 ) -> None:
-    run = imported(tmp_path, channels() | {"Druck_bar": np.ones(len(channels()["time [s]"]))})
     with pytest.raises(ConfigError) as refused:
-        planned(read_request({"run": run, "axis": axis, "record": record}))
+        planned(read_request({"run": rig, "axis": axis, "record": record}))
     error = refused.value.errors[0]
     assert (error.loc, message in error.message) == (loc, True), str(error)
 
@@ -213,7 +223,7 @@ def test_a_short_run_is_refused_and_not_an_error(tmp_path: Path, samples: int) -
 
 
 def test_a_run_that_is_deleted_or_still_recorded(tmp_path: Path) -> None:
-    run = imported(tmp_path, channels())
+    run = imported(tmp_path, {name: values[:80] for name, values in channels().items()})
     begun = library().complete(run).model_copy(update={"id": new_id(), "state": "recording"})
     library().index.put(begun)
     with pytest.raises(ConfigError, match="is being recorded: it can be read when"):
@@ -223,15 +233,16 @@ def test_a_run_that_is_deleted_or_still_recorded(tmp_path: Path) -> None:
         planned(read_request({"run": run}))
 
 
-def test_the_plan_and_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    run = imported(tmp_path, channels())
-    plan = plan_of(planned(read_request({"run": run})), 100.0)
+def test_the_plan_and_the_command(
+    rig: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    plan = plan_of(planned(read_request({"run": rig})), 100.0)
     assert list(plan.record) == ["x"]
     assert (plan.record["x"].force, plan.record["x"].rate) == ("currents", pytest.approx(2000.0))
-    options = ["--run", run, "--axis", "x", "--mass", str(MASS), "--from", "1", "--to", "20"]
+    options = ["--run", rig, "--axis", "x", "--mass", str(MASS), "--from", "1", "--to", "20"]
     assert main(["identify", *options, "--out", str(tmp_path / "points.csv")]) == 0
     text = capsys.readouterr().out
-    assert f"run {run}, 19 s" in text
+    assert f"run {rig}, 19 s" in text
     assert "--set variants.B.controller.model.x.friction.sigma_0=" in text
-    assert main(["identify", "--run", run, "--axis", "y"]) == 2
+    assert main(["identify", "--run", rig, "--axis", "y"]) == 2
     assert "none of M.y.position_measured" in capsys.readouterr().err

@@ -27,6 +27,12 @@ def _data(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MOTIONLAB_DATA", str(tmp_path))
 
 
+@pytest.fixture(scope="module")
+def preview() -> str:
+    """Return the file of a force map."""
+    return compute(Geometry(), "preview").text()
+
+
 def printed(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, Any]:
     assert main(["platform", "--set", "cells=4", "--json", *arguments]) == 0
     return json.loads(capsys.readouterr().out)
@@ -63,10 +69,10 @@ def test_the_papers_figures_and_its_own_percentage(client: httpx.Client) -> None
 
 
 def test_a_force_map_closes_the_gap(
-    client: httpx.Client, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    client: httpx.Client, preview: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "maps").mkdir()
-    (tmp_path / "maps" / "ours.json").write_text(compute(Geometry(), "preview").text())
+    (tmp_path / "maps" / "ours.json").write_text(preview)
     document = asked(client, {"map": {"name": "ours"}})
     assert printed(capsys, "--map", "ours") == document
     new = document["designs"]["new"]
@@ -109,10 +115,10 @@ def test_what_cannot_be_is_refused(
 
 
 def test_a_current_beyond_the_map_is_refused(
-    client: httpx.Client, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    client: httpx.Client, preview: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "maps").mkdir()
-    (tmp_path / "maps" / "ours.json").write_text(compute(Geometry(), "preview").text())
+    (tmp_path / "maps" / "ours.json").write_text(preview)
     for current in (0, 5e-324, 1e-300, 10.5):
         body = {"map": {"name": "ours", "current": current}}
         response = client.post(f"{API}/design/platform", json=body)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import functools
+import json
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -11,7 +14,7 @@ import pytest
 from motionlab.config.load import load_scenario
 from motionlab.errors import ConfigError
 from motionlab.loop.family import SPEEDS, LoopFamily, with_gains
-from motionlab.loop.linearise import SLIDING, linearise
+from motionlab.loop.linearise import SLIDING, Loop, linearise
 from motionlab.loop.margins import Margins, margins
 from motionlab.loop.stability_boundary import stability_edge
 from motionlab.simulation.prepare import prepare
@@ -30,10 +33,19 @@ FREE = {"gain_margin": None, "phase_margin": None, "saturated": None}
 """No constraint but stability."""
 
 
-def searched(**request: Any) -> TuneDocument:
+def wanted(**request: Any) -> dict[str, Any]:
     changes = SHORT | request.pop("set", {})
-    wanted = {"scenario": "circle", "starts": 2, "evaluations": 60, **request, "set": changes}
-    return tune(plan(read_request(TuneRequest, wanted)))
+    return {"scenario": "circle", "starts": 2, "evaluations": 60, **request, "set": changes}
+
+
+def searched(**request: Any) -> TuneDocument:
+    return _searched(json.dumps(wanted(**request)))
+
+
+@functools.cache
+def _searched(text: str) -> TuneDocument:
+    """Carry each search out once."""
+    return tune(plan(read_request(TuneRequest, json.loads(text))))
 
 
 def mapped(**request: Any) -> LandscapeDocument:
@@ -150,21 +162,30 @@ def test_gains_found_keep_their_margins_at_any_velocity_on_every_motor(law: str)
     found = searched(plants=ROBUST[1:], set={"variants.B.controller": law}, starts=1)
     assert tuple(found.plants) == ROBUST
     between = np.geomspace(SPEEDS[0], SPEEDS[-1], 4 * len(SPEEDS) - 3)
+
+    def worst(loops: list[Loop]) -> tuple[float, float]:
+        """Return the least margins of gain and phase: of every other loop, then beside that."""
+        read = functools.cache(lambda k: margins(loops[k].open))
+
+        def least(figure: Callable[[Margins], float]) -> float:
+            at = min(range(0, len(loops), 2), key=lambda k: figure(read(k)))
+            return min(figure(read(k)) for k in range(max(at - 1, 0), min(at + 2, len(loops))))
+
+        return least(factor), least(lambda one: one.phase_margin or math.inf)
+
     for group in found.groups:
         best = group.candidates[0]
         assert best.feasible
         ((axis, tuned),) = best.axes.items()
-        least: dict[str, list[Margins]] = {}
+        least: dict[str, tuple[float, float]] = {}
         for plant in ROBUST:
             changes = SHORT | {"variants.B.controller": law} | best.set | {"plant": plant}
             scenario = load_scenario("circle", changes)
             v_s = getattr(scenario.plant, axis).friction.v_s
             loops = [linearise(scenario, "B", axis, v=speed * v_s) for speed in between]
             assert all(loop.stable for loop in loops)
-            least[plant] = [margins(loop.open) for loop in loops]
-        for plant, every in least.items():
-            gain = min(factor(one) for one in every)
-            phase = min(one.phase_margin or math.inf for one in every)
+            least[plant] = worst(loops)
+        for plant, (gain, phase) in least.items():
             # as near as the figures come that the search reads off: docs/tune.md
             assert gain >= 2.0 * (1.0 - TOLD_GAIN)
             assert phase >= 0.5236 - TOLD_PHASE
@@ -222,7 +243,7 @@ def test_the_worst_motor_decides() -> None:
 
 
 def test_the_same_request_gives_the_same_document() -> None:
-    assert searched(axis="x") == searched(axis="x")
+    assert tune(plan(read_request(TuneRequest, wanted(axis="x")))) == searched(axis="x")
 
 
 def test_x_is_tuned_alike_whether_y_is_tuned_beside_it() -> None:
@@ -240,7 +261,10 @@ def test_without_margins_the_gains_run_to_the_edge() -> None:
 def test_an_observer_is_tuned_with_both_axes_together() -> None:
     bandwidth = "disturbance_observer.bandwidth"
     found = searched(
-        set={"variants.B.controller": "lugre-full"}, also={bandwidth: [5.0, 300.0]}, starts=1
+        set={"variants.B.controller": "lugre-full"},
+        also={bandwidth: [5.0, 300.0]},
+        starts=1,
+        evaluations=20,
     )
     (group,) = found.groups
     assert group.axes == ["x", "y"]

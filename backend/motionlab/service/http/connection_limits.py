@@ -302,8 +302,11 @@ class Socket(WebSocketsSansIOProtocol):
         self.transport.write(b"".join((head, *parts)))
 
     def data_received(self, data: bytes) -> None:
-        """Process incoming data piece by piece."""
-        if len(data) <= _PIECE and not self._pieces:
+        """Process incoming data piece by piece, but the head of the request whole.
+
+        `Connection` looks next at why it can be no websocket, and nobody does so later.
+        """
+        if not self.handshake_initiated or (len(data) <= _PIECE and not self._pieces):
             self._take_in(data)
         else:
             self._pieces.extend(data[at : at + _PIECE] for at in range(0, len(data), _PIECE))
