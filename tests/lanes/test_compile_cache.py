@@ -9,6 +9,7 @@ from numba.core import config
 from numba.core.dispatcher import Dispatcher
 
 import motionlab.lanes  # noqa: F401 - has numba keep compiled code its way
+from tests.paths import ROOT
 
 _SOURCE = """\
 import numba
@@ -71,3 +72,14 @@ def test_a_full_disk_does_not_keep_a_function_from_being_compiled(
     double = _loaded(tmp_path, monkeypatch)
     monkeypatch.setattr("numba.core.caching.os.replace", full)
     assert _hits(double) == 0
+
+
+def test_no_function_is_kept_elsewhere() -> None:
+    """numba's own decorator, reached before the lanes are, would keep code beside the source."""
+    package = ROOT / "backend" / "motionlab"
+    kept = {
+        path.relative_to(package).as_posix()
+        for path in package.rglob("*.py")
+        if "cache=True" in path.read_text(encoding="utf-8")
+    }
+    assert kept == {"lanes/__init__.py", "drive/compile_cache.py"}

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from motionlab.force_sharing.functions import LEAST_NORM, ForceModel, SharingFunction, share_by_law
-from motionlab.lanes import WIDTH, Lanes, compiled, pack, select, unpack
+from motionlab.lanes import WIDTH, Lanes, cached, compiled, pack, select, unpack
 from motionlab.lanes.bank import TABLES
 from motionlab.plant.magnetics import AnalyticMap, Phases
 from motionlab.plant.table_map import MotorMap, TableMap, normal_force_of, thrust_of
@@ -153,7 +152,7 @@ def _map(rows: Array) -> MotorMap:
     return MotorMap(unpack(AnalyticMap, rows, 0), unpack(TableMap, rows, _MAP))
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _share(rows: Array, asked: Array, answers: Array, tables: Array | None) -> None:
     model = ForceModel(_map(rows), unpack(SharingFunction, rows, _MAP + _TABLE))
     for k in range(asked.shape[0]):
@@ -164,7 +163,7 @@ def _share(rows: Array, asked: Array, answers: Array, tables: Array | None) -> N
         pack(answer, answers[k])
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _forces(rows: Array, at: Array, sums: Array, tables: Array | None) -> None:
     motor_map = _map(rows)
     for k in range(at.shape[0]):

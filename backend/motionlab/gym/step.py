@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -30,6 +29,7 @@ from motionlab.kernel.tick import tick
 from motionlab.lanes import (
     WIDTH,
     Lanes,
+    cached,
     compiled,
     flush_subnormals,
     pack,
@@ -138,7 +138,7 @@ def _capped(error: Lanes, limit: Lanes) -> Lanes:
     return select(abs(error) <= limit, abs(error), limit)
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def advance(  # noqa: PLR0913, PLR0917 - a tuple of arrays takes longer to pass
     parameters: Array,
     state: Array,

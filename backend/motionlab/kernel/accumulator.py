@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +16,7 @@ from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.lanes import (
     Lanes,
     axes_at,
+    cached,
     compiled,
     flush_subnormals,
     pack,
@@ -118,7 +118,7 @@ def add_ticks(
     pack(total, tally)
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def count_ticks(samples: NDArray[np.float32], target: Array, first: int, tally: Array) -> None:
     """Add consecutive ticks of eight lanes to their tally.
 

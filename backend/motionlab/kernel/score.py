@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,6 +23,7 @@ from motionlab.lanes import (
     WIDTH,
     Lanes,
     axes_at,
+    cached,
     compiled,
     flush_subnormals,
     record,
@@ -110,12 +110,12 @@ def _score(
 # One function for each width: numba keeps no compiled function that closes over another.
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _score_narrow(block: Block, inputs: Array, window: ScoreWindow, tables: Array | None) -> None:
     _score(unpack(PlantState, block.state, 0, WIDTH).p, block, inputs, window, tables)
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _score_wide(block: Block, inputs: Array, window: ScoreWindow, tables: Array | None) -> None:
     _score(unpack(PlantState, block.state, 0, WIDE).p, block, inputs, window, tables)
 

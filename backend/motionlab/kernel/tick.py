@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -39,6 +38,7 @@ from motionlab.lanes import (
     Lanes,
     Mask,
     axes_at,
+    cached,
     compiled,
     flush_subnormals,
     record,
@@ -236,7 +236,7 @@ def tick(
     return state, sample
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def control_once(
     parameters: NDArray[np.float64],
     state: NDArray[np.float64],
@@ -304,7 +304,7 @@ def run_ticks(
         samples[:, :, tabled] = other_samples[:, :, tabled]
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def run_lanes(
     parameters: NDArray[np.float64],
     state: NDArray[np.float64],

@@ -32,12 +32,16 @@ Mask: TypeAlias = Any
 compiled: Callable[[Any], Any] = numba.njit(error_model="numpy", forceinline=True)
 """Compile a function on lanes; division by zero gives inf or NaN, as in hardware."""
 
+cached: Callable[[Any], Any] = numba.njit(error_model="numpy", nogil=True, cache=True)
+"""Compile a function that is called from Python, and keep its code for later processes."""
+
 __all__ = [
     "WIDE",
     "WIDTH",
     "Lanes",
     "Mask",
     "axes_at",
+    "cached",
     "compiled",
     "flush_subnormals",
     "load_four",

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.lanes import compiled
+from motionlab.lanes import cached, compiled
 
 Array = NDArray[np.float64]
 
@@ -89,7 +88,7 @@ def _looked_for(path: Array, following_error: Array, window: tuple[int, int]) ->
     return _nearest(path[kept], here, present, np.ascontiguousarray(following_error))
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _thin(path: Array, spacing: float) -> NDArray[np.int64]:
     """Return the samples that lie apart by `spacing` or more; a hold is one point."""
     kept = [0]
@@ -101,7 +100,7 @@ def _thin(path: Array, spacing: float) -> NDArray[np.int64]:
     return np.array(kept)
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _last_kept(kept: NDArray[np.int64], start: int, end: int) -> NDArray[np.int64]:
     """Return for each tick which of the samples that were kept is the last until then."""
     present = np.empty(end - start, dtype=np.int64)
@@ -113,7 +112,7 @@ def _last_kept(kept: NDArray[np.int64], start: int, end: int) -> NDArray[np.int6
     return present
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _nearest(path: Array, here: Array, present: NDArray[np.int64], following_error: Array) -> Array:
     """Return distance, lag, nearest point less reference, and direction of the path there."""
     found = np.empty((len(present), 6))

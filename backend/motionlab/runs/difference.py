@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from motionlab.lanes import cached, compiled
 
 Curve = NDArray[np.floating[Any]]
 Positions = Curve | slice
@@ -128,7 +129,7 @@ def beyond_in_time(
     return _beyond_in_time(baseline, samples, positions, bounds, hold)
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def beyond_in_value(
     baseline: Curve, candidate: Curve, absolute: float, relative: float
 ) -> NDArray[np.bool_]:
@@ -143,7 +144,7 @@ def beyond_in_value(
     return result
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True, inline="always")
+@compiled
 def _value(samples: Curve, position: float, hold: bool) -> float:
     i = int(position)
     share = position - i
@@ -153,7 +154,7 @@ def _value(samples: Curve, position: float, hold: bool) -> float:
     return first + share * (np.float64(samples[i + 1]) - first)
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _resampled(samples: Curve, positions: Curve, hold: bool) -> NDArray[np.float64]:
     result = np.empty(len(positions))
     for j in range(len(positions)):
@@ -161,7 +162,7 @@ def _resampled(samples: Curve, positions: Curve, hold: bool) -> NDArray[np.float
     return result
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _within(
     baseline: Curve, candidate: Curve, absolute: float, relative: float
 ) -> tuple[int, int, int, int, float, float]:
@@ -184,7 +185,7 @@ def _within(
     return compared, single, beyond + single, where, largest, squares
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _beyond_in_time(  # noqa: PLR0912 - a kernel
     baseline: Curve, samples: Curve, positions: Curve, bounds: Bounds, hold: bool
 ) -> NDArray[np.bool_]:
@@ -241,7 +242,7 @@ def _beyond_in_time(  # noqa: PLR0912 - a kernel
     return result
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _taken(
     samples: Curve, places: tuple[float, float], values: tuple[float, float], hold: bool
 ) -> bool:

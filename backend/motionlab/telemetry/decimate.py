@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from motionlab.lanes import cached
 
 
 def min_max(
@@ -29,7 +30,7 @@ def min_max(
     return extremes(columns, size)
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def extremes(
     columns: NDArray[np.float32], size: int
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:

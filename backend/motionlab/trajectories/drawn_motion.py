@@ -8,12 +8,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
-import numba
 import numpy as np
 
 from motionlab.config.drawn_path import DrawnPath
 from motionlab.config.timing import to_ticks
 from motionlab.errors import ConfigError, FieldError
+from motionlab.lanes import cached
 from motionlab.trajectories.motion import Piece, hold, whole_ticks
 from motionlab.trajectories.motion_profile import (
     Law,
@@ -184,7 +184,7 @@ def _run_through(
     return partial(_on_legs, STOPPING.index(law), begins, origins, ways, numbers)
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _on_legs(  # noqa: PLR0913, PLR0917 - the tables of the legs
     law: int, begins: Array, origins: Array, ways: Array, numbers: Array, u: Array
 ) -> Law:

@@ -8,10 +8,10 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-import numba
 import numpy as np
 
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
+from motionlab.lanes import cached
 from motionlab.trajectories.motion_profile import (
     Law,
     minimum_jerk,
@@ -68,7 +68,7 @@ class Piece:
         return self.at(np.array([float(tick)]))[0][0]
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _chain_rule(slope: Array, bend: Array, rate: Array, second: Array) -> tuple[Array, Array]:
     velocity, acceleration = np.empty(slope.shape), np.empty(slope.shape)
     for k in range(len(rate)):

@@ -10,12 +10,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.lanes import cached
 from motionlab.trajectories.motion_profile import mean_acceleration
 from motionlab.trajectories.path import Array, Vector
 from motionlab.trajectories.reference import Reference
@@ -223,7 +223,7 @@ def _demand(reference: Reference, limits: MotionLimits, axis: int, span: Span) -
     return Demand(reference, axis, samples, allowed, reach, *survey)
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _thrust(friction: Array, acceleration: Array, mass: float, easy: float) -> tuple[Array, Ticks]:
     """Return M a + f_f(v) and the ticks at which it exceeds the guaranteed thrust."""
     thrust = np.empty(len(friction))
@@ -240,14 +240,14 @@ def _thrust(friction: Array, acceleration: Array, mass: float, easy: float) -> t
     return thrust, hard
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _jump(way: float, now: float, before: float) -> float:
     """Return the part of a displacement that the velocities at both ticks do not explain."""
     slow, fast = CONTROL_PERIOD * min(now, before), CONTROL_PERIOD * max(now, before)
     return way - min(max(way, slow), fast)
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _value(quantity: int, tick: int, samples: Samples) -> float:
     position, velocity, acceleration, thrust, end = samples
     if quantity == _POSITION:
@@ -263,7 +263,7 @@ def _value(quantity: int, tick: int, samples: Samples) -> float:
     return thrust[tick]
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _survey(
     samples: Samples, allowed: Array, slack: Array, reach: Reach, during: tuple[int, int]
 ) -> tuple[Flags, int, Ticks]:
@@ -313,7 +313,7 @@ def _survey(
     return beyond, found, peaks
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _intervals(
     quantity: int, beyond: Flags, samples: Samples, allowed: float, reach: Reach
 ) -> tuple[Ticks, Array]:

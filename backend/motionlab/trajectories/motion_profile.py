@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.lanes import cached
 
 Samples = NDArray[np.float64]
 Law = tuple[Samples, Samples, Samples]
@@ -26,7 +26,7 @@ _PEAK_CURVATURE = 10 / math.sqrt(3)
 _ROUNDING = 1e-9
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def minimum_jerk(u: Samples, duration: float) -> Law:
     r"""Go from 0 to 1 at rest at both ends, with the least integral of squared jerk.
 
@@ -56,7 +56,7 @@ def minimum_jerk(u: Samples, duration: float) -> Law:
     return law
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def minimum_jerk_at(u: float, duration: float) -> Instant:
     """Return `minimum_jerk` at one instant."""
     r = u / duration
@@ -68,7 +68,7 @@ def minimum_jerk_at(u: float, duration: float) -> Instant:
     return s, rate, second
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def trapezoidal(u: Samples, ramp: float, cruise: float) -> Law:
     r"""Go from 0 to 1 with constant acceleration, constant velocity, constant deceleration.
 
@@ -96,7 +96,7 @@ def trapezoidal(u: Samples, ramp: float, cruise: float) -> Law:
     return law
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def trapezoidal_at(u: float, ramp: float, cruise: float) -> Instant:
     """Return `trapezoidal` at one instant."""
     top_rate = 1 / (ramp + cruise)
@@ -109,7 +109,7 @@ def trapezoidal_at(u: float, ramp: float, cruise: float) -> Instant:
     return top_rate * (u - ramp / 2), rate, 0.0
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def jerk_limited(u: Samples, jerk: float, ramp: float, travel: float) -> Law:
     r"""Go from 0 to 1 with constant jerk, acceleration or velocity in each of seven phases.
 
@@ -143,7 +143,7 @@ def jerk_limited(u: Samples, jerk: float, ramp: float, travel: float) -> Law:
     return law
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def jerk_limited_at(u: float, jerk: float, ramp: float, travel: float) -> Instant:
     """Return `jerk_limited` at one instant."""
     total = travel + ramp + jerk
@@ -316,7 +316,7 @@ def ticks_at_least(seconds: float) -> int:
     return max(1, math.ceil(seconds / CONTROL_PERIOD * (1 - _ROUNDING)))
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def mean_acceleration(acceleration: float, now: float, before: float) -> float:
     """Return the analytic acceleration or, where it is larger, the one from the tick before."""
     mean = (now - before) / CONTROL_PERIOD

@@ -12,10 +12,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from motionlab.lanes import cached
 from motionlab.trajectories.path import Array, Path, Vector
 
 _CORNERS = 2048
@@ -142,7 +142,7 @@ def outline(
     return np.vstack((places, visited[-1:])), np.append(edges, edges[-1])
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _along(corners: Array, tangents: Array, marks: Array, q: Array) -> tuple[Array, Array, Array]:
     edge = locate(marks, q)
     place, tangent = np.empty((len(q), 2)), np.empty((len(q), 2))
@@ -166,7 +166,7 @@ def _once_round(q: Array, length: float) -> Array:
     return np.mod(q, length)
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def locate(marks: Array, q: Array) -> NDArray[np.int64]:
     """Return the interval between marks that holds each q; fast where q hardly jumps."""
     found = np.empty(len(q), dtype=np.int64)
@@ -248,7 +248,7 @@ def _natural(knots: Array, corners: Array, ends: Sequence[int]) -> Array:
     )
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _pace(cubic: Array, u: float) -> float:
     """Return d(arc length)/d(parameter) at u of an edge with coefficients (4, 2)."""
     x = cubic[1, 0] + u * (2.0 * cubic[2, 0] + u * (3.0 * cubic[3, 0]))
@@ -256,7 +256,7 @@ def _pace(cubic: Array, u: float) -> float:
     return math.sqrt(x * x + y * y)
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _slope(cubic: Array, u: Array) -> Array:
     """Return the length of the derivative at u, shape (edges, n), of every edge."""
     slope = np.empty(u.shape)
@@ -285,7 +285,7 @@ def _table(cubic: Array, knots: Array, nodes: int) -> tuple[Array, Array, Array]
     return arc_lengths, parameters, 1.0 / np.maximum(ends, slowest)
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _follow(  # noqa: PLR0913, PLR0917 - the tables of a spline
     cubic: Array,
     knots: Array,
@@ -330,7 +330,7 @@ def _follow(  # noqa: PLR0913, PLR0917 - the tables of a spline
     return place, tangent, bend
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _arcs(cubic: Array, start: Array, end: Array) -> tuple[Array, Array]:
     """Return the arc length between parameters of an edge, and its derivative at their ends."""
     n = len(end)
@@ -346,7 +346,7 @@ def _arcs(cubic: Array, start: Array, end: Array) -> tuple[Array, Array]:
     return arc, slope
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _bent(  # noqa: PLR0913, PLR0917 - where the results go
     cubic: Array, u: Array, slowest: float, place: Array, tangent: Array, bend: Array
 ) -> None:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.lanes import cached
 from motionlab.trajectories.motion_profile import Law, mean_acceleration
 from motionlab.trajectories.path import Array
 from motionlab.trajectories.spline import locate
@@ -44,7 +44,7 @@ def joined(legs: Sequence[Cells]) -> Cells:
     return Cells(np.append(np.concatenate(time), ends[-1]), way, speed, gain)
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def on_cells(cells: Cells, u: Array) -> Law:
     """Return the arc length and its derivatives at each time."""
     found = locate(cells.time, u)
@@ -63,7 +63,7 @@ def on_cells(cells: Cells, u: Array) -> Law:
     return way, rate, second
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def shares(motor: Motor, along: Along, seen: Nodes, speed: Array, gain: Array) -> Array:
     """Return, tick by tick, by what factor squared speeds exceed what the limits allow.
 
@@ -113,7 +113,7 @@ def shares(motor: Motor, along: Along, seen: Nodes, speed: Array, gain: Array) -
     return found
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def tighten(time: Array, found: Array, share: Array, step: float, tighter: float) -> bool:
     """Reduce the share of the limits used around ticks that exceed them; tell whether any did.
 

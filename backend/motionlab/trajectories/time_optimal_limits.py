@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
+from motionlab.lanes import cached
 from motionlab.trajectories.path import Array
 
 _LEAST = 1e-3  # share of the acceleration limit that is assumed to be left at least
@@ -40,7 +40,7 @@ class Nodes(NamedTuple):
     bend: Array  # curvature, 1/m, shape (n, 2)
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def available(motor: Motor, axis: int, direction: int, place: float) -> float:
     """Return the thrust available at a place, N; direction 0 is backward, 1 forward."""
     table = motor.thrust[axis, direction]
@@ -52,7 +52,7 @@ def available(motor: Motor, axis: int, direction: int, place: float) -> float:
     return first + (second - first) * share
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def friction(motor: Motor, axis: int, v: float) -> float:
     """Return the steady friction at a velocity, N, with its sign."""
     _, _, _, coulomb, static, stribeck, viscous, _ = motor.numbers[axis]
@@ -60,7 +60,7 @@ def friction(motor: Motor, axis: int, v: float) -> float:
     return np.sign(v) * level + viscous * v
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def acceleration_range(motor: Motor, axis: int, place: float, v: float) -> tuple[float, float]:
     """Return the largest deceleration, as a positive number, and acceleration of an axis."""
     a_max, mass = motor.numbers[axis, 1], motor.numbers[axis, 2]
@@ -70,7 +70,7 @@ def acceleration_range(motor: Motor, axis: int, place: float, v: float) -> tuple
     return max(down, _LEAST * a_max), max(up, _LEAST * a_max)
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _gains(motor: Motor, nodes: Nodes, k: int, x: float, a_max: float) -> tuple[float, float]:
     """Return the least and the largest acceleration along the path at squared speed x."""
     low, high = -a_max, a_max
@@ -87,7 +87,7 @@ def _gains(motor: Motor, nodes: Nodes, k: int, x: float, a_max: float) -> tuple[
     return low, high
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def ceiling(motor: Motor, nodes: Nodes, along: Along) -> Array:
     """Return the largest squared speed at each node, by itself; (m/s)^2.
 
@@ -122,7 +122,7 @@ def ceiling(motor: Motor, nodes: Nodes, along: Along) -> Array:
     return found
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def both_passes(motor: Motor, nodes: Nodes, along: Along, most: Array) -> Array:
     """Return the largest squared speed within all limits but jerk, from rest to rest."""
     n = len(nodes.way)
@@ -140,7 +140,7 @@ def both_passes(motor: Motor, nodes: Nodes, along: Along, most: Array) -> Array:
     return x
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def places_between(ends: tuple[float, float], count: int) -> Array:
     """Return places evenly spaced, but close to each other at the ends, where motion is slow."""
     first, last = ends
@@ -157,7 +157,7 @@ def places_between(ends: tuple[float, float], count: int) -> Array:
     return found
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def spaced(way: Array, x: Array, every: float, fewest: int, most: int) -> tuple[Array, Array]:
     """Return where nodes lie, evenly spaced in time, and the squared speeds there.
 
@@ -189,7 +189,7 @@ def spaced(way: Array, x: Array, every: float, fewest: int, most: int) -> tuple[
     return ways, free
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def reach_at(motor: Motor, knots: Nodes, along: Along, x: Array, straight: bool) -> Array:
     """Return the largest deceleration and acceleration of x, y and along the path, (n + 1, 3, 2).
 

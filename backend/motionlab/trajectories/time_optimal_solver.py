@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
+from motionlab.lanes import cached
 from motionlab.trajectories.path import Array
 from motionlab.trajectories.time_optimal_limits import Along, Nodes
 
@@ -31,7 +31,7 @@ class _Spacing(NamedTuple):
     faster: Array  # from `_faster`
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _spacing(way: Array) -> _Spacing:
     n = len(way)
     found = _Spacing(np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n))
@@ -48,7 +48,7 @@ def _spacing(way: Array) -> _Spacing:
     return found
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _linear(  # noqa: PLR0913, PLR0917 - one knot with its neighbours
     knots: Nodes,
     spacing: _Spacing,
@@ -81,7 +81,7 @@ def _linear(  # noqa: PLR0913, PLR0917 - one knot with its neighbours
     _tie_in(knots.way, k, jacobian)
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _tie_in(way: Array, k: int, jacobian: Array) -> None:
     """Let derivatives by c of the first and the last interval count as those by their neighbours'.
 
@@ -100,7 +100,7 @@ def _tie_in(way: Array, k: int, jacobian: Array) -> None:
         jacobian[:, 2] = 0.0
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _constraints(  # noqa: PLR0913, PLR0917 - what is known of all knots
     knots: Nodes,
     spacing: _Spacing,
@@ -145,7 +145,7 @@ def _constraints(  # noqa: PLR0913, PLR0917 - what is known of all knots
     g[last, 3:5] = -1.0
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _faster(way: Array, k: int) -> float:
     """Return the largest squared speed between knots k and k + 1 over that in the middle.
 
@@ -157,7 +157,7 @@ def _faster(way: Array, k: int) -> float:
     return ((near + 2.0 * half) / (near + half)) ** (4.0 / 3.0)
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def tie(end: float, first: float, second: float) -> float:
     """Return c of the interval at an end over c of the one beside it.
 
@@ -169,7 +169,7 @@ def tie(end: float, first: float, second: float) -> float:
     return max(above, 0.01 / apart) / (4.0 / 3.0 * (1.0 - right) / width + 1.0 / apart)
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def tied(way: Array, c: Array) -> None:
     """Set c of the first and the last interval."""
     n = len(c)
@@ -177,7 +177,7 @@ def tied(way: Array, c: Array) -> None:
     c[n - 1] = tie(way[n], way[n - 1], way[n - 2]) * c[n - 2]
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _solve_band(diagonal: Array, first: Array, second: Array, right: Array) -> None:
     """Solve a symmetric system of bandwidth two in place; `right` becomes the solution."""
     n = len(diagonal)
@@ -201,7 +201,7 @@ def _solve_band(diagonal: Array, first: Array, second: Array, right: Array) -> N
         right[k] = value / diagonal[k]
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def solve(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917 - one compiled loop
     knots: Nodes,
     along: Along,
@@ -331,7 +331,7 @@ def solve(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917 - one compiled loop
     return c, gap < _CLOSE and worst < _CLOSE
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def timed(way: Array, c: Array) -> tuple[Array, Array, Array]:
     """Return time, speed and acceleration along the path at each knot.
 

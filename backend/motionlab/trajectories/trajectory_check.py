@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,6 +13,7 @@ from motionlab.config.planar import AXES
 from motionlab.config.shapes import Circle, Polygon, Star
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.config.trajectory import TrajectoryConfig
+from motionlab.lanes import cached
 from motionlab.trajectories.motion_limits import (
     ALWAYS,
     QUANTITIES,
@@ -246,7 +246,7 @@ _CURVES = {"jerk": "m/s^3", "velocity": "m/s", "acceleration": "m/s^2", "thrust"
 """Unit of each curve that `_decimated` returns."""
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _decimated(velocity: Array, acceleration: Array, thrust: Array, size: int) -> Bins:
     """Return the extremes of jerk, velocity, acceleration and thrust, shape (4, 2, bins)."""
     n = len(velocity)
@@ -265,7 +265,7 @@ def _decimated(velocity: Array, acceleration: Array, thrust: Array, size: int) -
     return bins
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _speed(velocity: Array, size: int) -> Bins:
     """Return the extremes of the speed along the path, shape (2, bins)."""
     n = len(velocity)
@@ -279,7 +279,7 @@ def _speed(velocity: Array, size: int) -> Bins:
     return bins
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _way(position: Array) -> float:
     way = 0.0
     for k in range(1, len(position)):
@@ -298,7 +298,7 @@ def _flags(found: list[Demand], size: int) -> Profile:
     return Profile("violated", "1", flags, flags)
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _collect(beyond: Flags, size: int, shown: Flags) -> None:
     for k in range(len(beyond)):
         # The end of the motion belongs to its last bin.

@@ -18,11 +18,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.plant import AmplifierConfig
+from motionlab.lanes import cached
 
 Array = NDArray[np.float64]
 
@@ -193,7 +193,7 @@ def _likeliest(before: Array, after: Array, slope: float, variance: float) -> fl
     return 0.5 * (low + high)
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _smooth(acts: Array, read: Array, r: float, q: float) -> tuple[Array, Array, Array]:
     """Filter forwards, smooth backwards; the variances are those of every phase."""
     n = read.shape[1]

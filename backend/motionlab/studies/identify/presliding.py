@@ -6,14 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.timing import CONTROL_PERIOD, PLANT_STEP, SUBSTEPS, to_ticks
 from motionlab.kernel.build import AXES
 from motionlab.kernel.force_maps import pole_pitch
-from motionlab.lanes import WIDTH, Lanes, pack, unpack
+from motionlab.lanes import WIDTH, Lanes, cached, pack, unpack
 from motionlab.plant.friction import LuGre
 from motionlab.plant.mechanics import Mechanics, Mover, advance
 from motionlab.simulation.inputs import load_force
@@ -140,7 +139,7 @@ class _Force(NamedTuple):
     f: Lanes
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _respond(mechanics: Array, friction: Array, forces: Array, position: Array) -> None:
     """Move eight masses on LuGre friction from rest; writes their positions, (ticks, 1, WIDTH)."""
     m = unpack(Mechanics, mechanics, 0)

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from motionlab.lanes import cached
 from motionlab.plant.friction import LuGre
 
 Array = NDArray[np.float64]
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def bristle(position: Array, velocity: Array, lost: NDArray[np.bool_], friction: LuGre) -> Array:
     """Return the bristle state z along a motion, m, eq. (21).
 

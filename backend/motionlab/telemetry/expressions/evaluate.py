@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from motionlab.lanes import cached
 from motionlab.telemetry.expressions.compile import Program, Step
 
 BLOCK = 1 << 16
@@ -168,7 +168,7 @@ def _power(u: Values, exponent: int) -> Values:
     return 1.0 / result if exponent < 0 else result
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _filter(u: Values, coefficients: Values, state: Values) -> Values:
     """Return y_k = a y_(k-1) + b0 u_k + b1 u_(k-1), and y = g u at the first sample after a gap."""
     a, b0, b1, g = coefficients
@@ -185,7 +185,7 @@ def _filter(u: Values, coefficients: Values, state: Values) -> Values:
     return result
 
 
-@numba.njit(error_model="numpy", nogil=True, cache=True)
+@cached
 def _mean(u: Values, ring: Values, sums: Values) -> Values:
     """Return the mean of the last samples, or of those since the last gap while they are fewer.
 
