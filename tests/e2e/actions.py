@@ -165,7 +165,8 @@ def serious(page: Page, within: str = "") -> list[tuple[str, str]]:
         page.emulate_media(color_scheme=scheme)
         page.evaluate(STYLED)
         page.evaluate("Promise.allSettled(document.getAnimations().map((one) => one.finished))")
-        options = {"resultTypes": ["violations"]} | ({"runOnly": rules} if rules else {})
+        options = {"resultTypes": ["violations"], "preload": False}
+        options |= {"runOnly": rules} if rules else {}
         run = "([within, options]) => axe.run(within || document, options)"
         found += page.evaluate(run, [within, options])["violations"]
     return [

@@ -2,20 +2,29 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
 import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from ctypes.util import find_library
 from pathlib import Path
 from typing import Any
 
 import httpx
 import pytest
-from playwright.sync_api import Browser, Page, expect, sync_playwright
+from playwright.sync_api import (
+    Browser,
+    ConsoleMessage,
+    Error,
+    Page,
+    ViewportSize,
+    expect,
+    sync_playwright,
+)
 
 from tests.paths import ROOT
 
@@ -53,6 +62,12 @@ KEPT = {
     "layouts": "name",
 }
 """What a server keeps of what a person does, and by what it is deleted. Jobs stay."""
+
+EMPTY = "/theme.js"
+"""A text: with the storage of the lab, but without its scripts."""
+
+VIEW: ViewportSize = {"width": 1440, "height": 900}
+FAILED = pytest.StashKey[bool]()
 
 START = 180.0
 """Seconds for a server to begin and to end, on such a machine."""
@@ -186,26 +201,126 @@ def refusals() -> list[str]:
     return []
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(
+    item: pytest.Item, call: pytest.CallInfo[None]
+) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Note which test has failed: its page is not used again."""
+    report = yield
+    if report.failed:
+        item.stash[FAILED] = True
+    return report
+
+
+@pytest.fixture(scope="session")
+def left(browser: Browser) -> Iterator[list[Page]]:
+    """The page that an earlier test has left as good as new, if any has."""
+    pages: list[Page] = []
+    yield pages
+    for page in pages:
+        page.context.close()
+
+
 @pytest.fixture
-def page(browser: Browser, server: Server, refusals: list[str]) -> Iterator[Page]:
-    """The lab, loaded and connected; any error on its console fails the test."""
+def fresh(left: list[Page]) -> Iterator[None]:
+    """For a test that sets on its page what stays there: scripts at the start, listeners."""
+    kept = left.copy()
+    left.clear()
+    yield
+    left[:] = kept
+
+
+@pytest.fixture
+def address() -> str:
+    """What follows the address of the server where the page opens; a file may have its own."""
+    return ""
+
+
+@pytest.fixture
+def unopened() -> None:
+    """For a test that opens the page itself, at what it has made first."""
+
+
+@pytest.fixture
+def page(
+    request: pytest.FixtureRequest,
+    browser: Browser,
+    server: Server,
+    refusals: list[str],
+    left: list[Page],
+    address: str,
+) -> Iterator[Page]:
+    """The lab, loaded and connected; any error on its console fails the test.
+
+    The page of the test before is loaded again where nothing of it is left, since then the browser
+    has the scripts compiled; `fresh` is for a test that leaves something else.
+    """
+    with lab(request, browser, server, refusals, left, address) as page:
+        yield page
+
+
+@contextlib.contextmanager
+def lab(
+    request: pytest.FixtureRequest,
+    browser: Browser,
+    server: Server,
+    refusals: list[str],
+    left: list[Page],
+    address: str = "",
+) -> Iterator[Page]:
+    """Open the page that is left, or another, for a test, and leave it as good as new."""
     starts = server.starts
-    context = browser.new_context(viewport={"width": 1440, "height": 900}, accept_downloads=True)
-    page = context.new_page()
+    if left:
+        page = left.pop()
+    else:
+        page = browser.new_context(viewport=VIEW, accept_downloads=True).new_page()
     complaints: list[str] = []
-    page.on("console", lambda m: complaints.append(m.text) if m.type == "error" else None)
-    page.on("pageerror", lambda error: complaints.append(str(error)))
+
+    def told(message: ConsoleMessage) -> None:
+        if message.type == "error":
+            complaints.append(message.text)
+
+    def thrown(error: Error) -> None:
+        complaints.append(str(error))
+
+    page.on("console", told)
+    page.on("pageerror", thrown)
     page.set_default_timeout(PATIENCE)
     try:
-        page.goto(server.url)
-        page.get_by_text("connected", exact=True).wait_for()
+        if "unopened" not in request.fixturenames:
+            page.goto(f"{server.url}/{address}")
+            page.get_by_text("connected", exact=True).wait_for()
         yield page
         session = page.evaluate("new URL(location.href).searchParams.get('session')")
-        page.close()  # else it would miss its session, say so, and make another
-        context.request.delete(f"{server.url}/api/v1/sessions/{session}")
+        # Away from it first, or it would miss its session, say so, and make another.
+        if "fresh" in request.fixturenames or request.node.stash.get(FAILED, False):
+            page.close()
+        else:
+            emptied(page, server)
+            page.remove_listener("console", told)
+            page.remove_listener("pageerror", thrown)
+            left.append(page)
+        page.context.request.delete(f"{server.url}/api/v1/sessions/{session}")
     finally:
-        context.close()
+        if page not in left:
+            page.context.close()
     # Requests that fail while the server is away, or after it has forgotten, are to be expected.
     if server.starts > starts:
         refusals += ["ERR_CONNECTION", "ERR_EMPTY_RESPONSE", "ERR_SOCKET_NOT_CONNECTED", "404"]
     assert [c for c in complaints if not any(word in c for word in refusals)] == []
+
+
+def emptied(page: Page, server: Server) -> None:
+    """Leave the lab, and nothing on the page or in its context that a test can have set."""
+    page.unroute_all(behavior="ignoreErrors")
+    page.context.unroute_all(behavior="ignoreErrors")
+    for other in page.context.pages:
+        if other != page:
+            other.close()
+    page.goto(f"{server.url}{EMPTY}")
+    page.evaluate("localStorage.clear(); sessionStorage.clear()")
+    page.context.clear_cookies()
+    page.context.clear_permissions()
+    page.mouse.move(0, 0)
+    page.emulate_media(media="null", color_scheme="light")
+    page.set_viewport_size(VIEW)

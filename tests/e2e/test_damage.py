@@ -9,6 +9,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from tests.e2e.actions import region, set_field
+from tests.e2e.conftest import EMPTY, Server
 
 DAMAGED: dict[str, dict[str, object]] = {
     "sets": {"sets": None},
@@ -24,23 +25,24 @@ DAMAGED: dict[str, dict[str, object]] = {
 }
 
 
+@pytest.mark.usefixtures("unopened")
 @pytest.mark.parametrize("key", DAMAGED)
-def test_the_page_opens_over_damaged_storage(page: Page, refusals: list[str], key: str) -> None:
+def test_the_page_opens_over_damaged_storage(
+    page: Page, server: Server, refusals: list[str], key: str
+) -> None:
     refusals += ["404", "422"]  # of the session that is gone, and of what was kept of it
-    first = page.url
-    page.goto("about:blank")  # whose leaving keeps nothing
-    entries = json.dumps(
-        {f"motionlab.{name}": json.dumps(value) for name, value in DAMAGED[key].items()}
-    )
-    page.add_init_script(
-        "if (!sessionStorage.damaged && location.host) { sessionStorage.damaged = 1;"
-        f" for (const [name, text] of Object.entries({entries}))"
-        " localStorage.setItem(name, text) }"
-    )
-    page.goto(first.split("?")[0] if key.startswith("session") else first)
-    expect(page.get_by_text("connected", exact=True)).to_be_visible()
+    opened(page, server, DAMAGED[key])
     page.get_by_role("link", name="Trajectories").click()
     expect(region(page, "Path")).to_be_visible()
+
+
+def opened(page: Page, server: Server, kept: dict[str, object]) -> None:
+    """Open the lab in a browser that has kept this."""
+    page.goto(f"{server.url}{EMPTY}")
+    entries = {f"motionlab.{name}": json.dumps(value) for name, value in kept.items()}
+    page.evaluate("entries => Object.assign(localStorage, entries)", entries)
+    page.goto(server.url)
+    expect(page.get_by_text("connected", exact=True)).to_be_visible()
 
 
 SCREENS = {
@@ -71,19 +73,19 @@ ITEMS: dict[str, dict[str, object]] = {
 }
 
 
+@pytest.mark.usefixtures("unopened")
 @pytest.mark.parametrize("key", ITEMS)
-def test_each_screen_opens_over_damaged_items(page: Page, key: str) -> None:
-    entries = {f"motionlab.{name}": json.dumps(value) for name, value in ITEMS[key].items()}
-    page.evaluate("entries => Object.assign(localStorage, entries)", entries)
-    page.reload()
+def test_each_screen_opens_over_damaged_items(page: Page, server: Server, key: str) -> None:
+    opened(page, server, ITEMS[key])
     visit(page)
 
 
-def test_each_screen_opens_without_storage(page: Page) -> None:
+@pytest.mark.usefixtures("fresh", "unopened")
+def test_each_screen_opens_without_storage(page: Page, server: Server) -> None:
     page.add_init_script(
         "Object.defineProperty(window, 'localStorage', { get() { throw new Error('forbidden') } })"
     )
-    page.reload()
+    page.goto(server.url)
     visit(page)
     dark = page.evaluate("matchMedia('(prefers-color-scheme: dark)').matches")
     page.get_by_role("button", name="Light theme" if dark else "Dark theme").click()
@@ -124,10 +126,10 @@ def test_math_channels_of_one_name_leave_the_others_computed(
     expect(region(page, "Metrics")).to_contain_text("exact")
 
 
-@pytest.mark.parametrize("width", [320, 401, 481, 640, 720, 861])
-def test_stop_is_whole_at_every_width(page: Page, width: int) -> None:
-    page.set_viewport_size({"width": width, "height": 480})
-    box = page.get_by_role("button", name="STOP", exact=True).bounding_box()
-    assert box is not None
-    assert 0 <= box["x"]
-    assert box["x"] + box["width"] <= width
+def test_stop_is_whole_at_every_width(page: Page) -> None:
+    for width in (320, 401, 481, 640, 720, 861):
+        page.set_viewport_size({"width": width, "height": 480})
+        box = page.get_by_role("button", name="STOP", exact=True).bounding_box()
+        assert box is not None, width
+        assert 0 <= box["x"], width
+        assert box["x"] + box["width"] <= width

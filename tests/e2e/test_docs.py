@@ -8,9 +8,10 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from tests.e2e.conftest import PATIENCE, Server
+from tests.e2e.test_policy import RECORD
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def docs(browser: Browser, server: Server) -> Iterator[Page]:
     """The page, loaded; an error on its console, or a request that leaves the origin, fails."""
     context = browser.new_context(viewport={"width": 1440, "height": 900})
@@ -21,6 +22,7 @@ def docs(browser: Browser, server: Server) -> Iterator[Page]:
     page.on("console", lambda m: complaints.append(m.text) if m.type == "error" else None)
     page.on("pageerror", lambda error: complaints.append(str(error)))
     page.on("request", lambda request: asked.append(request.url))
+    page.add_init_script(RECORD)
     page.goto(f"{server.url}/docs")
     yield page
     context.close()
@@ -47,3 +49,8 @@ def test_every_script_is_a_file_of_the_server(docs: Page) -> None:
     assert scripts
     for script in scripts:
         assert (script.get_attribute("src") or "").startswith("/assets/")
+
+
+def test_the_page_keeps_to_its_policy(docs: Page) -> None:
+    expect(docs.locator(".swagger-ui").first).to_be_visible()
+    assert docs.evaluate("violations") == []

@@ -32,9 +32,13 @@ MINUS = "\N{MINUS SIGN}"
 
 
 @pytest.fixture
+def address() -> str:
+    return "?screen=identify"
+
+
+@pytest.fixture
 def screen(page: Page) -> Page:
     """The screen that identifies, on its defaults."""
-    page.get_by_role("link", name="Identify").click()
     expect(region(page, "Experiment")).to_contain_text("29 min of the motor", timeout=LONG)
     return page
 

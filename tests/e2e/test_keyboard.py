@@ -328,6 +328,7 @@ def import_a_box(page: Page) -> None:
     until(page, "files can be chosen", lambda: len(choosers) > 0)
     content = b"x,y\n0,0\n20,0\n20,10\n0,10\n"
     choosers[0].set_files(FilePayload(name="box.csv", mimeType="text/csv", buffer=content))
+    page.remove_listener("filechooser", chosen)
     expect(sheet).to_contain_text("feasible", timeout=LONG)
     assert serious(page, "dialog[open]") == []
     tab_to(page, "Take")

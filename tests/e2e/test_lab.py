@@ -7,6 +7,7 @@ import re
 import struct
 from pathlib import Path
 
+import pytest
 from playwright.sync_api import Browser, Page, Route, WebSocket, expect
 
 from tests.e2e.actions import (
@@ -376,6 +377,7 @@ def test_another_tab_keeps_its_session(page: Page, server: Server) -> None:
     page.request.delete(f"{server.url}{API}/sessions/{name}")
 
 
+@pytest.mark.usefixtures("fresh")
 def test_skipped_ticks_are_fetched_once_the_page_keeps_up(page: Page) -> None:
     gaps: list[tuple[int, int]] = []
     fetched: set[int] = set()

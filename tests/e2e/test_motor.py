@@ -11,9 +11,13 @@ from tests.e2e.actions import LONG, button, region, serious
 
 
 @pytest.fixture
+def address() -> str:
+    return "?screen=motor"
+
+
+@pytest.fixture
 def motor(page: Page) -> Page:
     """The Motor screen at its first tab."""
-    page.get_by_role("link", name="Motor").click()
     expect(result(page, "mover width")).to_contain_text("39.6 mm", timeout=LONG)
     return page
 

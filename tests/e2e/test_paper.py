@@ -8,13 +8,17 @@ import pytest
 from playwright.sync_api import Locator, Page, expect
 
 from tests.e2e.actions import API, LONG, button, region, serious, session, state, until
-from tests.e2e.conftest import Server
+from tests.e2e.conftest import EMPTY, Server
+
+
+@pytest.fixture
+def address() -> str:
+    return "?screen=paper"
 
 
 @pytest.fixture
 def paper(page: Page) -> Page:
     """The Paper screen with its rows."""
-    page.get_by_role("link", name="Paper").click()
     expect(row(page, "Turns of a phase N")).to_be_visible(timeout=LONG)
     return page
 
@@ -26,16 +30,25 @@ def row(page: Page, name: str) -> Locator:
     return page.get_by_role("row", name=re.compile(re.escape(name))).first
 
 
+JOBS: dict[tuple[str, ...], str] = {}
+"""What was computed on the server of this file."""
+
+
 def computed(page: Page, server: Server, *only: str) -> None:
-    """Have some rows computed, and look at the record of it."""
-    job = page.request.post(f"{server.url}{API}/reproduce", data={"only": list(only)}).json()["id"]
-    url = f"{server.url}{API}/jobs/{job}"
+    """Have some rows computed, and open the screen at the record of it."""
+    address = f"{server.url}{API}"
+    if only not in JOBS:
+        JOBS[only] = page.request.post(f"{address}/reproduce", data={"only": only}).json()["id"]
+    url = f"{address}/jobs/{JOBS[only]}"
     until(
         page, "all rows are computed", lambda: page.request.get(url).json()["state"] == "done", SLOW
     )
-    # As the next page opens: this one may still be reading an older record, and would keep it.
-    page.add_init_script(f"localStorage.setItem('motionlab.job.reproduce', '\"{job}\"')")
-    page.reload()
+    page.goto(f"{server.url}{EMPTY}")
+    page.evaluate(
+        "job => localStorage.setItem('motionlab.job.reproduce', JSON.stringify(job))", JOBS[only]
+    )
+    page.goto(f"{server.url}/?screen=paper")
+    page.get_by_text("connected", exact=True).wait_for()
 
 
 def test_rows_are_there_before_anything_is_computed(paper: Page) -> None:
@@ -43,6 +56,8 @@ def test_rows_are_there_before_anything_is_computed(paper: Page) -> None:
     expect(row(paper, "Deformation of the new x platform")).to_contain_text("not comparable")
     expect(region(paper, "Row")).to_contain_text("Choose a row")
     expect(region(paper, "Errata")).to_have_count(0)
+    # A number that is none is shown as printed.
+    expect(row(paper, "suspended motors of")).to_contain_text("in the centimeter range")
 
 
 def test_rows_fill_in_survive_a_reload_and_are_cancelled(paper: Page) -> None:
@@ -58,20 +73,21 @@ def test_rows_fill_in_survive_a_reload_and_are_cancelled(paper: Page) -> None:
     expect(paper.get_by_role("button", name="Compute them")).to_be_enabled()
 
 
-def test_a_record_is_shown_at_once_with_its_failures_red(paper: Page, server: Server) -> None:
-    computed(paper, server, "limits", "sizing")
-    failed = row(paper, "Largest velocity, one phase, y")
+@pytest.mark.usefixtures("unopened")
+def test_a_record_is_shown_at_once_with_its_failures_red(page: Page, server: Server) -> None:
+    computed(page, server, "limits", "sizing")
+    failed = row(page, "Largest velocity, one phase, y")
     expect(failed).to_contain_text("✗known failure", timeout=LONG)
-    paper.get_by_role("radio", name="Red").click()
-    expect(row(paper, "Turns of a phase N")).to_have_count(0)
+    page.get_by_role("radio", name="Red").click()
+    expect(row(page, "Turns of a phase N")).to_have_count(0)
     failed.get_by_role("button").click()
-    expect(region(paper, "Row")).to_contain_text("0.89 m/s needs 12.5 kg")
-    expect(region(paper, "Row")).to_contain_text("motionlab design --json")
-    paper.reload()
-    expect(region(paper, "Row")).to_contain_text("0.89 m/s needs 12.5 kg", timeout=LONG)
-    expect(row(paper, "Turns of a phase N")).to_have_count(0)
-    paper.get_by_role("radio", name="All").click()
-    expect(row(paper, "Turns of a phase N")).to_contain_text("145")
+    expect(region(page, "Row")).to_contain_text("0.89 m/s needs 12.5 kg")
+    expect(region(page, "Row")).to_contain_text("motionlab design --json")
+    page.reload()
+    expect(region(page, "Row")).to_contain_text("0.89 m/s needs 12.5 kg", timeout=LONG)
+    expect(row(page, "Turns of a phase N")).to_have_count(0)
+    page.get_by_role("radio", name="All").click()
+    expect(row(page, "Turns of a phase N")).to_contain_text("145")
 
 
 def test_what_others_have_computed_is_listed_and_shown_when_chosen(
@@ -97,54 +113,56 @@ def test_what_others_have_computed_is_listed_and_shown_when_chosen(
     expect(row(paper, name)).not_to_contain_text("not computed", timeout=LONG)
 
 
-def test_rows_are_shown_by_kind(paper: Page, server: Server) -> None:
-    computed(paper, server, "sizing")
-    expect(row(paper, "Mover height h")).to_contain_text(re.compile("✓holds +fit"), timeout=LONG)
-    kinds = paper.get_by_role("table", name="Rows by kind")
+@pytest.mark.usefixtures("unopened")
+def test_rows_are_shown_by_kind(page: Page, server: Server) -> None:
+    computed(page, server, "sizing")
+    expect(row(page, "Mover height h")).to_contain_text(re.compile("✓holds +fit"), timeout=LONG)
+    kinds = page.get_by_role("table", name="Rows by kind")
     expect(kinds.get_by_role("row", name=re.compile("^fit"))).to_contain_text("fit206")
-    paper.get_by_role("button", name="fit", exact=True).press("Enter")
-    expect(row(paper, "Turns of a phase N")).to_have_count(0)
-    paper.reload()
-    expect(row(paper, "Mover height h")).to_be_visible(timeout=LONG)
-    expect(row(paper, "Turns of a phase N")).to_have_count(0)
-    paper.get_by_role("button", name="all rows").click()
-    expect(row(paper, "Turns of a phase N")).to_contain_text(re.compile("✓holds +arithmetic"))
+    page.get_by_role("button", name="fit", exact=True).press("Enter")
+    expect(row(page, "Turns of a phase N")).to_have_count(0)
+    page.reload()
+    expect(row(page, "Mover height h")).to_be_visible(timeout=LONG)
+    expect(row(page, "Turns of a phase N")).to_have_count(0)
+    page.get_by_role("button", name="all rows").click()
+    expect(row(page, "Turns of a phase N")).to_contain_text(re.compile("✓holds +arithmetic"))
 
 
-def test_lax_rows_say_why(paper: Page, server: Server) -> None:
-    computed(paper, server, "sizing")
-    loading = row(paper, "Electric loading A")
+@pytest.mark.usefixtures("unopened")
+def test_lax_rows_say_why(page: Page, server: Server) -> None:
+    computed(page, server, "sizing")
+    loading = row(page, "Electric loading A")
     expect(loading).to_contain_text("arithmetic, weak test", timeout=LONG)
-    paper.get_by_role("radio", name="Weak").click()
-    expect(row(paper, "Turns of a phase N")).to_have_count(0)
+    page.get_by_role("radio", name="Weak").click()
+    expect(row(page, "Turns of a phase N")).to_have_count(0)
     loading.get_by_role("button").click()
-    expect(region(paper, "Row")).to_contain_text("nearly any model would hold this row")
-    paper.get_by_role("radio", name="All").click()
+    expect(region(page, "Row")).to_contain_text("nearly any model would hold this row")
+    page.get_by_role("radio", name="All").click()
 
 
-def test_a_number_that_is_no_number_is_shown_as_printed(paper: Page) -> None:
-    expect(row(paper, "suspended motors of")).to_contain_text("in the centimeter range")
-
-
-def test_a_recipe_opens_in_the_lab(paper: Page, server: Server) -> None:
-    computed(paper, server, "rhombus-x")
-    expect(row(paper, "Following error, rhombus, x")).to_contain_text("✓better", timeout=LONG)
-    row(paper, "Following error, rhombus, x").get_by_role("button").click()
-    chosen = region(paper, "Row")
+@pytest.mark.usefixtures("unopened")
+def test_a_recipe_opens_in_the_lab(page: Page, server: Server) -> None:
+    computed(page, server, "rhombus-x")
+    expect(row(page, "Following error, rhombus, x")).to_contain_text("✓better", timeout=LONG)
+    row(page, "Following error, rhombus, x").get_by_role("button").click()
+    chosen = region(page, "Row")
     expect(chosen).to_contain_text("the motion profile of the edges is not printed")
     expect(chosen).to_contain_text("Plausible motors")
     expect(chosen.get_by_role("figure").first).to_be_visible()
     expect(chosen).to_contain_text("motionlab run rhombus --set plant=matched --json")
-    button(paper, "Open rhombus in the Lab")
-    state(paper, "paused")
-    scenario = region(paper, "Scenario").get_by_role("combobox").first
+    button(page, "Open rhombus in the Lab")
+    state(page, "paused")
+    scenario = region(page, "Scenario").get_by_role("combobox").first
     expect(scenario).to_have_value("rhombus")
-    assert session(paper, server)["scenario"]["plant"]["name"] == "matched"
+    assert session(page, server)["scenario"]["plant"]["name"] == "matched"
 
 
-def test_a_command_is_copied(paper: Page) -> None:
+def test_a_row_is_chosen_by_keyboard_and_its_command_copied(paper: Page) -> None:
     paper.context.grant_permissions(["clipboard-read", "clipboard-write"])
-    row(paper, "Turns of a phase N").get_by_role("button").click()
+    row(paper, "Turns of a phase N").get_by_role("button").focus()
+    paper.keyboard.press("Enter")
+    expect(region(paper, "Row")).to_contain_text("a whole number")
+    expect(paper).to_have_url(re.compile("row=turns"))
     paper.get_by_role("button", name="Copy: Command").click()
     paper.wait_for_function(  # which looks at every frame: it is said for two seconds
         "document.querySelector('[aria-label=\"Copy: Command\"]').innerText === '✓ copied'"
@@ -152,29 +170,24 @@ def test_a_command_is_copied(paper: Page) -> None:
     assert paper.evaluate("navigator.clipboard.readText()") == "motionlab design --json"
 
 
-def test_a_row_is_chosen_by_keyboard(paper: Page) -> None:
-    row(paper, "Turns of a phase N").get_by_role("button").focus()
-    paper.keyboard.press("Enter")
-    expect(region(paper, "Row")).to_contain_text("a whole number")
-    expect(paper).to_have_url(re.compile("row=turns"))
-
-
-def test_on_a_phone_nothing_sticks_out(paper: Page, server: Server) -> None:
-    computed(paper, server, "limits")
-    paper.set_viewport_size({"width": 390, "height": 844})
-    failed = row(paper, "Largest velocity, one phase, y")
+@pytest.mark.usefixtures("unopened")
+def test_on_a_phone_nothing_sticks_out(page: Page, server: Server) -> None:
+    computed(page, server, "limits", "sizing")
+    page.set_viewport_size({"width": 390, "height": 844})
+    failed = row(page, "Largest velocity, one phase, y")
     expect(failed).to_contain_text("known failure", timeout=LONG)
-    page = "document.documentElement"
-    paper.wait_for_function(f"{page}.scrollWidth <= {page}.clientWidth")
+    root = "document.documentElement"
+    page.wait_for_function(f"{root}.scrollWidth <= {root}.clientWidth")
     failed.click()
-    expect(region(paper, "Row")).to_be_in_viewport()
+    expect(region(page, "Row")).to_be_in_viewport()
 
 
-def test_axe_finds_nothing_serious(paper: Page, server: Server) -> None:
-    computed(paper, server, "limits", "performance", "friction")
-    expect(region(paper, "Identified friction").get_by_role("figure").first).to_be_visible(
+@pytest.mark.usefixtures("unopened")
+def test_axe_finds_nothing_serious(page: Page, server: Server) -> None:
+    computed(page, server, "limits", "performance", "friction")
+    expect(region(page, "Identified friction").get_by_role("figure").first).to_be_visible(
         timeout=LONG
     )
-    row(paper, "Largest velocity, one phase, y").get_by_role("button").click()
-    expect(region(paper, "Row")).to_contain_text("0.89 m/s needs 12.5 kg")
-    assert serious(paper) == []
+    row(page, "Largest velocity, one phase, y").get_by_role("button").click()
+    expect(region(page, "Row")).to_contain_text("0.89 m/s needs 12.5 kg")
+    assert serious(page) == []

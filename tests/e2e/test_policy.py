@@ -24,10 +24,10 @@ document.head.append(
 
 
 @pytest.fixture
-def watched(page: Page) -> Page:
-    """The lab, loaded anew with a record of what its policy refuses."""
+def watched(fresh: None, unopened: None, page: Page, server: Server) -> Page:
+    """The lab, with a record of what its policy refuses."""
     page.add_init_script(RECORD)
-    page.reload()
+    page.goto(server.url)
     page.get_by_text("connected", exact=True).wait_for()
     return page
 
@@ -46,15 +46,7 @@ def test_no_screen_breaks_the_policy(watched: Page, refusals: list[str]) -> None
     assert watched.evaluate("violations") == ["script-src-elem inline"]
 
 
-def test_the_documentation_keeps_to_its_policy(page: Page, server: Server) -> None:
-    page.add_init_script(RECORD)
-    page.goto(f"{server.url}/docs")
-    expect(page.locator(".swagger-ui").first).to_be_visible()
-    assert page.evaluate("violations") == []
-    page.goto(server.url)
-    page.get_by_text("connected", exact=True).wait_for()
-
-
+@pytest.mark.usefixtures("fresh")
 def test_every_screen_has_its_page_of_the_documentation(page: Page, server: Server) -> None:
     """Whose search finds things, under the policy; the last screen is followed by its link."""
     if page.request.get(f"{server.url}/help/").status == 404:

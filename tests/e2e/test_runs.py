@@ -117,6 +117,7 @@ def test_a_session_is_found_tagged_pinned_deleted_and_linked(
         other.close()
 
 
+@pytest.mark.usefixtures("unopened")
 def test_the_search_is_refused_in_place_and_filters_write_into_it(
     page: Page, server: Server, two: list[str], refusals: list[str]
 ) -> None:
@@ -139,6 +140,7 @@ def test_the_search_is_refused_in_place_and_filters_write_into_it(
     expect(search).to_have_value("")
 
 
+@pytest.mark.usefixtures("unopened")
 def test_several_are_changed_at_once_and_come_back(
     page: Page, server: Server, two: list[str]
 ) -> None:
@@ -170,6 +172,7 @@ def test_several_are_changed_at_once_and_come_back(
     assert serious(page, within="main") == []
 
 
+@pytest.mark.usefixtures("unopened")
 def test_a_run_opens_in_the_lab_and_its_copies_give_the_same_numbers(
     page: Page, server: Server, two: list[str], tmp_path: Path
 ) -> None:
@@ -207,6 +210,7 @@ def test_a_run_opens_in_the_lab_and_its_copies_give_the_same_numbers(
     expect(detail.get_by_role("heading", name="stiffer")).to_be_visible()
 
 
+@pytest.mark.usefixtures("unopened")
 def test_a_zoom_asks_for_finer_curves(page: Page, server: Server, two: list[str]) -> None:
     open_runs(page, server, f"&run={two[0]}")
     detail = region(page, "Run")
@@ -262,6 +266,7 @@ def measured_lines(seconds: int = 20) -> bytes:
     return "\n".join(lines).encode()
 
 
+@pytest.mark.usefixtures("unopened")
 def test_a_line_and_a_resonance_of_a_measurement_are_read_off(page: Page, server: Server) -> None:
     headers = {"content-type": "application/octet-stream"}
     address = f"{server.url}{API}/runs/import?name=rig"
@@ -380,6 +385,7 @@ def test_overlaid_runs_stay_over_a_reload_and_are_chosen_in_a_sheet(
     assert "overlay" not in page.url
 
 
+@pytest.mark.usefixtures("unopened")
 def test_a_run_is_played_over_the_whole_width_with_another_behind_it(
     page: Page, server: Server, two: list[str]
 ) -> None:

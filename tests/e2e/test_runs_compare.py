@@ -47,6 +47,7 @@ def verdict(page: Page, channel: str) -> Locator:
     return region(page, "Compare").get_by_role("row").filter(has=name).locator("td").last
 
 
+@pytest.mark.usefixtures("unopened")
 def test_a_wider_tolerance_changes_the_verdict(
     page: Page, server: Server, two: list[str], refusals: list[str]
 ) -> None:
@@ -100,6 +101,7 @@ def test_a_wider_tolerance_changes_the_verdict(
     expect(panel.get_by_role("table")).to_have_count(0)
 
 
+@pytest.mark.usefixtures("unopened")
 def test_a_comparison_ends_before_a_stop(page: Page, server: Server, two: list[str]) -> None:
     begun = page.request.post(f"{server.url}{API}/sessions", data={})
     path = server.url + begun.headers["location"]
@@ -119,6 +121,7 @@ def test_a_comparison_ends_before_a_stop(page: Page, server: Server, two: list[s
     page.request.delete(at)
 
 
+@pytest.mark.usefixtures("unopened")
 def test_a_run_is_simulated_again_and_a_baseline_kept(
     page: Page, server: Server, two: list[str]
 ) -> None:
@@ -172,6 +175,7 @@ def german(path: Path, *, broken: bool = False) -> str:
     return str(path)
 
 
+@pytest.mark.usefixtures("unopened")
 def test_a_measurement_is_compared_with_a_variant(
     page: Page, server: Server, tmp_path: Path, two: list[str]
 ) -> None:
@@ -205,6 +209,7 @@ def test_a_measurement_is_compared_with_a_variant(
     page.request.delete(f"{server.url}{API}/runs/{rig}")
 
 
+@pytest.mark.usefixtures("unopened")
 def test_a_german_csv_is_corrected_and_imported(
     page: Page, server: Server, tmp_path: Path, refusals: list[str]
 ) -> None:

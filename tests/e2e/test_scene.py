@@ -13,7 +13,16 @@ from imageio.v3 import imread
 from numpy.typing import NDArray
 from playwright.sync_api import Browser, Page, expect
 
-from tests.e2e.actions import LONG, button, clock, stands_at, state, until, wait_for_clock
+from tests.e2e.actions import (
+    LONG,
+    button,
+    clock,
+    region,
+    stands_at,
+    state,
+    until,
+    wait_for_clock,
+)
 from tests.e2e.conftest import CHROMIUM, FLAGS, SOFTWARE_GL, Server
 from tests.processes import children_of
 
@@ -23,13 +32,20 @@ BLIND = (*HARMLESS, "THREE", "batched_colors")
 """What viser says besides where nothing can be drawn in 3-D."""
 
 
-@pytest.fixture
-def stage(browser: Browser, server: Server) -> Iterator[Page]:
-    """The lab in a browser that draws in software; the driver of `browser` starts it."""
+@pytest.fixture(scope="module")
+def drawing(browser: Browser) -> Iterator[Browser]:
+    """A browser that draws in software; the driver of `browser` starts it."""
     launched = browser.browser_type.launch(
         executable_path=CHROMIUM, args=[f for f in FLAGS if f != "--disable-gpu"] + SOFTWARE_GL
     )
-    page = launched.new_page(viewport={"width": 1280, "height": 720})
+    yield launched
+    launched.close()
+
+
+@pytest.fixture
+def stage(drawing: Browser, server: Server) -> Iterator[Page]:
+    """The lab in that browser."""
+    page = drawing.new_page(viewport={"width": 1280, "height": 720})
     complaints: list[str] = []
     page.on("console", lambda m: complaints.append(m.text) if m.type == "error" else None)
     page.on("pageerror", lambda error: complaints.append(str(error)))
@@ -39,7 +55,7 @@ def stage(browser: Browser, server: Server) -> Iterator[Page]:
         page.get_by_text("connected", exact=True).wait_for()
         yield page
     finally:
-        launched.close()
+        page.close()
     assert [c for c in complaints if not any(word in c for word in HARMLESS)] == []
 
 
@@ -105,7 +121,7 @@ def test_the_stage_moves_and_comes_back_when_its_process_is_killed(
     expect(stage.get_by_role("region", name="Plane").locator("canvas")).to_be_visible()
 
 
-def test_what_is_not_available_is_said_with_a_way_back(stage: Page) -> None:
+def test_what_is_not_available_is_said_with_a_way_back_and_esc_is_stop(stage: Page) -> None:
     refusal = {"title": "Service Unavailable", "status": 503, "detail": "viser cannot be loaded"}
     stage.route("**/scene/**", lambda route: route.fulfill(status=503, json=refusal))
     stage.get_by_role("radio", name="Plane").press("ArrowRight")
@@ -114,6 +130,7 @@ def test_what_is_not_available_is_said_with_a_way_back(stage: Page) -> None:
     stage.unroute("**/scene/**")
     stage.get_by_role("button", name="Try again").press("Enter")
     expect(stage.locator("iframe")).to_be_visible(timeout=LONG)
+    stops_after_a_click(stage)
 
 
 def opened(page: Page) -> Page:
@@ -134,8 +151,9 @@ def expect_stopped(page: Page) -> None:
     expect(status).to_have_text(re.compile("stopping|stopped"), timeout=LONG)
 
 
-def test_esc_is_stop_after_a_click_in_the_stage(stage: Page) -> None:
-    page = opened(stage)
+def stops_after_a_click(page: Page) -> None:
+    """Esc is STOP with the mouse over the stage, which fills the page."""
+    opened(page)
     page.frame_locator("iframe").locator("canvas").first.wait_for(timeout=3 * LONG)
     page.keyboard.press("F")  # over the whole page but for the top bar
     size = page.evaluate("() => [innerWidth, innerHeight]")
@@ -153,7 +171,7 @@ def test_esc_is_stop_after_a_click_in_the_stage(stage: Page) -> None:
     expect(page).to_have_url(re.compile("view3d=overview.A.x.filled"))
 
 
-def test_keys_act_while_the_stage_has_the_focus(
+def test_keys_act_and_esc_is_stop_while_the_stage_or_a_control_of_it_has_the_focus(
     page: Page, server: Server, refusals: list[str]
 ) -> None:
     refusals += BLIND
@@ -179,9 +197,8 @@ def test_keys_act_while_the_stage_has_the_focus(
     page.keyboard.press("Escape")
     expect_stopped(page)
 
-
-def test_esc_is_stop_in_a_control_of_the_stage(page: Page, refusals: list[str]) -> None:
-    refusals += BLIND
+    button(region(page, "Scenario"), "Reset")
+    state(page, "paused")
     opened(page)
     page.evaluate(
         "() => { const view = document.querySelector('iframe').contentDocument;"

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from tests.e2e.actions import LONG, button, region, set_field, state, tab_to
-from tests.e2e.conftest import CHROMIUM, FLAGS, Server
+from tests.e2e.actions import LONG, STYLED, button, region, set_field, state, tab_to
+from tests.e2e.conftest import CHROMIUM, FLAGS, Server, lab
 
 TEN = {
     "A k_p x, N/mm": "250.5",
@@ -53,41 +53,61 @@ CLIPPED = """() => {
 """Texts that are cut off, and boxes that scroll sideways."""
 
 
-@pytest.fixture
-def sized(browser: Browser, server: Server) -> Iterator[Page]:
-    """The lab in a browser whose scrollbars take room, as on a desktop."""
+@pytest.fixture(scope="module")
+def desktop(browser: Browser) -> Iterator[Browser]:
+    """A browser whose scrollbars take room, as on a desktop."""
     shown = browser.browser_type.launch(
         executable_path=CHROMIUM, args=FLAGS, ignore_default_args=["--hide-scrollbars"]
     )
-    page = shown.new_page(viewport={"width": 1440, "height": 900})
-    page.goto(server.url)
-    page.get_by_text("connected", exact=True).wait_for()
-    yield page
+    yield shown
     shown.close()
 
 
-@pytest.mark.parametrize(("width", "height"), [(1440, 900), (1280, 720)])
-def test_nothing_is_clipped_with_ten_changes(sized: Page, width: int, height: int) -> None:
+@pytest.fixture(scope="module")
+def left_there() -> list[Page]:
+    return []
+
+
+@pytest.fixture
+def sized(
+    request: pytest.FixtureRequest,
+    desktop: Browser,
+    server: Server,
+    refusals: list[str],
+    left_there: list[Page],
+) -> Iterator[Page]:
+    """The lab in that browser."""
+    with lab(request, desktop, server, refusals, left_there) as page:
+        yield page
+
+
+def nothing_is_clipped(page: Page) -> None:
+    for width, height in ((1280, 720), (1440, 900)):
+        page.set_viewport_size({"width": width, "height": height})
+        page.evaluate(STYLED)
+        assert page.evaluate(CLIPPED) == [], (width, height)
+
+
+def test_nothing_is_clipped_with_ten_changes(sized: Page) -> None:
     page = sized
-    page.set_viewport_size({"width": width, "height": height})
-    assert page.evaluate(CLIPPED) == []
+    nothing_is_clipped(page)
     for label, value in TEN.items():
         set_field(page, label, value)
     page.get_by_role("combobox", name="A compensation law").select_option("residual-k")
     page.get_by_role("combobox", name="B force sharing").select_option("force-per-ampere")
     expect(region(page, "Changes").get_by_role("listitem")).to_have_count(10)
     expect(region(page, "Metrics")).to_contain_text("exact", timeout=LONG)
-    assert page.evaluate(CLIPPED) == []
+    nothing_is_clipped(page)
     # The focus must not shift a column either.
     region(page, "Controllers").get_by_role("button", name="Sets…").focus()
     page.keyboard.press("m")
     page.keyboard.press("m")
-    assert page.evaluate(CLIPPED) == []
+    nothing_is_clipped(page)
     button(page, "Play with 10 changes")
     state(page, "playing")
     button(page, "Pause")
     state(page, "paused")
-    assert page.evaluate(CLIPPED) == []
+    nothing_is_clipped(page)
 
 
 @pytest.mark.parametrize("scenario", ["stair-y-50mm", "fig5", "circle-resonant"])
@@ -125,19 +145,17 @@ def test_nothing_lies_over_the_status_bar(sized: Page) -> None:
     assert scopes["y"] + scopes["height"] <= main["y"] + main["height"]
 
 
-@pytest.mark.parametrize(("width", "height"), [(390, 844), (720, 450)])
-def test_a_phone_and_a_page_at_200_percent_reach_every_screen(
-    page: Page, width: int, height: int
-) -> None:
-    page.set_viewport_size({"width": width, "height": height})
+def test_a_phone_and_a_page_at_200_percent_reach_every_screen(page: Page) -> None:
     screens = page.get_by_role("combobox", name="Screen")
     panels = {"Trajectories": "Path", "Runs": "Find runs", "Tune": "Search", "Lab": "Plane"}
-    for title, what in panels.items():
-        screens.select_option(title)
-        expect(region(page, what)).to_be_visible(timeout=LONG)
-        across = "document.documentElement.scrollWidth <= innerWidth"
-        assert page.evaluate(across), title
-    expect(page.get_by_role("button", name="STOP")).to_be_in_viewport(ratio=1)
+    for width, height in ((390, 844), (720, 450)):
+        page.set_viewport_size({"width": width, "height": height})
+        for title, what in panels.items():
+            screens.select_option(title)
+            expect(region(page, what)).to_be_visible(timeout=LONG)
+            across = "document.documentElement.scrollWidth <= innerWidth"
+            assert page.evaluate(across), (title, width)
+        expect(page.get_by_role("button", name="STOP")).to_be_in_viewport(ratio=1)
 
 
 def test_space_plays_after_a_click_in_the_top_bar(page: Page) -> None:

@@ -11,15 +11,17 @@ import pytest
 from playwright.sync_api import Locator, Page, expect
 
 from tests.e2e.actions import LONG, button, region, serious, set_field
-from tests.e2e.conftest import Server
 
 PATIENT = 120_000  # ms; the first batch of a new model compiles its kernel
 
 
 @pytest.fixture
-def form(page: Page, server: Server) -> Iterator[Locator]:
-    page.goto(f"{server.url}/?screen=sweep")
-    page.get_by_text("connected", exact=True).wait_for()
+def address() -> str:
+    return "?screen=sweep"
+
+
+@pytest.fixture
+def form(page: Page) -> Iterator[Locator]:
     yield region(page, "Swept fields")
 
 

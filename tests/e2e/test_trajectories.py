@@ -14,9 +14,13 @@ STROKE = (0.085, 0.145)
 
 
 @pytest.fixture
+def address() -> str:
+    return "?screen=trajectories"
+
+
+@pytest.fixture
 def paths(page: Page) -> Page:
     """The screen of paths."""
-    page.get_by_role("link", name="Trajectories").click()
     expect(limits(page)).to_contain_text("feasible", timeout=LONG)
     return page
 

@@ -37,9 +37,13 @@ SVG += '<path transform="translate(10 20)" d="M 0 0 C 0 -8 16 -8 20 0 l 5 5"/></
 
 
 @pytest.fixture
+def address() -> str:
+    return "?screen=trajectories"
+
+
+@pytest.fixture
 def paths(page: Page) -> Page:
     """The screen of paths."""
-    page.get_by_role("link", name="Trajectories").click()
     expect(region(page, "Limits")).to_contain_text("feasible", timeout=LONG)
     set_field(page, "dwell, s", "0.1")  # what was changed is kept, and can be read
     return page

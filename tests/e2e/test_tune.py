@@ -27,10 +27,14 @@ SLOW = 240_000  # ms; a search or a map on a machine that does much else
 
 
 @pytest.fixture
+def address() -> str:
+    return "?screen=tune"
+
+
+@pytest.fixture
 def tune(page: Page, server: Server) -> Iterator[Page]:
     """The Tune screen, with searches that are soon over."""
     state(page, "paused")
-    page.get_by_role("link", name="Tune", exact=True).click()
     set_field(page, "starts", "2")
     set_field(page, "evaluations of a start", "40")
     page.get_by_role("checkbox", name="window", exact=True).check()

@@ -146,6 +146,7 @@ def at_moment(views: Locator, recorded: dict[str, Array]) -> None:
     assert np.abs(1e6 * recorded["B.x.bristle"][near] - float(bristle[0])).min() < 0.06
 
 
+@pytest.mark.usefixtures("unopened")
 def test_the_figures_of_a_ballbar_are_those_of_the_downloaded_recording(
     page: Page, server: Server, refusals: list[str]
 ) -> None:
@@ -177,6 +178,7 @@ def test_the_figures_of_a_ballbar_are_those_of_the_downloaded_recording(
     page.request.delete(f"{server.url}{API}/runs/{run}")
 
 
+@pytest.mark.usefixtures("unopened")
 def test_the_lab_has_the_ballbar_and_the_spectrum_of_what_it_shows(
     page: Page, server: Server, refusals: list[str]
 ) -> None:
