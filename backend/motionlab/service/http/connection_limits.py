@@ -304,7 +304,7 @@ class Socket(WebSocketsSansIOProtocol):
     def data_received(self, data: bytes) -> None:
         """Process incoming data piece by piece, but the head of the request whole.
 
-        `Connection` looks next at why it can be no websocket, and nobody does so later.
+        `Connection` looks right after the head, and only then, at whether it was refused.
         """
         if not self.handshake_initiated or (len(data) <= _PIECE and not self._pieces):
             self._take_in(data)
