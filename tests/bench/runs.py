@@ -20,7 +20,8 @@ from motionlab.config.load import load_scenario
 from motionlab.runs.columns import of_file_or_run
 from motionlab.runs.compare import compare
 from motionlab.runs.comparing import Comparing, Tolerance
-from motionlab.runs.library import Library, live_run
+from motionlab.runs.library import Library
+from motionlab.runs.new_run import live_run
 from motionlab.runs.run import RunDetail, new_id
 from motionlab.runs.spool import Spool
 from motionlab.runs.window import PYRAMIDS, grid, window

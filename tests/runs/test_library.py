@@ -13,7 +13,8 @@ from motionlab.config.load import load_scenario
 from motionlab.errors import Busy, ConfigError, StoreFull, Unknown
 from motionlab.runs import library as library_module
 from motionlab.runs import spool
-from motionlab.runs.library import UNDO_SECONDS, Library, live_run
+from motionlab.runs.library import UNDO_SECONDS, Library
+from motionlab.runs.new_run import live_run
 from motionlab.runs.run import Event, RunDetail, new_id
 from motionlab.runs.search import parse
 from motionlab.runs.spool import Spool

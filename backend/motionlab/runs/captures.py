@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.runs.description import thumbnail
-from motionlab.runs.library import Library, live_run
+from motionlab.runs.library import Library
+from motionlab.runs.new_run import live_run
 from motionlab.runs.run import NOTE_MAX, RunDetail, new_id
 from motionlab.simulation.result import metadata
 from motionlab.telemetry import recorder

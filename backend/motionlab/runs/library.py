@@ -13,9 +13,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from motionlab import __version__
 from motionlab.config.load import load_scenario
-from motionlab.config.scenario import Scenario
 from motionlab.config.shipped import data_root
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.errors import (
@@ -27,29 +25,11 @@ from motionlab.errors import (
     StoreFull,
     Unknown,
 )
-from motionlab.executors.code import processor
-from motionlab.kernel.force_maps import maps_of
-from motionlab.lanes import model_hash
 from motionlab.results.latest import latest_metrics
-from motionlab.runs.description import (
-    differences,
-    differences_after,
-    headline,
-    labels,
-    thumbnail,
-)
+from motionlab.runs.description import differences_after, headline, thumbnail
 from motionlab.runs.files import RunFiles, column_descriptions, runs_url
-from motionlab.runs.run import (
-    CHANGEABLE,
-    NAME,
-    NAME_MAX,
-    Event,
-    Kind,
-    RunDetail,
-    check_name,
-    is_id,
-    new_id,
-)
+from motionlab.runs.new_run import new_run
+from motionlab.runs.run import CHANGEABLE, NAME, Event, RunDetail, check_name, is_id
 from motionlab.runs.telemetry import recording as read_recording
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.result import metadata
@@ -182,11 +162,10 @@ class Library:
             If it cannot be kept; `StoreFull` where there is no room. Nothing is kept then.
         """
         check_name(name)
-        run = _begun("simulation", prepared.scenario, result, name=name)
+        run = new_run("simulation", prepared.scenario, result, name=name)
         run = run.model_copy(
             update={
                 "ticks": recording.ticks,
-                "result": result,
                 "thumbnail": thumbnail(recording, prepared.window),
             }
         )
@@ -419,26 +398,6 @@ def library() -> Library:
     return _library(data_root(), os.getpid(), *(os.environ.get(name, "") for name in places))
 
 
-def live_run(scenario: Scenario, run_id: str, created: float, *, drive: str = "") -> RunDetail:
-    """Return what is known of a live run at its beginning.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        What is in effect at tick 0.
-    run_id : str
-        Its identifier.
-    created : float
-        When it began, seconds since 1970.
-    drive : str
-        Title of the drive link that moves; empty for a simulated session.
-    """
-    update = {"id": run_id, "created": created, "state": "recording"}
-    name = f"{scenario.name} {' '.join(scenario.variants)} on {drive}"[:NAME_MAX] if drive else ""
-    begun = _begun("drive" if drive else "live", scenario, {}, name=name)
-    return begun.model_copy(update=update)
-
-
 def quota() -> int:
     """Return how many bytes of telemetry are kept.
 
@@ -453,38 +412,6 @@ def quota() -> int:
             FieldError("MOTIONLAB_RUNS_MAX", "is no whole number", text, ">= 0", "bytes")
         )
     return int(text)
-
-
-def _begun(kind: Kind, scenario: Scenario, result: dict[str, Any], *, name: str = "") -> RunDetail:
-    return RunDetail(
-        id=new_id(),
-        kind=kind,
-        state="complete",
-        name=name or scenario.name,
-        scenario=scenario.name,
-        note="",
-        tags=[],
-        pinned=False,
-        created=time.time(),
-        duration=0.0,
-        ticks=0,
-        period=CONTROL_PERIOD,
-        size=0,
-        variants=list(scenario.variants),
-        labels=labels(scenario),
-        differences=differences(scenario),
-        metrics={},
-        thumbnail={},
-        seed=scenario.seed,
-        version=__version__,
-        model=model_hash(),
-        processor=processor(),
-        maps=maps_of(scenario),
-        scenario_document=scenario.model_dump(mode="json"),
-        events=[],
-        result=result,
-        columns=[],
-    )
 
 
 def _check_disk(folder: Path) -> None:

@@ -26,7 +26,8 @@ from numpy.typing import NDArray
 
 from motionlab.config.scenario import Scenario
 from motionlab.errors import MotionLabError
-from motionlab.runs.library import FREE_LEAST, library, live_run, quota, spools
+from motionlab.runs.library import FREE_LEAST, library, quota, spools
+from motionlab.runs.new_run import live_run
 from motionlab.runs.run import Event, RunDetail, new_id
 from motionlab.service.workers.pool import Workers
 from motionlab.service.workers.worker import Call

@@ -273,7 +273,7 @@ class Runs {
     }
   }
 
-  /** Does something with each of some runs, a few at once; what fails is told once. */
+  /** Does something with each of some runs, a few at once; a failure is reported once. */
   private async each(runs: readonly Run[], act: (run: Run) => Promise<void>): Promise<void> {
     const waiting = [...runs];
     const failed: string[] = [];

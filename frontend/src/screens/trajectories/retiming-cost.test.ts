@@ -21,7 +21,7 @@ function checked(lap: number, speed: number, jerk: number, share: number): Check
   } as unknown as Checked;
 }
 
-it('a retiming is told by its lap, its peaks and its share of the thrust', () => {
+it('a retiming is described by its lap, its peaks and its share of the thrust', () => {
   const rows = costs(checked(4, 0.08, 2, 0.22), checked(2, 0.16, 16, 0.44));
   const found = rows.map(({ name, unit, now, then, change }) => [name, unit, now, then, change]);
   expect(found).toEqual([

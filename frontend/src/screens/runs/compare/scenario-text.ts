@@ -35,7 +35,7 @@ function notesOf(run: RunDetail, number: number): string[] {
 
 /**
  * Returns in what a run of a list differs from the baseline, by what each differs from its shipped
- * scenario; null where that cannot be told from a list: another scenario, or too many differences.
+ * scenario; null where a list does not show that: another scenario, or too many differences.
  */
 export function differsFrom(baseline: Run, run: Run): RunDifference[] | null {
   const both = [baseline, run];

@@ -124,7 +124,7 @@ function trim(value: number, significant: number): string {
 /** Less is rounding of the file's times, s. */
 const NOTICED = 1e-9;
 
-/** Gaps that are told one by one. */
+/** Gaps that are listed one by one. */
 const SHOWN = 5;
 
 /** First values of a column, in the unit of the file. */

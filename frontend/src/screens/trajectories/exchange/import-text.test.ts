@@ -29,17 +29,17 @@ describe('a refusal', () => {
     expect(found.text).toBe('Placement is too far: 2.000 m. Allowed: ≤ 1 m.');
   });
 
-  it('of something else is told as it is', () => {
+  it('of something else is shown unchanged', () => {
     expect(refusalOf(new Error('no answer'), '').text).toBe('no answer');
   });
 });
 
-it('words are told from files', () => {
+it('tells words from files', () => {
   expect(isWords('Motion Lab')).toBe(true);
   for (const text of ['1,2', 'G1 X1', '<svg>', '…', '']) expect(isWords(text)).toBe(false);
 });
 
-it('what was read is told with size, place and feed', () => {
+it('what was read is described by size, place and feed', () => {
   const trajectory = { kind: 'path', v_max: 0.01 };
   const column = (low: number, high: number) => ({
     minimum: new Float32Array([low, 0]),
