@@ -35,6 +35,7 @@ PAGE_SOURCES := $(shell find frontend -path frontend/node_modules -prune -o -pat
 HELP := build/help/index.html
 HELP_SOURCES := README.md $(shell find docs backend/motionlab configs -type f ! -name '*.py[cod]' ! -name '*.nb[ci]')
 LINT_STAMP := .venv/lint-$(HERE)
+KERNELS_STAMP := .venv/kernels-$(HERE)
 # Changes with each commit, and the version with it; empty without git.
 COMMITS := $(wildcard $(shell git rev-parse --git-path logs/HEAD 2>/dev/null))
 # Empty when .venv is missing or its Python has gone from the system.
@@ -42,7 +43,7 @@ VENV_RUNS := $(shell $(PY) -c 'print(1)' 2>/dev/null)
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup run test browser lint bench lowest lock schema types docs FORCE
+.PHONY: help setup run kernels test browser lint bench lowest lock schema types docs FORCE
 
 help: ## Show the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' Makefile
@@ -51,14 +52,14 @@ setup: $(SETUP_STAMP) ## Create .venv with everything needed to run and test
 	@echo "Ready: .venv/bin/motionlab --help"
 
 # Hundreds of processes are started, and none should compile again what it imports.
-test bench: export PYTHONDONTWRITEBYTECODE =
+kernels test bench: export PYTHONDONTWRITEBYTECODE =
 
-# Kernels first, once for all; then files on two processes for each core, since many tests wait; then
-# browsers, one on each core; then, apart from all that, what keeps time. 5 is pytest's "no tests were selected".
-test: $(SETUP_STAMP) $(PAGE) $(HELP) ## Run the tests (PYTEST_ARGS="-k circle" for some of them)
+kernels: $(KERNELS_STAMP) ## Compile what is compiled once for all, rather than when it is first used
+
+# Kernels first; then files on two processes for each core, since many tests wait; then browsers, one
+# on each core; then, apart from all that, what keeps time. 5 is pytest's "no tests were selected".
+test: $(SETUP_STAMP) $(PAGE) $(HELP) $(KERNELS_STAMP) ## Run the tests (PYTEST_ARGS="-k circle" for some)
 	@frontend/npm test --silent
-	@{ $(PY) -m motionlab.simulation.precompile && $(PY) -m motionlab.service.preload; } & kernels=$$!; \
-	$(PY) -m motionlab.drive.precompile && wait $$kernels
 	@result=5; run() { \
 		$(PY) -m pytest "$$@" $(PYTEST_ARGS); code=$$?; \
 		[ $$code = 5 ] || result=$$code; [ $$code = 5 ] || [ $$code = 0 ]; \
@@ -147,6 +148,11 @@ $(SETUP_STAMP): $(DEPS_STAMP) pyproject.toml hatch_build.py backend/motionlab/__
 $(LINT_STAMP): $(SETUP_STAMP) backend/requirements-lint.lock
 	@echo "Installing the lint tools into .venv ..."
 	@$(call locked,-r backend/requirements-lint.lock)
+	@touch $@
+
+$(KERNELS_STAMP): $(SETUP_STAMP) $(shell find backend/motionlab -name '*.py')
+	@{ $(PY) -m motionlab.simulation.precompile && $(PY) -m motionlab.service.preload; } & kernels=$$!; \
+	$(PY) -m motionlab.drive.precompile && wait $$kernels
 	@touch $@
 
 $(LOWEST_STAMP): $(UV) backend/requirements-lowest.lock pyproject.toml
