@@ -1,15 +1,18 @@
-"""Tables for people: plain text in a pipe, fitted to a terminal by rich."""
+"""Tables for people: plain text in a pipe, fitted to the columns of a terminal without loss."""
 
 from __future__ import annotations
 
-import io
 import os
 import re
 import shutil
 import sys
+import textwrap
 from collections.abc import Collection, Iterable, Sequence
 
 _MICRO = re.compile(r"(?<![\w-])u(?=m\b|s\b)")
+_GAP = "  "
+_BOLD, _PLAIN = "\x1b[1m", "\x1b[0m"
+_LINES_MAX = 6  # of a row; a table whose rows would be higher is written as blocks
 
 
 def on_terminal() -> bool:
@@ -22,8 +25,12 @@ def table(
     rows: Iterable[Sequence[str]],
     *,
     right: Collection[int] = (),
+    units: Sequence[str] = (),
 ) -> str:
-    """Return a table: two spaces between columns; on a terminal, the last column is wrapped.
+    """Return a table: two spaces between columns.
+
+    On a terminal that is too narrow, cells are wrapped between words, and where even the longest
+    words do not fit beside each other, each row becomes a block of ``head  value`` lines.
 
     Parameters
     ----------
@@ -33,43 +40,115 @@ def table(
         The cells.
     right : collection of int
         Columns that are aligned to the right, as numbers are.
+    units : sequence of str
+        Units of the columns, in a line of their own below the heads.
     """
     rows = [list(row) for row in rows]
+    lines = [*([list(heads)] if any(heads) else []), *([list(units)] if units else []), *rows]
+    if not lines:
+        return ""
+    gap, widths = _GAP, [max(map(len, column)) for column in zip(*lines, strict=True)]
     if on_terminal():
-        return _fitted(heads, rows, right)
-    lines = [list(heads), *rows] if any(heads) else rows
-    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-    return "\n".join(
-        "  ".join(
-            cell.rjust(width) if index in right else cell.ljust(width)
-            for index, (cell, width) in enumerate(zip(line, widths, strict=True))
-        ).rstrip()
-        for line in lines
+        columns, gaps = shutil.get_terminal_size().columns, len(heads) - 1
+        if sum(widths) + len(_GAP) * gaps > columns:
+            for gap in (_GAP, " "):
+                fitted = _fitted(lines, widths, columns - len(gap) * gaps)
+                if fitted is not None:
+                    break
+            else:
+                return _blocks(heads, rows, units)
+            widths = fitted
+    text = [line for row in lines for line in _row(row, widths, right, gap)]
+    if on_terminal() and any(heads) and not os.environ.get("NO_COLOR"):
+        height = len(_row(lines[0], widths, right, gap))
+        text[:height] = [f"{_BOLD}{line}{_PLAIN}" for line in text[:height]]
+    return "\n".join(text)
+
+
+def _fitted(lines: list[list[str]], widths: list[int], available: int) -> list[int] | None:
+    """Return widths that fit, no word broken; None where there are none, or rows grow too high."""
+    least = [
+        max((len(word) for cell in column for word in cell.split()), default=0)
+        for column in zip(*lines, strict=True)
+    ]
+    # An indented first column keeps its indent.
+    least[0] = max((len(line[0]) for line in lines if line[0][:1] == " "), default=least[0])
+    if sum(least) > available:
+        return None
+    # The widest columns give first: columns of words rather than those of numbers.
+    fitted = list(widths)
+    while sum(fitted) > available:
+        shrinkable = [i for i, width in enumerate(fitted) if width > least[i]]
+        widest = max(shrinkable, key=lambda i: fitted[i])
+        fitted[widest] -= 1
+    height = max(
+        len(textwrap.wrap(cell, width, break_on_hyphens=False)) if width else 1
+        for row in lines
+        for cell, width in zip(row, fitted, strict=True)
     )
+    return fitted if height <= _LINES_MAX else None
 
 
-def _fitted(heads: Sequence[str], rows: list[list[str]], right: Collection[int]) -> str:
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
+def _row(
+    row: Sequence[str], widths: Sequence[int], right: Collection[int], gap: str
+) -> list[str]:
+    """Return a row as lines, its cells wrapped between words."""
+    cells = [
+        [cell]
+        if len(cell) <= width
+        else textwrap.wrap(cell, width, break_long_words=False, break_on_hyphens=False)
+        for cell, width in zip(row, widths, strict=True)
+    ]
+    height = max((len(cell) for cell in cells), default=1)
+    return [
+        gap.join(
+            text.rjust(width) if index in right else text.ljust(width)
+            for index, (cell, width) in enumerate(zip(cells, widths, strict=True))
+            for text in ([*cell, *[""] * height][line],)
+        ).rstrip()
+        for line in range(max(height, 1))
+    ]
 
-    style = "" if os.environ.get("NO_COLOR") else "bold"
-    found = Table(box=None, pad_edge=False, show_header=any(heads), header_style=style)
-    for index, head in enumerate(heads):
-        found.add_column(
-            head,
-            justify="right" if index in right else "left",
-            no_wrap=index < len(heads) - 1,
-            overflow="fold",
-        )
+
+def _blocks(heads: Sequence[str], rows: list[list[str]], units: Sequence[str]) -> str:
+    """Return each row as its first cell, and below it a line for each of the others."""
+    width = max(map(len, heads[1:]), default=0)
+    lines = []
     for row in rows:
-        found.add_row(*map(Text, row))
-    width = shutil.get_terminal_size().columns
-    console = Console(file=io.StringIO(), force_terminal=True, width=width, highlight=False)
-    with console.capture() as captured:
-        console.print(found)
-    lines = captured.get().splitlines()
-    return "\n".join(line.rstrip() for line in lines)
+        lines.append(row[0])
+        indent = " " * (len(row[0]) - len(row[0].lstrip()))
+        for head, cell, unit in zip(heads[1:], row[1:], units[1:] or [""] * len(row), strict=False):
+            if cell:
+                lines.append(f"{indent}  {head.ljust(width)}  {cell} {unit}".rstrip())
+    columns = shutil.get_terminal_size().columns
+    return "\n".join(_wrapped(line, columns, 4 + width) for line in lines)
+
+
+def fitted(text: str) -> str:
+    """Return text whose lines a terminal need not break within a word or a number."""
+    if not on_terminal():
+        return text
+    columns = shutil.get_terminal_size().columns
+    return "\n".join(_wrapped(line, columns) for line in text.splitlines())
+
+
+def _wrapped(line: str, columns: int, indent: int | None = None) -> str:
+    """Return a line broken between words, its further lines indented."""
+    if len(line.replace(_BOLD, "").replace(_PLAIN, "")) <= columns or "\x1b" in line:
+        return line
+    start = len(line) - len(line.lstrip())
+    further = min(start + 4 if indent is None else indent, columns // 2)
+    pieces, rest = [], line
+    while len(rest) > columns:
+        # The last gap that leaves no word cut; a word longer than the line stands on its own.
+        first = len(rest) - len(rest.lstrip())
+        cut = rest.rfind(" ", first + 1, columns + 1)
+        cut = cut if cut > first else rest.find(" ", columns)
+        if cut < 0:
+            break
+        pieces.append(rest[:cut].rstrip())
+        rest = " " * further + rest[cut:].lstrip()
+    return "\n".join([*pieces, rest])
 
 
 def in_letters(text: str) -> str:

@@ -428,9 +428,8 @@ def test_the_command_serves_and_ends() -> None:
                 elsewhere = {"host": "other.example"} | BEARER
                 assert client.get(f"{API}/scenarios", headers=elsewhere).status_code == 403
                 assert client.head("/scene/", headers=BEARER).status_code == 200
-            children = subprocess.run(
-                ["pgrep", "-P", str(process.pid)], capture_output=True, text=True, check=True
-            ).stdout.split()
+            children = children_of(process.pid, "")
+            assert children
             for child in children:
                 assert b"MOTIONLAB_TOKEN" not in Path(f"/proc/{child}/environ").read_bytes()
             process.send_signal(signal.SIGINT)

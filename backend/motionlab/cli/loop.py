@@ -62,7 +62,7 @@ def _report(found: LoopDocument) -> str:
     heads = ("", "stable", "crossover", "bandwidth", "phase margin", "gain margin", "down to")
     heads += ("Ms", "k_p limit", "k_d limit")
     units = ("", "", "Hz", "Hz", "degrees", "", "", "", "N/m", "N s/m")
-    lines = [table(heads, [units, *rows], right=range(2, len(heads)))] if rows else []
+    lines = [table(heads, rows, right=range(2, len(heads)), units=units)] if rows else []
     return "\n".join(
         [
             *lines,

@@ -83,7 +83,7 @@ def size(count: int) -> str:
 
 
 def show(text: str) -> None:
-    """Print a report: on a terminal that can, with µm for um."""
-    from motionlab.tables import in_letters
+    """Print a report: on a terminal fitted to its columns, with µm for um where it can."""
+    from motionlab.tables import fitted, in_letters
 
-    print(in_letters(text))
+    print(fitted(in_letters(text)))

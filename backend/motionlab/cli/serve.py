@@ -74,16 +74,13 @@ def _port(text: str) -> int:
 def _serve(options: argparse.Namespace) -> int:
     """Carry out ``motionlab serve``."""
     from motionlab.service.server_settings import load
+    from motionlab.tables import table
 
     loaded = load({name: getattr(options, name) for name in _OPTIONS}, options.settings)
     if options.show_settings:
         for warning in loaded.warnings:
             print(f"motionlab: {warning}", file=sys.stderr)
-        rows = [("setting", "value", "from", "unit", "range"), *loaded.rows()]
-        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-        for row in rows:
-            cells = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
-            print("  ".join(cells).rstrip())
+        print(table(("setting", "value", "from", "unit", "range"), loaded.rows()))
         return DONE
 
     from motionlab.service.serve import serve

@@ -53,7 +53,7 @@ def _carry_out(study: Study, options: argparse.Namespace) -> int:
         check_output(out, *study.suffixes, overwrite=options.overwrite)
     instead = study.before(plan, options)
     if instead is not None:
-        print(instead)
+        show(instead)
         return DONE
     if study.direct:
         found = study.run(plan, lambda *_: None)

@@ -17,34 +17,31 @@ def report(found: Sequence[SharingDocument]) -> str:
         f"Controller's map: {_name(first.controller)}; plant's map: {_name(first.plant)}",
         "",
     ]
-    rows = []
-    for each in found:
-        relative = each.thrust.relative
-        share = "" if relative is None else f" {relative * 100:.2f} %"
-        loss = f"{each.loss.squared_current:.2f} A^2"
-        if each.loss.power is not None:
-            loss = f"{each.loss.power:.2f} W"
-        if each.loss.relative is not None:
-            loss += f" ({each.loss.relative:.4f})"
-        rows.append(
-            (
-                each.law,
-                f"{each.linear_up_to:.2f} N",
-                f"{each.linear_up_to:.1f} to {each.reachable_most:.1f} N",
-                f"{each.thrust.mean:.2f} N",
-                f"{each.thrust.peak_to_peak:.3f} N{share}",
-                f"{each.thrust.rms:.3f} N",
-                loss,
-                f"{each.max_current:.2f} A",
-            )
+    power = all(each.loss.power is not None for each in found)
+    rows = [
+        (
+            each.law,
+            f"{each.linear_up_to:.2f}",
+            f"{each.reachable_most:.1f}",
+            f"{each.thrust.mean:.2f}",
+            f"{each.thrust.peak_to_peak:.3f}",
+            _figure(each.thrust.relative, 100.0, 2),
+            f"{each.thrust.rms:.3f}",
+            f"{each.loss.power if power else each.loss.squared_current:.2f}",
+            _figure(each.loss.relative, 1.0, 4),
+            f"{each.max_current:.2f}",
         )
-    heads = ("law", "linear to", "reachable", "mean", "ripple p-p", "rms", "copper loss", "i max")
+        for each in found
+    ]
+    heads = ("law", "linear to", "reaches", "mean", "ripple p-p", "ripple", "rms")
+    heads += ("copper loss", "ratio", "i max")
+    units = ("", "N", "N", "N", "N", "%", "N", "W" if power else "A^2", "", "A")
     lines += [
-        table(heads, rows, right=range(1, len(heads))),
+        table(heads, rows, right=range(1, len(heads)), units=units),
         "",
         "Ripple is that of the plant's thrust. Copper loss is the sum of the squared currents,",
-        "times the resistance where there is one, mean over the pitch; in brackets over that of",
-        "force-per-ampere.",
+        "times the resistance where there is one, mean over the pitch; its ratio is to that of",
+        "force-per-ampere. Reaches: the largest thrust at the best place of the pitch.",
     ]
     return "\n".join(lines)
 
@@ -62,6 +59,10 @@ def fit_report(found: FitDocument) -> str:
         f"N_pk = {m.N_pk:.5g}, I_pk = {m.I_pk:g}, I_knee = {m.I_knee:.5g}, h_2 = {m.h_2:.5g}, "
         f"h_3 = {m.h_3:.5g} }}"
     )
+
+
+def _figure(value: float | None, factor: float, digits: int) -> str:
+    return "-" if value is None else f"{value * factor:.{digits}f}"
 
 
 def _name(used: UsedMap) -> str:
