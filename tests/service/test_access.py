@@ -22,6 +22,7 @@ from websockets.exceptions import InvalidStatus
 from motionlab.cli import main
 from motionlab.service.http.security import OPEN_PATHS
 from motionlab.service.settings import LOOPBACK, Settings
+from tests.processes import children_of
 from tests.service.conftest import MakeLive, MakeServer
 from tests.service.live import API, Live, Stream
 from tests.service.openapi import HEADERS, PROBLEM, Contract
