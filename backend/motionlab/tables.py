@@ -89,9 +89,7 @@ def _fitted(lines: list[list[str]], widths: list[int], available: int) -> list[i
     return fitted if height <= _LINES_MAX else None
 
 
-def _row(
-    row: Sequence[str], widths: Sequence[int], right: Collection[int], gap: str
-) -> list[str]:
+def _row(row: Sequence[str], widths: Sequence[int], right: Collection[int], gap: str) -> list[str]:
     """Return a row as lines, its cells wrapped between words."""
     cells = [
         [cell]
