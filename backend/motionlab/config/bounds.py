@@ -32,6 +32,7 @@ _TOKEN = re.compile(
     re.DOTALL,
 )
 
+_HALF = re.compile("[\ud800-\udfff]")
 _ENDS_A_KEY = frozenset("[]{},=\n")
 
 
@@ -83,6 +84,43 @@ def check_depth(value: Any, *, loc: str) -> None:
         if not level:
             return
     raise _too_deep(loc)
+
+
+def check_text(value: Any, *, loc: str) -> None:
+    """Refuse text that no file, message or database can hold: half of a surrogate pair.
+
+    Raises
+    ------
+    ConfigError
+        If any text or key in the value has one, naming where.
+    """
+    if isinstance(value, str):
+        if not value.isascii() and (half := _HALF.search(value)):
+            message = f"holds half of a surrogate pair, U+{ord(half[0]):04X}, which is no character"
+            raise ConfigError(FieldError(loc, message, value))
+    elif isinstance(value, dict):
+        for key, item in value.items():
+            check_text(key, loc=loc)
+            check_text(item, loc=f"{loc}.{key}")
+    elif isinstance(value, list | tuple):
+        for index, item in enumerate(value):
+            if isinstance(item, str | dict | list | tuple):
+                check_text(item, loc=f"{loc}.{index}")
+
+
+def text(value: str) -> str:
+    """Return text that can be encoded; a validator of pydantic.
+
+    Raises
+    ------
+    ValueError
+        If it holds half of a surrogate pair.
+    """
+    try:
+        check_text(value, loc="text")
+    except ConfigError as error:
+        raise ValueError(error.errors[0].message) from None
+    return value
 
 
 def _too_deep(loc: str) -> ConfigError:

@@ -8,7 +8,7 @@ from pydantic import Field
 
 from motionlab.config.force_map import AnyForceMapConfig
 from motionlab.config.plant import FrictionConfig
-from motionlab.config.quantity import OURS, PAPER, Config, choices, quantity
+from motionlab.config.quantity import OURS, PAPER, Config, Text, choices, quantity
 
 Law = Literal["off", "lugre-observer", "published-k", "residual-k", "canudas-de-wit", "reversed-k"]
 SharingLaw = Literal["least-norm", "force-per-ampere", "sine", "cubic"]
@@ -232,10 +232,10 @@ class SharingConfig(Config):
 class ControllerConfig(Config):
     """A position controller for both axes."""
 
-    name: str = Field(
+    name: Text = Field(
         default="custom", description="Name of the shipped controller it started from"
     )
-    description: str = Field(default="", description="What this controller is for")
+    description: Text = Field(default="", description="What this controller is for")
     x: GainsConfig
     y: GainsConfig
     compensation: CompensationConfig = CompensationConfig()

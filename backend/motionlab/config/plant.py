@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from motionlab.config.force_map import AnyForceMapConfig
-from motionlab.config.quantity import OURS, PAPER, Config, quantity
+from motionlab.config.quantity import OURS, PAPER, Config, Text, quantity
 from motionlab.config.timing import PLANT_STEP
 
 _Gain = Annotated[float, Field(ge=0.0, le=2.0)]
@@ -318,8 +318,8 @@ class AxisConfig(Config):
 class PlantConfig(Config):
     """The planar motor: two decoupled axes."""
 
-    name: str = Field(default="custom", description="Name of the shipped motor it started from")
-    description: str = Field(default="", description="What this motor stands for")
+    name: Text = Field(default="custom", description="Name of the shipped motor it started from")
+    description: Text = Field(default="", description="What this motor stands for")
     force: Literal["phases", "ideal"] = Field(
         default="phases",
         description="phases: three phases with currents; ideal: any force commanded acts at once",

@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
+
+from motionlab.config.bounds import text
 
 PAPER = "Huang et al., IEEE Access 2019"
 OURS = "this project's choice"
@@ -35,6 +37,9 @@ FACTORS = {
 
 Whole = Annotated[int, BeforeValidator(whole)]
 """A whole number, be it written 145 or 145.0: JSON has one type of number."""
+
+Text = Annotated[str, AfterValidator(text)]
+"""Text without a bound of its own: whatever can be encoded."""
 
 
 class Config(BaseModel):

@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from motionlab.config.controller import ControllerConfig
 from motionlab.config.plant import OURS, PlantConfig
-from motionlab.config.quantity import Config, quantity
+from motionlab.config.quantity import Config, Text, quantity
 from motionlab.config.timing import to_ticks
 from motionlab.config.trajectory import TrajectoryConfig
 
@@ -80,7 +80,7 @@ class Scenario(Config):
 
     name: str = Field(default="custom", pattern="^[a-z0-9-]{1,64}$", description="Short name")
     title: str = Field(default="", description="One line for people", max_length=120)
-    description: str = Field(
+    description: Text = Field(
         default="", description="What it shows and whose choice its numbers are"
     )
     seed: int = quantity(

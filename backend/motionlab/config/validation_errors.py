@@ -37,6 +37,7 @@ _MESSAGES = {
     "model_attributes_type": "must be a table",
     "list_type": "must be a list",
     "extra_forbidden": "unknown key",
+    "string_unicode": "holds half of a surrogate pair, which is no character",
     "string_too_short": "is too short",
     "string_too_long": "is too long",
     "string_pattern_mismatch": "is not of the allowed form",

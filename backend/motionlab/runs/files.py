@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from motionlab.errors import ConfigError, FieldError, StoreError
 from motionlab.runs.run import is_id
-from motionlab.store.files import complete_file, failure
+from motionlab.store.files import complete_file, failure, private_folder
 
 if TYPE_CHECKING:
     from pyarrow import parquet
@@ -54,6 +54,22 @@ class RunFiles:
             raise StoreError(f"{run_id!r} is no run")
         return f"{self._folder}/{run_id}.parquet"
 
+    def check(self) -> None:
+        """Refuse a local folder that can never be one.
+
+        Raises
+        ------
+        ConfigError
+            If a file is in its place.
+        """
+        if self._local:
+            folder = Path(self._folder)
+            there = next(each for each in (folder, *folder.parents) if each.exists())
+            if not there.is_dir():
+                raise ConfigError(
+                    FieldError("MOTIONLAB_RUNS_URL", f"{there} is no folder", self._folder)
+                )
+
     def put(self, run_id: str, source: Path) -> int:
         """Store a complete Parquet file, which then appears as a whole, and remove `source`.
 
@@ -71,7 +87,7 @@ class RunFiles:
         try:
             size = source.stat().st_size
             if self._local:
-                Path(self._folder).mkdir(parents=True, exist_ok=True)
+                private_folder(Path(self._folder))
                 _move(source, Path(target))
             else:
                 with (
@@ -210,6 +226,6 @@ def _move(source: Path, target: Path) -> None:
         except OSError as error:
             if error.errno != errno.EXDEV:
                 raise
-            with complete_file(str(target)) as part, part.open("wb") as copy:
+            with complete_file(str(target), mode=0o600) as part, part.open("wb") as copy:
                 shutil.copyfileobj(file, copy, _PIECE)
             source.unlink()

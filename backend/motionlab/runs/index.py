@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
+import glob
 import math
 import os
+import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -15,16 +17,19 @@ from sqlalchemy.dialects.postgresql import insert as insert_postgresql
 from sqlalchemy.dialects.sqlite import insert as insert_sqlite
 from sqlalchemy.exc import ArgumentError, DBAPIError
 
+from motionlab.config.bounds import check_text
 from motionlab.errors import ConfigError, FieldError, StoreError, StoreFull
 from motionlab.runs.query import find
 from motionlab.runs.run import CHANGEABLE, Page, Run, RunDetail
 from motionlab.runs.search import HEADLINE, LIMIT_MAX, Search
 from motionlab.runs.tables import DOCUMENTS, METRICS, RUNS, TAGS, WORDS
+from motionlab.store.files import complete_file, private_file
 
 VERSION = "0005"
 """Version of the tables; migrations/versions has the way there."""
 
 _MAPPED = 1 << 30  # bytes of SQLite's file that are read without a copy
+_BACKUP, _BACKUPS = ".backup", 3  # copies of the index from before it was migrated
 _BUSY_SECONDS = 10.0  # for another process's write to SQLite
 _NARROW = {column.name for column in RUNS.columns}
 _ENTRY = set(Run.model_fields) - _NARROW
@@ -47,12 +52,15 @@ class Index:
 
     def __init__(self, url: str) -> None:
         self._engine = _engine(url)
+        self._file = _sqlite_file(self._engine)
         self._alone = self._engine.execution_options(begin="IMMEDIATE")  # of SQLite's writers
         self._sqlite = self._engine.dialect.name == "sqlite"
         if self._sqlite:
             event.listen(self._engine, "connect", _set_up_sqlite)
             event.listen(self._engine, "begin", _begin_sqlite)
         try:
+            if self._file is not None:
+                _make_private(self._file)
             with _failures():
                 self._migrate()
         except StoreError:
@@ -63,7 +71,7 @@ class Index:
         """Close its connections."""
         self._engine.dispose()
 
-    @contextmanager
+    @contextlib.contextmanager
     def begin(self) -> Iterator[sa.Connection]:
         """Give a connection whose changes are kept together at its end, or not at all.
 
@@ -78,6 +86,7 @@ class Index:
     def put(self, *runs: RunDetail) -> None:
         """Insert runs, or replace what is known of them."""
         documents = [run.model_dump(mode="json") for run in runs]
+        check_text(documents, loc="run")
         rows = [{name: each[name] for name in _NARROW} for each in documents]
         with _failures(), self._engine.begin() as connection:
             self._upsert(connection, RUNS, rows)
@@ -157,6 +166,9 @@ class Index:
 
     def change(self, run_id: str, changes: Mapping[str, Any]) -> RunDetail | None:
         """Change `CHANGEABLE` fields of a run; None if there is none of that identifier."""
+        check_text(
+            {name: changes[name] for name in ("name", "note", "tags") if name in changes}, loc="run"
+        )
         with _failures(), self._alone.begin() as connection:
             run = _read(connection, run_id, lock=not self._sqlite)
             if run is None:
@@ -301,8 +313,49 @@ class Index:
                     f"the index of runs is of version {found}, this motionlab knows {VERSION}: "
                     "use a newer one"
                 )
+            if self._file is not None and found is not None:
+                _back_up(self._file, found)
             config.attributes["connection"] = connection
             command.upgrade(config, "head")
+
+
+def _sqlite_file(engine: sa.Engine) -> Path | None:
+    """Return the file of an index, None where it is elsewhere or in memory."""
+    place = engine.url.database if engine.dialect.name == "sqlite" else None
+    return None if place in {None, "", ":memory:"} else Path(str(place))
+
+
+def _make_private(file: Path) -> None:
+    """Give a new file of SQLite to its owner alone; what it writes beside it is like it."""
+    with contextlib.suppress(OSError):  # SQLite says why it cannot be opened
+        private_file(file)
+
+
+def _back_up(file: Path, version: str) -> None:
+    """Copy an index beside it before it is migrated; the latest `_BACKUPS` copies are kept.
+
+    Raises
+    ------
+    StoreError
+        If it cannot be copied: it is not migrated then.
+    """
+    target = file.with_name(f"{file.name}.{version}{_BACKUP}")
+    try:
+        # The transaction that is about to migrate has read, and not yet written.
+        with (
+            complete_file(str(target), mode=0o600) as part,
+            contextlib.closing(sqlite3.connect(part)) as copy,
+            contextlib.closing(sqlite3.connect(file)) as source,
+        ):
+            source.backup(copy)
+        copies = sorted(file.parent.glob(f"{glob.escape(file.name)}.*{_BACKUP}"))
+        for old in copies[:-_BACKUPS]:
+            old.unlink(missing_ok=True)
+    except (OSError, sqlite3.Error, StoreError) as error:
+        raise StoreError(
+            f"the index of runs is not brought to version {VERSION}, because it cannot be copied "
+            f"first: {error}"
+        ) from error
 
 
 def _read(connection: sa.Connection, run_id: str, *, lock: bool = False) -> RunDetail | None:
@@ -366,7 +419,7 @@ def _engine(url: str) -> sa.Engine:
         raise StoreError("PostgreSQL needs psycopg: pip install 'motionlab[postgres]'") from None
 
 
-@contextmanager
+@contextlib.contextmanager
 def _failures() -> Iterator[None]:
     try:
         yield
@@ -375,6 +428,28 @@ def _failures() -> Iterator[None]:
         if "full" in reason or "No space" in reason:
             raise StoreFull(f"the index of runs cannot be written: {reason}") from error
         raise StoreError(f"the index of runs cannot be reached: {reason}") from error
+
+
+def check_address(root: Path) -> None:
+    """Refuse an address of the index that can never work; nothing is connected or made.
+
+    Raises
+    ------
+    ConfigError
+        If it is none, its folder is missing, or what speaks to the database is not installed.
+    """
+    try:
+        engine = _engine(index_url(root))
+    except StoreError as error:
+        raise ConfigError(FieldError("MOTIONLAB_DATABASE_URL", str(error))) from None
+    file = _sqlite_file(engine)
+    engine.dispose()
+    if file is None and engine.dialect.name == "sqlite":
+        raise _no_address(str(engine.url))
+    if file is not None and os.environ.get("MOTIONLAB_DATABASE_URL") and not file.parent.is_dir():
+        raise ConfigError(
+            FieldError("MOTIONLAB_DATABASE_URL", "its folder does not exist", str(file.parent))
+        )
 
 
 def index_url(root: Path) -> str:

@@ -33,7 +33,7 @@ from motionlab.runs.run import CHANGEABLE, NAME, Event, RunDetail, check_name, i
 from motionlab.runs.telemetry import recording as read_recording
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.result import metadata
-from motionlab.store.files import failure
+from motionlab.store.files import failure, private_file, private_folder
 from motionlab.telemetry import recorder
 from motionlab.telemetry.recording import Recording
 
@@ -71,7 +71,7 @@ class Library:
 
     def __init__(self, root: Path) -> None:
         try:
-            root.mkdir(parents=True, exist_ok=True)
+            private_folder(root)
         except OSError as error:
             raise StoreError(f"{root} cannot be made: {error.strerror}") from error
         from motionlab.runs.index import Index, index_url
@@ -373,7 +373,8 @@ class Library:
         """Give a file to write, which is gone afterwards."""
         part = self.spools / f".{run_id}.parquet"  # a form that `spool.remove_leftovers` knows
         try:
-            self.spools.mkdir(parents=True, exist_ok=True)
+            private_folder(self.spools)
+            private_file(part)
             yield part
         except OSError as error:
             raise failure(f"{run_id} cannot be kept", error) from error
@@ -396,6 +397,23 @@ def library() -> Library:
     """Return the library of the user's data; each process opens its own, once."""
     places = ("MOTIONLAB_DATABASE_URL", "MOTIONLAB_RUNS_URL")
     return _library(data_root(), os.getpid(), *(os.environ.get(name, "") for name in places))
+
+
+def check_places(root: Path) -> None:
+    """Refuse settings of the library that can never work, before it is used.
+
+    Raises
+    ------
+    ConfigError
+        Naming MOTIONLAB_DATABASE_URL, MOTIONLAB_RUNS_URL or MOTIONLAB_RUNS_MAX.
+    """
+    quota()
+    if os.environ.get("MOTIONLAB_DATABASE_URL"):
+        from motionlab.runs.index import check_address
+
+        check_address(root)
+    if os.environ.get("MOTIONLAB_RUNS_URL"):
+        RunFiles(runs_url(root)).check()
 
 
 def quota() -> int:
@@ -452,4 +470,6 @@ def _missing(gaps: list[Event]) -> str:
     ticks = sum(gap.ticks or 0 for gap in gaps)
     if not gaps:
         return ""
+    if not ticks:
+        return gaps[-1].reason
     return f"{ticks * CONTROL_PERIOD:.3g} s are missing: {gaps[-1].reason}"

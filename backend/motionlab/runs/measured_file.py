@@ -13,6 +13,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 from pyarrow import parquet
 
+from motionlab.config.bounds import check_text
 from motionlab.errors import ConfigError, FieldError
 from motionlab.runs.import_document import COLUMNS_MAX, GUESSED, VALUES_MAX, ImportOptions
 from motionlab.runs.mat_check import check_mat
@@ -87,6 +88,8 @@ def read_file(path: Path, said: ImportOptions = GUESSED) -> MeasuredFile:
     format = _MAGIC.get(head, "csv")
     readers = {"parquet": _read_parquet, "mat": _read_mat, "mcap": _read_mcap}
     file = readers[format](path) if format in readers else _read_csv(path, said)
+    check_text([(c.header, c.unit) for c in file.columns], loc="file: column")
+    check_text(file.ignored, loc="file")
     empty = [column.header for column in file.columns if not np.isfinite(column.values).any()]
     file.columns = [column for column in file.columns if column.header not in empty]
     file.ignored |= dict.fromkeys(empty, "has no number")

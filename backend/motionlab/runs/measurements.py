@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import time
 from pathlib import Path
 from typing import Any
@@ -39,7 +40,7 @@ def import_file(
     library : Library, optional
         Where it is kept; None for a preview.
     name : str
-        What the run is called where `options` give no name.
+        What the run is called where `options` give no name: of a file, whose name may be no text.
 
     Returns
     -------
@@ -59,7 +60,8 @@ def import_file(
     document = measurement.document
     if library is None or document.problems:
         return document, None
-    run = _run(measurement, (options.name or name)[:NAME_MAX])
+    name = options.name or os.fsencode(name).decode("utf-8", "replace")
+    run = _run(measurement, name[:NAME_MAX])
     run.result["import"] = document.model_dump(mode="json", exclude={"run", "channels", "units"})
     about = {
         "version": __version__,

@@ -103,7 +103,11 @@ class Spool:
             for field, values in zip(self._schema, (ticks, *samples), strict=True)
         ]
         batch = pa.RecordBatch.from_arrays(arrays, schema=self._schema)
-        self._writer.write_batch(batch)
+        try:
+            self._writer.write_batch(batch)
+        except BaseException:
+            self._discard()
+            raise
         self._write()
 
     def note(self, event: Event) -> None:
@@ -143,9 +147,12 @@ class Spool:
     def _write(self) -> None:
         """Write what the Arrow writer has given; all of it, or the file is as it was."""
         data = self._sink.getvalue()
+        self._discard()
+        _append(self._samples, data)
+
+    def _discard(self) -> None:
         self._sink.seek(0)
         self._sink.truncate()
-        _append(self._samples, data)
 
 
 def _created(path: Path) -> int:

@@ -24,13 +24,27 @@ from motionlab.config.drive import load_drive
 from motionlab.config.shipped import SERVER_LOCK, config_root, data_root
 from motionlab.errors import ConfigError, FieldError
 from motionlab.executors.executor import executing
+from motionlab.runs.library import check_places
 from motionlab.service.app import create_app
-from motionlab.service.http import access_log
+from motionlab.service.http import access_log, download
 from motionlab.service.http.connection_limits import Socket, bounded
 from motionlab.service.http.page import page_root
 from motionlab.service.server_settings import Loaded
 from motionlab.service.settings import LOOPBACK, Bounds, Settings
-from motionlab.store.files import remove_leftovers
+from motionlab.store.files import make_private, private_file, private_folder, remove_leftovers
+
+_DATA = (
+    SERVER_LOCK,
+    "runs",
+    "runs.sqlite*",
+    "recording",
+    "trajectories",
+    "motors",
+    "maps",
+    "jobs",
+    "commissioning*.json",
+)
+"""What a folder of data holds."""
 
 _EVERY_ADDRESS = {"0.0.0.0", "::", "[::]"}
 MESSAGE_MAX = 128 * 1024
@@ -81,6 +95,7 @@ def serve(loaded: Loaded, *, opens: bool = False) -> None:
         pass  # what is no scheduler is refused now
     link = None if given.drive is None else load_drive(given.drive)
     config_root()  # or it is refused
+    check_places(data_root())
     with _alone(data_root()), listen(given.host, given.port) as listener:
         address, taken = listener.getsockname()[:2]
         shown = f"[{address}]" if ":" in address else address
@@ -101,6 +116,8 @@ def serve(loaded: Loaded, *, opens: bool = False) -> None:
         _allow_connections(settings.connections_max)
         sys.setswitchinterval(_SWITCH_SECONDS)
         remove_leftovers(data_root())
+        download.remove_leftovers()
+        make_private(_ours(data_root()))
         _log_from(given.log_level)
         config = configuration(create_app(settings), given.log_level)
         local = "127.0.0.1" if given.host in _EVERY_ADDRESS else shown
@@ -128,11 +145,12 @@ def _alone(root: Path) -> contextlib.AbstractContextManager[object]:
         If another server holds it, or it is no folder and cannot be made.
     """
     try:
-        root.mkdir(parents=True, exist_ok=True)
+        private_folder(root)
     except OSError as error:
         text = f"cannot be made: {error.strerror}"
         raise ConfigError(FieldError("MOTIONLAB_DATA", text, str(root.absolute()))) from None
     try:
+        private_file(root / SERVER_LOCK)
         file = (root / SERVER_LOCK).open("wb")
     except OSError:  # a folder that cannot be written needs no lock
         return contextlib.nullcontext()
@@ -145,6 +163,12 @@ def _alone(root: Path) -> contextlib.AbstractContextManager[object]:
     except OSError:  # a file system without locks
         pass
     return file
+
+
+def _ours(root: Path) -> list[Path]:
+    """Return what lies in a folder of data and is the lab's; the folder too if all of it is."""
+    ours = [path for name in _DATA for path in root.glob(name)]
+    return [root] if len(ours) == sum(1 for _ in root.iterdir()) else ours
 
 
 def configuration(app: FastAPI, log_level: str = "warning") -> uvicorn.Config:

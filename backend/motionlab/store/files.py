@@ -9,7 +9,7 @@ import os
 import stat
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import BinaryIO
 
@@ -52,14 +52,63 @@ def replace(path: Path, content: bytes, *, mode: int = 0o600) -> None:
     OSError
         If that cannot be done; what was there is untouched.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
+    private_folder(path.parent)
     with _moved_to(path, mode) as part:
         part.write_bytes(content)
 
 
+def private_folder(folder: Path) -> None:
+    """Make a folder, and those above it that are missing, for its owner alone.
+
+    Raises
+    ------
+    OSError
+        If it cannot be made.
+    """
+    missing = [each for each in (folder, *folder.parents) if not each.exists()]
+    for each in reversed(missing):
+        each.mkdir(mode=0o700, exist_ok=True)
+    if not missing:
+        folder.mkdir(exist_ok=True)  # or it is no folder
+
+
+def private_file(path: Path) -> None:
+    """Make an empty file for its owner alone, where there is none.
+
+    Raises
+    ------
+    OSError
+        If it cannot be made.
+    """
+    os.close(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_CLOEXEC, 0o600))
+
+
+def make_private(paths: Iterable[Path]) -> None:
+    """Take files and folders, with all inside, from everybody but their owner; no links.
+
+    Folders of earlier versions were readable by all. What belongs to somebody else stays.
+    """
+    for path in paths:
+        with contextlib.suppress(OSError):
+            found = path.lstat()
+            if found.st_uid != os.geteuid() or stat.S_ISLNK(found.st_mode):
+                continue
+            if others := found.st_mode & 0o077:
+                path.chmod(stat.S_IMODE(found.st_mode) & ~others)
+            if stat.S_ISDIR(found.st_mode):
+                make_private(path.iterdir())
+
+
 @contextlib.contextmanager
-def complete_file(path: str) -> Iterator[Path]:
+def complete_file(path: str, *, mode: int | None = None) -> Iterator[Path]:
     """Yield a file to write, which appears under the name `path` only when it is complete.
+
+    Parameters
+    ----------
+    path : str
+        The file's place.
+    mode : int, optional
+        Its permissions; those of the file that it replaces, or of any new one, when left out.
 
     Raises
     ------
@@ -68,7 +117,7 @@ def complete_file(path: str) -> Iterator[Path]:
     """
     target = Path(path).resolve()  # the file that a link points to, not the link
     try:
-        with _moved_to(target, _mode(target)) as part:
+        with _moved_to(target, _mode(target) if mode is None else mode) as part:
             yield part
     except OSError as error:
         raise failure(f"{path}: cannot be written", error) from error

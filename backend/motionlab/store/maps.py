@@ -75,7 +75,7 @@ class MapStore:
         """
         self.check_room()
         path = self.folder / f"{force_map.document.content_hash}.json"
-        save(force_map, path, loc=f"map {path.stem}")
+        save(force_map, path, loc=f"map {path.stem}", mode=0o600)
         return path
 
 
@@ -199,7 +199,7 @@ def _size(path: Path) -> int:
         return 0
 
 
-def save(force_map: ForceMap, path: str | Path, *, loc: str = "") -> None:
+def save(force_map: ForceMap, path: str | Path, *, loc: str = "", mode: int = 0o644) -> None:
     """Write a map to a file, whole or not at all.
 
     Parameters
@@ -210,6 +210,8 @@ def save(force_map: ForceMap, path: str | Path, *, loc: str = "") -> None:
         The file; its folder is made when it is missing.
     loc : str
         Its name in errors; its path when left out.
+    mode : int
+        Its permissions.
 
     Raises
     ------
@@ -217,6 +219,6 @@ def save(force_map: ForceMap, path: str | Path, *, loc: str = "") -> None:
         If it cannot be written; `StoreFull` if the disk is full.
     """
     try:
-        replace(Path(path), force_map.text().encode(), mode=0o644)
+        replace(Path(path), force_map.text().encode(), mode=mode)
     except OSError as error:
         raise failure(f"{loc or path} cannot be written", error) from error

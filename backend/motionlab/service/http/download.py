@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import fcntl
 import os
+import shutil
 import tempfile
 import time
 from collections.abc import AsyncIterator, Iterator
@@ -18,6 +20,7 @@ from motionlab.errors import StoreError, StoreFull
 from motionlab.service.http.connection_limits import READ_GRACE, READ_RATE
 from motionlab.store.files import failure
 
+_PREFIX = "motionlab-scratch-"
 _CHUNK = 256 * 1024  # bytes
 
 
@@ -32,13 +35,41 @@ def temporary_folder() -> Iterator[Path]:
     """
     where = "the server's temporary folder"
     try:
-        with tempfile.TemporaryDirectory(prefix="motionlab-") as folder:
-            yield Path(folder)
+        folder, lock = _locked_folder()
+        try:
+            yield folder
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+            os.close(lock)
     except OSError as error:
         raise failure(where, error) from error
     except StoreError as error:  # which names the path
         full = isinstance(error, StoreFull)
         raise (StoreFull if full else StoreError)(f"{where} cannot be written") from error
+
+
+def _locked_folder() -> tuple[Path, int]:
+    """Make a temporary folder whose lock says that its server is alive."""
+    while True:
+        folder = Path(tempfile.mkdtemp(prefix=_PREFIX))
+        lock = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if folder.exists():  # else a server that has just started took it for a leftover
+            return folder, lock
+        os.close(lock)
+
+
+def remove_leftovers() -> None:
+    """Remove the temporary folders of servers that were killed."""
+    for folder in Path(tempfile.gettempdir()).glob(f"{_PREFIX}*"):
+        with contextlib.suppress(OSError):
+            lock = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC)
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)  # or in use
+                if os.fstat(lock).st_uid == os.geteuid():
+                    shutil.rmtree(folder, ignore_errors=True)
+            finally:
+                os.close(lock)
 
 
 class Download(Response):

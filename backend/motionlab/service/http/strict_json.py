@@ -10,7 +10,7 @@ from fastapi import HTTPException, Request, Response
 from fastapi.concurrency import run_in_threadpool
 from fastapi.routing import APIRoute
 
-from motionlab.config.bounds import check_depth
+from motionlab.config.bounds import check_depth, check_text
 from motionlab.errors import ConfigError
 
 MEMBERS_MAX = 100_000
@@ -46,6 +46,8 @@ def _read(body: bytes) -> Any:
     try:
         content = json.loads(body, object_pairs_hook=_table)
         check_depth(content, loc="body")
+        if not body.isascii() or b"\\u" in body or b"\0" in body:  # of UTF-16
+            check_text(content, loc="body")
     except ConfigError as error:  # which FastAPI takes for broken JSON
         raise HTTPException(422, str(error)) from None
     except RecursionError:

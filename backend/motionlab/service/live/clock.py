@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 import threading
 import time
 from collections import deque
@@ -13,6 +14,8 @@ FRAME_SECONDS = 1.0 / 60.0
 
 _REST_SECONDS = 0.001
 """Least pause between two rounds, s: a machine that cannot keep up still answers."""
+
+_LOG = logging.getLogger(__name__)
 
 
 class Clocked(Protocol):
@@ -70,7 +73,12 @@ class Clock:
         due = time.monotonic()
         while playing := self._wait_for_sessions():
             for session in playing:
-                session.keep_up(time.monotonic())
+                try:
+                    session.keep_up(time.monotonic())
+                except Exception:  # of this session alone: the others go on
+                    _LOG.exception("a session cannot be advanced and is no longer played")
+                    self.stop(session)
+                    continue
                 self._drop_if_ended(session)
                 self._advanced.append(session)
                 self._call_loop()
@@ -105,4 +113,7 @@ class Clock:
         while self._advanced:
             sessions[self._advanced.popleft()] = None
         for session in sessions:
-            session.publish()
+            try:
+                session.publish()
+            except Exception:  # of this session alone
+                _LOG.exception("what is new of a session cannot be sent")

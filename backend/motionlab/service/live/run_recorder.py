@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from motionlab.config.scenario import Scenario
 from motionlab.errors import MotionLabError
+from motionlab.problems import plain
 from motionlab.runs.library import FREE_LEAST, library, quota, spools
 from motionlab.runs.new_run import live_run
 from motionlab.runs.run import Event, RunDetail, new_id
@@ -42,7 +43,7 @@ _PERIOD = 0.4  # s between two batches, so that less than a second is lost by a 
 _SHARE = 4  # of the ring: a batch is taken at the latest when so much of it is new
 _PENDING_MAX = 128_000_000  # bytes that wait for the disk
 _TIDY_PERIOD = 10.0  # s
-_RECOVER_TURNS = 60  # tidyings until what could not be made a run is tried again
+_RECOVER_TURNS = 3  # tidyings until what could not be made a run is tried again
 _CLOSE_SECONDS = 1.5  # for what waits when the server ends
 _FINISH_SECONDS = 600.0
 _LISTED_SECONDS = 10.0  # that a request waits for a run to be in the index
@@ -64,7 +65,21 @@ class _Record:
     end: int = 0  # the tick after the latest
     lost: int = 0  # of the latest ticks, so many in a row could not be written
     problem: str = ""
+    unwritten: str = ""  # what will never be
     changes_wait: bool = False  # a call that lists its changes is queued
+
+    def failed(self, error: Exception) -> None:
+        """Note why it is not written, and say so in the log when that is new."""
+        known = isinstance(error, OSError | MotionLabError)
+        reason = (isinstance(error, OSError) and error.strerror) or str(error)
+        if not known:
+            reason = f"the recorder failed, {type(error).__name__}: {error}"
+        reason = plain(reason)
+        if not self.problem:
+            _LOG.warning(
+                "%s is not being recorded: %s", self.id, reason, exc_info=None if known else error
+            )
+        self.problem = reason
 
 
 @dataclass
@@ -132,7 +147,8 @@ class SessionRecorder:
     @property
     def problem(self) -> str:
         """Why nothing can be recorded at the moment; empty when all is well."""
-        return "" if self._record is None else self._record.problem
+        record = self._record
+        return "" if record is None else record.problem or record.unwritten
 
     def advanced(self, *, flush: bool = False) -> None:
         """Take what is new when it is time for it, or at once with `flush`."""
@@ -160,6 +176,16 @@ class SessionRecorder:
             self._ended = True
 
     def _take(self) -> None:
+        """Take what is new; whatever that raises, the session and its stop go on."""
+        try:
+            self._take_new()
+        except Exception as error:
+            if self._record is not None:
+                self._record.failed(error)
+            else:
+                _LOG.exception("a session is not being recorded")
+
+    def _take_new(self) -> None:
         self._due = time.monotonic() + _PERIOD
         if self._ended or self._ring.end <= self._taken:
             return
@@ -249,7 +275,10 @@ class RunRecorder:
                 if not self._items:
                     return
                 item = self._items.popleft()
-            self._carry_out(item)
+            try:
+                self._carry_out(item)
+            except Exception as error:  # the thread writes the recordings of all sessions
+                item.record.failed(error)
             if item.samples is not None:
                 with self._changed:
                     self._pending -= item.samples.nbytes
@@ -277,11 +306,8 @@ class RunRecorder:
     def _attempt(self, record: _Record, work: Callable[..., None], *arguments: Any) -> None:
         try:
             work(record, *arguments)
-        except (OSError, MotionLabError) as error:
-            reason = error.strerror if isinstance(error, OSError) else None
-            if not record.problem:
-                _LOG.warning("%s is not being recorded: %s", record.id, reason or error)
-            record.problem = reason or str(error)
+        except Exception as error:
+            record.failed(error)
 
     def _append(self, record: _Record, first: int, samples: NDArray[np.float32]) -> None:
         record.lost += samples.shape[1]  # until they are written
@@ -295,7 +321,13 @@ class RunRecorder:
     def _write_events(self, record: _Record) -> None:
         while record.spool is not None and record.events:
             event = record.events[0]
-            record.spool.note(event)
+            try:
+                record.spool.note(event)
+            except ValueError as error:  # it will never be written; those after it are
+                reason = plain(f"a {event.kind} cannot be written: {error}")
+                _LOG.warning("%s: %s", record.id, reason)
+                record.spool.note(Event(tick=event.tick, kind="gap", ticks=0, reason=reason))
+                record.unwritten = reason
             del record.events[0]
             if event.kind == "change" and not record.changes_wait:
                 record.changes_wait = True
@@ -370,18 +402,25 @@ class RunRecorder:
         What the index could not take while it was out of reach follows once it answers.
         """
         while True:
-            if await asyncio.to_thread(_has_spools, self._root):
-                await self._worked(_recovered)
-            for _ in range(_RECOVER_TURNS):
-                if await self._worked(_purged, light=True) and self._missed:
-                    break
+            try:
+                await self._tidy_once()
+            except Exception:
+                _LOG.exception("runs: tidying failed")
                 await asyncio.sleep(_TIDY_PERIOD)
-            missed, self._missed = self._missed, {}
-            for record, run in missed.values():
-                if run is not None:
-                    self._call(record, _listed_again, run, light=True)
-            if missed:
-                await asyncio.sleep(_TIDY_PERIOD)
+
+    async def _tidy_once(self) -> None:
+        if await asyncio.to_thread(_has_spools, self._root):
+            await self._worked(_recovered)
+        for _ in range(_RECOVER_TURNS):
+            if await self._worked(_purged, light=True) and self._missed:
+                break
+            await asyncio.sleep(_TIDY_PERIOD)
+        missed, self._missed = self._missed, {}
+        for record, run in missed.values():
+            if run is not None:
+                self._call(record, _listed_again, run, light=True)
+        if missed:
+            await asyncio.sleep(_TIDY_PERIOD)
 
     async def _worked(
         self, function: Callable[..., None], *arguments: Any, light: bool = False
@@ -394,6 +433,9 @@ class RunRecorder:
             answer.close()
         except (MotionLabError, HTTPException) as error:  # tried again later
             _LOG.warning("runs: %s", getattr(error, "detail", None) or error)
+            return False
+        except Exception:
+            _LOG.exception("runs: %s failed", function.__name__)
             return False
         return True
 
@@ -408,7 +450,9 @@ def _note_gap(record: _Record, end: int) -> None:
 
 
 def _has_spools(root: Path) -> bool:
-    return any(spools(root).glob("r-*"))
+    """Tell whether there are recordings, and room for runs."""
+    roomy = shutil.disk_usage(root).free >= FREE_LEAST
+    return roomy and any(spools(root).glob("r-*"))
 
 
 def _put(_: Call, run: RunDetail) -> None:

@@ -376,7 +376,11 @@ class Session:
         """Return a member of `info`, written anew only when its value is another object."""
         kept = self._texts.get(name)
         if kept is None or kept[0] is not value:
-            kept = (value, f'"{name}":{adapter.dump_json(value).decode()}')
+            try:
+                text = adapter.dump_json(value).decode()
+            except ValueError:  # text that UTF-8 cannot hold: the session is still to be stopped
+                text = json.dumps(adapter.dump_python(value))
+            kept = (value, f'"{name}":{text}')
             self._texts[name] = kept
         return kept[1]
 
