@@ -220,7 +220,16 @@ REFUSED = [
     ("<svg>\n<g transform='rotate(nan)'/></svg>", "line 2: transform"),
     ("<svg>\n<use id='a' href='#a'/></svg>", "line 2: uses itself"),
     ("<svg>\n<use href='other.svg#a'/></svg>", "line 2: refers to another file"),
-    ("<!DOCTYPE svg [\n<!ENTITY a 'b'>]><svg>&a;</svg>", "line 2: declares an entity"),
+    ("<!DOCTYPE svg [<!ENTITY a SYSTEM '/a'>]>\n<svg>&a;</svg>", "line 2: .* another file"),
+    (
+        "<!DOCTYPE svg [<!ENTITY a '&b;'><!ENTITY b SYSTEM '/b'>]>\n<svg id='&a;'/>",
+        "line 2: uses an entity that lies in another file",
+    ),
+    (
+        "<!DOCTYPE svg [<!ENTITY a '&b;&b;'><!ENTITY b '" + "c" * 60_000 + "'>]>\n<svg>&a;</svg>",
+        "line 2: uses an entity that expands too far",
+    ),
+    ("<!DOCTYPE svg [<!ENTITY a '&a;'>]>\n<svg>&a;</svg>", "line 2: .* expands too far"),
     ("<svg>\n<g></svg>", "line 2: is no XML"),
     ("<html/>", "line 1: begins no SVG"),
     ("<svg>" + "<g>" * 70, "nested too deeply"),

@@ -144,7 +144,7 @@ class WriteRequest(ChangedScenario):
                     "schema": {
                         "type": "string",
                         "format": "binary",
-                        "description": "CSV, SVG, G-code or text, UTF-8; docs/trajectories.md",
+                        "description": "CSV, SVG, G-code or text; docs/trajectories.md",
                         "examples": ["x [mm],y [mm]\n0,0\n10,0\n10,20\n"],
                     }
                 }

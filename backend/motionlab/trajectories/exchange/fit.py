@@ -26,6 +26,8 @@ _MANY = 0.5
 _EVENLY = 512
 """Most edges that are spread evenly between two corners."""
 _NANOMETRES = 9
+_LOOP = 1e-7
+"""Shortest way back to the same place that is more than rounding, m."""
 
 
 @dataclass(frozen=True)
@@ -79,15 +81,16 @@ def fit(segments: Sequence[Segment], *, tolerance: float, stops: Iterable[int] =
     samples = chain.samples(tolerance / 8.0)
     where = chain.at(samples)
     spread = _Spread(chain, hard, samples, where, least=4 if smooth else 2)
-    s, places = _apart(chain, spread.knots(), hard)
+    s, places = _apart(chain, spread.unlooped(spread.knots()), hard)
     while True:
         fitted = _fitted(s, places, closed, () if smooth else hard)
         _refuse_many(len(fitted[0]), tolerance)
         away, edge = _away(chain, s, samples, where, fitted)
         bad = np.unique(edge[away > tolerance])
-        finer = spread.knots() if spread.refined(s, bad) else np.union1d(s, _halved(chain, s, bad))
-        finer, places = _apart(chain, finer, hard)
-        if np.array_equal(finer, s):
+        grown = spread.refined(s, bad)
+        finer = spread.knots() if grown else np.union1d(s, _halved(chain, s, bad))
+        finer, places = _apart(chain, spread.unlooped(finer), hard)
+        if not grown and np.array_equal(finer, s):  # loops may have those knots already
             break
         s = finer
     points, closed, corners = fitted
@@ -104,7 +107,7 @@ class _Spread:
     """Knots that are spread evenly between corners."""
 
     def __init__(self, chain: Chain, hard: Array, samples: Array, where: Array, least: int) -> None:
-        self._hard, self._samples = hard, samples
+        self._chain, self._hard, self._samples = chain, hard, samples
         ways = np.hypot(*np.diff(where, axis=0).T)
         self._arc = np.concatenate(([0.0], np.cumsum(ways)))
         one_line = (np.diff(hard) == 1) & chain.straight[hard[:-1].astype(int)]
@@ -121,6 +124,22 @@ class _Spread:
         ]
         inside = np.interp(np.concatenate([np.empty(0), *inner]), self._arc, self._samples)
         return np.union1d(self._hard, inside)
+
+    def unlooped(self, s: Array) -> Array:
+        """Add knots between neighbours at one place that the drawing leaves in between.
+
+        A closed contour that is travelled several times is back where it began at every knot that
+        a whole number of laps lies before.
+        """
+        while True:
+            places = np.round(self._chain.at(s), _NANOMETRES)
+            arc = np.interp(s, self._samples, self._arc)
+            same = (places[1:] == places[:-1]).all(axis=1)
+            loops = np.flatnonzero(same & (np.diff(arc) > _LOOP))
+            if not loops.size or len(s) > 2 * POINTS_MAX:
+                return s
+            middles = 0.5 * (arc[loops] + arc[loops + 1])
+            s = np.union1d(s, np.interp(middles, self._arc, self._samples))
 
     def refined(self, s: Array, bad: NDArray[np.int64]) -> bool:
         """Double the knots of stretches that are too far away in half of their edges, if any."""

@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from motionlab.config.drawn_path import DrawnPath
 from motionlab.config.moves import Dwell
 from motionlab.config.trajectory import Sequence
+from motionlab.encodings import decoded, lines_of
 from motionlab.errors import ConfigError, FieldError
 from motionlab.trajectories.exchange.fit import Fitted, fit
 from motionlab.trajectories.exchange.gcode import read_gcode
@@ -130,7 +131,7 @@ def read_trajectory(content: bytes, options: ReadOptions, *, name: str = "") -> 
     Parameters
     ----------
     content : bytes
-        UTF-8 text.
+        Text in any encoding of `encodings.decoded`.
     options : ReadOptions
         What is said of it.
     name : str
@@ -141,9 +142,10 @@ def read_trajectory(content: bytes, options: ReadOptions, *, name: str = "") -> 
     ConfigError
         With the line that cannot be read and what is expected, or the option that does not fit.
     """
-    text = _text(content)
+    text, notes = _text(content)
     format = options.format or _format(text, name)
     drawing = _drawing(text, format, options)
+    drawing.notes[:0] = notes
     kept, numbers = without_short(drawing.segments)
     if not kept:
         raise ConfigError(FieldError("file", "has no way between its points", range="> 0 m"))
@@ -167,23 +169,16 @@ def read_trajectory(content: bytes, options: ReadOptions, *, name: str = "") -> 
     )
 
 
-def _text(content: bytes) -> str:
+def _text(content: bytes) -> tuple[str, list[str]]:
+    """Return the text of a file, and a note on its encoding."""
     if len(content) > BYTES_MAX:
         bounds = {"maximum": float(BYTES_MAX)}
         raise ConfigError(
             FieldError("file", "is too large", len(content), unit="bytes", bounds=bounds)
         )
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        number = content.count(b"\n", 0, error.start) + 1
-        raise ConfigError(
-            FieldError(f"line {number}", "is no text; UTF-8 is expected", content[error.start])
-        ) from None
-    at = text.find("\0")
-    if at >= 0:
-        raise ConfigError(FieldError(f"line {text.count(chr(10), 0, at) + 1}", "is no text"))
-    return text
+    text, encoding = decoded(content)
+    plain = encoding in {"utf-8", "utf-8-sig"}
+    return text, [] if plain else [f"read as {encoding.upper()}"]
 
 
 def _format(text: str, name: str) -> Format:
@@ -193,7 +188,7 @@ def _format(text: str, name: str) -> Format:
         return known
     if text.lstrip().startswith("<"):
         return "svg"
-    first = next((row for row in text.splitlines() if row.strip()), "")
+    first = next((row for row in lines_of(text) if row.strip()), "")
     return "gcode" if _FIRST_GCODE.match(first) else "csv"
 
 

@@ -1,6 +1,6 @@
 """An SVG document reduced to what draws, checked before anything interprets it.
 
-Entities, style sheets and references to other files are never followed; every number has a bound
+References to other files are never followed, entities only within bounds; every number has a bound
 and a line. What is left takes time in proportion to its size.
 """
 
@@ -15,6 +15,9 @@ from xml.parsers import expat
 
 from motionlab.errors import ConfigError, FieldError
 from motionlab.trajectories.exchange.segments import SEGMENTS_MAX
+from motionlab.trajectories.exchange.svg_path import NUMBER, PathError, absolute, skipped
+from motionlab.trajectories.exchange.svg_prologue import read_prologue
+from motionlab.trajectories.exchange.svg_style import Sheet, StyleError, geometry
 
 DEPTH_MAX = 64
 """Most elements inside one another."""
@@ -30,10 +33,8 @@ _SAID = frozenset({"text", "image", "foreignObject", "style"})
 """Elements whose absence is worth a note."""
 
 _LENGTHS = frozenset("x y width height rx ry r cx cy x1 y1 x2 y2".split())
-_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
-_NUMBERS = re.compile(_NUMBER)
-_LENGTH = re.compile(rf"\s*({_NUMBER})\s*(px|mm|cm|in|pt|pc|%)?\s*\Z")
-_BETWEEN = re.compile(r"[\s,]*")
+_NUMBERS = re.compile(NUMBER)
+_LENGTH = re.compile(rf"\s*({NUMBER})\s*(px|mm|cm|in|pt|pc|%)?\s*\Z")
 _FUNCTION = re.compile(r"[\s,]*(matrix|translate|scale|rotate|skewX|skewY)\s*\(([^()]*)\)[\s,]*")
 _ARGUMENTS = {
     "matrix": (6,),
@@ -43,9 +44,8 @@ _ARGUMENTS = {
     "skewX": (1,),
     "skewY": (1,),
 }
-_HIDDEN = re.compile(r"(?:\A|;)\s*display\s*:\s*none\s*(?:;|\Z)")
-_COMMANDS = {"M": 2, "L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2, "A": 7, "Z": 0}
 _LARGEST = 1e9
+_RATIO_ROUNDING = 1e-3
 _MILLIMETRES = {
     "": 25.4 / 96,
     "px": 25.4 / 96,
@@ -92,34 +92,37 @@ class _Reader:
         self._parser = expat.ParserCreate("utf-8", namespace_separator=" ")
         self._parser.StartElementHandler = self._start
         self._parser.EndElementHandler = self._end
-        self._parser.EntityDeclHandler = self._entity
         self._stack: list[Element | None] = []
+        self._visible = [True]
         self._root: Element | None = None
+        self._sheet = Sheet("")
         self._depth = self._elements = 0
         self._metres = 0.0
         self._left_out: dict[str, int] = {}
+        self._notes: list[str] = []
         self._lines: dict[Element, int] = {}
         self._segments: dict[Element, int] = {}
 
     def read(self, text: str) -> Document:
+        content = text.encode()
         try:
-            self._parser.Parse(text.encode(), True)
+            self._sheet = Sheet(read_prologue(content))
+            self._parser.Parse(content, True)
         except expat.ExpatError as error:
             message = f"is no XML: {expat.ErrorString(error.code)}"
             raise ConfigError(FieldError(f"line {error.lineno}", message)) from None
+        except StyleError as error:
+            self._refuse(error.message, error.value)
         assert self._root is not None  # expat refuses a document without an element
         self._check_uses(self._root)
-        notes = [f"{name} elements left out: {count}" for name, count in self._left_out.items()]
-        return Document(self._root, self._metres, notes)
+        notes = [f"{name} left out: {count}" for name, count in self._left_out.items()]
+        return Document(self._root, self._metres, self._notes + notes)
 
     def _refuse(
         self, message: str, value: object = None, *, line: int = 0, range: str = ""
     ) -> NoReturn:
         number = line or self._parser.CurrentLineNumber
         raise ConfigError(FieldError(f"line {number}", message, value, range))
-
-    def _entity(self, name: str, *_: object) -> None:
-        self._refuse("declares an entity, which is not read", name)
 
     def _start(self, full: str, attributes: dict[str, str]) -> None:
         namespace, _, name = full.rpartition(" ")
@@ -132,17 +135,28 @@ class _Reader:
         if self._root is None:
             if name != "svg" or namespace not in _NAMESPACES:
                 self._refuse("begins no SVG; svg is expected", name)
-            self._metres = 1e-3 * self._unit(attributes)
-            self._root = Element("svg")
-            self._stack.append(self._root)
+            self._begin(attributes)
             return
         parent = self._stack[-1]
         draws = namespace in _NAMESPACES and (name in _GROUPS or name in _SHAPES)
-        if parent is None or not draws or self._hidden(attributes):
+        if parent is None or not draws:
             if parent is not None and namespace in _NAMESPACES and name in _SAID:
-                self._left_out[name] = self._left_out.get(name, 0) + 1
-            self._stack.append(None)
+                self._leave_out(f"{name} elements")
+            self._skip()
             return
+        attributes |= self._sheet.hiding(name, attributes) | geometry(attributes.get("style", ""))
+        visibility = attributes.get("visibility", "inherit")
+        visible = self._visible[-1] if visibility == "inherit" else visibility == "visible"
+        if attributes.get("display") == "none" or (name in _SHAPES and not visible):
+            self._leave_out("hidden elements")
+            self._skip()
+            return
+        if name in _SHAPES and not _has_size(name, attributes):
+            self._leave_out(f"{name} elements without a size")
+            self._skip()
+            return
+        self._refuse_origin(attributes)
+        self._visible.append(visible)
         if name == "svg" or (name == "symbol" and "viewBox" in attributes):
             self._refuse("has a viewport inside the document, which is not read", name)
         clean, segments = self._clean(name, attributes)
@@ -153,19 +167,40 @@ class _Reader:
         self._segments[element] = segments
         self._stack.append(element)
 
+    def _begin(self, attributes: dict[str, str]) -> None:
+        """Take the root: its size, and a group for its transform."""
+        attributes |= self._sheet.hiding("svg", attributes) | geometry(attributes.get("style", ""))
+        self._refuse_origin(attributes)
+        self._metres = 1e-3 * self._unit(attributes)
+        self._root = Element("svg")
+        transform = self._transform(attributes.get("transform", ""))
+        top = SubElement(self._root, "g", {"transform": transform}) if transform else self._root
+        self._stack.append(None if attributes.get("display") == "none" else top)
+        self._visible.append(attributes.get("visibility", "visible") in {"visible", "inherit"})
+
+    def _skip(self) -> None:
+        self._stack.append(None)
+        self._visible.append(False)
+
+    def _leave_out(self, what: str) -> None:
+        self._left_out[what] = self._left_out.get(what, 0) + 1
+
+    def _refuse_origin(self, attributes: dict[str, str]) -> None:
+        if attributes.get("transform", "") and attributes.get("transform-origin", "0").strip("0 "):
+            self._refuse("transform-origin is not read", attributes["transform-origin"])
+        if {attributes.get(key, "none") for key in ("clip-path", "mask")} != {"none"}:
+            self._leave_out("clip paths and masks")
+
     def _end(self, _: str) -> None:
         self._depth -= 1
         self._stack.pop()
-
-    @staticmethod
-    def _hidden(attributes: dict[str, str]) -> bool:
-        style = attributes.get("style", "")
-        return attributes.get("display") == "none" or _HIDDEN.search(style) is not None
+        self._visible.pop()
 
     def _unit(self, attributes: dict[str, str]) -> float:
         """Return one user unit of the root, mm: its width by its view box, or 1/96 inch."""
         box = attributes.get("viewBox")
         if box is None:
+            self._note_pixels()
             return _MILLIMETRES[""]
         values = self._list(box, "viewBox")
         if len(values) != 4 or values[2] <= 0 or values[3] <= 0:
@@ -177,15 +212,32 @@ class _Reader:
                 if length[0] <= 0:
                     self._refuse(f"{name} is not above zero", length[0])
                 units.append(length[0] * _MILLIMETRES[length[1]] / extent)
-        return min(units) if units else _MILLIMETRES[""]
+        if not units:
+            self._note_pixels()
+            return _MILLIMETRES[""]
+        ratio = attributes.get("preserveAspectRatio", "").split()
+        if "none" in ratio and max(units) > min(units) * (1.0 + _RATIO_ROUNDING):
+            self._refuse("preserveAspectRatio none is not read", " ".join(ratio))
+        return max(units) if "slice" in ratio else min(units)
+
+    def _note_pixels(self) -> None:
+        self._notes.append(
+            "user units are taken for 1/96 inch: no size with a view box is in the file"
+        )
 
     def _clean(self, name: str, attributes: dict[str, str]) -> tuple[dict[str, str], int]:
         """Return the attributes that place and shape an element, checked, and its segments."""
         clean = {"d": ""} if name == "path" else {}
         segments = 1
+        sizes = {"rx": attributes.get("rx", "auto"), "ry": attributes.get("ry", "auto")}
+        if name == "ellipse":  # where one is missing, it is as large as the other
+            other = {"rx": sizes["ry"], "ry": sizes["rx"]}
+            attributes |= {k: other[k] if _auto(v) else v for k, v in sizes.items()}
         for full, value in attributes.items():
             namespace, _, key = full.rpartition(" ")
             if key == "href" and namespace in {"", _XLINK} and name == "use":
+                if namespace and "href" in attributes:
+                    continue  # href goes before xlink:href
                 if not value.startswith("#"):
                     self._refuse("refers to another file, which is not read", value)
                 clean["href"] = value
@@ -200,7 +252,7 @@ class _Reader:
                 if coordinates % 2:
                     self._refuse("points has an odd number of coordinates", value[-40:])
                 clean[key], segments = value, coordinates // 2
-            elif key in _LENGTHS and name in _SHAPES and value.strip() != "auto":
+            elif key in _LENGTHS and name in _SHAPES and not _auto(value):
                 clean[key] = self._pixels(value, key)
             elif key == "id":
                 clean[key] = value
@@ -213,13 +265,13 @@ class _Reader:
         return value
 
     def _list(self, text: str, key: str) -> list[float]:
-        values, at = [], _skipped(text, 0)
+        values, at = [], skipped(text, 0)
         while at < len(text):
             found = _NUMBERS.match(text, at)
             if found is None:
                 self._refuse(f"{key} has no number where one is expected", text[at : at + 20])
             values.append(self._finite(found[0], key))
-            at = _skipped(text, found.end())
+            at = skipped(text, found.end())
         return values
 
     def _length(self, text: str, key: str) -> tuple[float, str]:
@@ -248,45 +300,11 @@ class _Reader:
         return text
 
     def _path(self, text: str) -> tuple[str, int]:
-        """Return path data that follow the grammar, and their segments.
-
-        Other data are refused: by the standard they end there. After Z comes M: svgelements looks
-        for the last one at every Z, from the end.
-        """
-        at, command, first = _skipped(text, 0), "", True
-        parts, begin, segments = [], 0, 0
-        while at < len(text):
-            segments += 1
-            letter = text[at]
-            if letter.upper() in _COMMANDS:
-                if command == "Z" and letter not in "Mm":
-                    parts += text[begin:at], "m0 0 "
-                    begin = at
-                command, at = letter.upper(), _skipped(text, at + 1)
-                if first and command != "M":
-                    self._refuse("path does not begin with M", text[:20])
-                if command == "Z":
-                    continue
-            elif first or command == "Z":
-                self._refuse("path has no command where one is expected", text[at : at + 20])
-            first = False
-            at = self._arguments(text, at, command)
-        return "".join((*parts, text[begin:])), segments
-
-    def _arguments(self, text: str, at: int, command: str) -> int:
-        for k in range(_COMMANDS[command]):
-            if command == "A" and k in {3, 4}:
-                if text[at : at + 1] not in {"0", "1"}:
-                    self._refuse("path has no flag, 0 or 1, in an arc", text[at : at + 20])
-                at = _skipped(text, at + 1)
-                continue
-            found = _NUMBERS.match(text, at)
-            if found is None:
-                what = f"path lacks a number: {command} takes {_COMMANDS[command]}"
-                self._refuse(what, text[at : at + 20])
-            self._finite(found[0], "path")
-            at = _skipped(text, found.end())
-        return at
+        """Return path data written out, and their segments."""
+        try:
+            return absolute(text, _LARGEST)
+        except PathError as error:
+            self._refuse(error.message, error.text, range=error.allowed)
 
     def _check_uses(self, root: Element) -> None:
         """Refuse `use` of what is not there, of itself, and of too much."""
@@ -324,10 +342,20 @@ class _Reader:
         count(root)
 
 
-def _skipped(text: str, at: int) -> int:
-    """Return where the next sign stands after blanks and commas."""
-    found = _BETWEEN.match(text, at)
-    return found.end() if found else at
+def _auto(value: str) -> bool:
+    return value.strip() == "auto"
+
+
+def _has_size(name: str, attributes: dict[str, str]) -> bool:
+    """Return whether a shape has all sizes without which nothing is drawn."""
+    match name:
+        case "rect":
+            return {"width", "height"} <= {k for k, v in attributes.items() if not _auto(v)}
+        case "circle":
+            return "r" in attributes
+        case "ellipse":
+            return any(not _auto(attributes.get(key, "auto")) for key in ("rx", "ry"))
+    return True
 
 
 def magnitude(*values: float) -> bool:

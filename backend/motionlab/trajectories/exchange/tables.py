@@ -8,6 +8,7 @@ import re
 
 import numpy as np
 
+from motionlab.encodings import lines_of
 from motionlab.errors import ConfigError, FieldError
 from motionlab.trajectories.exchange.segments import SEGMENTS_MAX, Drawing, line
 from motionlab.trajectories.path import Array
@@ -48,13 +49,13 @@ def read_points(text: str, *, unit: str, tolerance: float) -> Drawing:
     """
     rows = [
         (number, row)
-        for number, row in enumerate(text.splitlines(), start=1)
+        for number, row in enumerate(lines_of(text), start=1)
         if row.strip() and not row.lstrip().startswith("#")
     ]
     if not rows:
         raise _refused(1, "is the end already; x,y or time,x,y is expected")
     delimiter = next((d for d in (";", "\t", ",") if d in rows[0][1]), None)
-    first = _cells(rows[0][1], delimiter)
+    first = _without_last(_cells(rows[0][1], delimiter))
     names, drawing = None, Drawing()
     if any(_number(cell, delimiter) is None for cell in first):
         names = _header(first, rows[0][0], unit, drawing)
@@ -86,6 +87,13 @@ def _refused(
 
 def _cells(row: str, delimiter: str | None) -> list[str]:
     return [cell.strip().strip('"').strip() for cell in row.split(delimiter)]
+
+
+def _without_last(cells: list[str], count: int = 1) -> list[str]:
+    """Return cells without the empty ones after the last separators, at least so many."""
+    while len(cells) > count and not cells[-1]:
+        cells.pop()
+    return cells
 
 
 def _number(cell: str, delimiter: str | None) -> float | None:
@@ -129,7 +137,7 @@ def _header(
 def _row(
     row: str, number: int, delimiter: str | None, count: int, names: dict[str, tuple[int, float]]
 ) -> list[float]:
-    cells = _cells(row, delimiter)
+    cells = _without_last(_cells(row, delimiter), count)
     if len(cells) != count:
         raise _refused(number, "has another number of cells", len(cells), range=str(count))
     values = []

@@ -5,6 +5,7 @@ import { editor } from '../editor.svelte';
 import type { Point } from '../drawn-path';
 import type { Checked } from '../feasibility';
 import { readFile, type ReadFile, type ReadQuery } from './exchange-api';
+import { textOf } from './file-text';
 import { isWords, refusalOf, type Refusal } from './import-text';
 
 /** Longer files are not shown in the box, characters. */
@@ -25,6 +26,8 @@ const NOTHING_SAID: Said = {
 
 interface Question {
   content: string;
+  /** The file as it is, until its text is changed. */
+  file: Blob | null;
   name: string;
   said: Said;
   stroke: Point;
@@ -40,6 +43,7 @@ class ImportForm {
   busy = $state(false);
   /** Half of the stroke of the session's motor, m. */
   stroke: Point = [0.085, 0.145];
+  private file: Blob | null = null;
   private readonly questions = new LatestWins<Question>((question) => this.preview(question));
 
   readonly shown = $derived(this.content.length <= SHOWN);
@@ -47,19 +51,19 @@ class ImportForm {
 
   /** Begins anew with a file. */
   async openFile(file: File): Promise<void> {
-    const text = await file.text();
-    this.begin(file.name, text);
+    const text = await textOf(file);
+    this.begin(file.name, text, file);
     if (text.trim() === '') this.refusal = { line: null, text: 'The file is empty.', source: '' };
   }
 
   /** Begins anew with a text that was pasted. */
   openText(text: string): void {
-    this.begin('', text);
+    this.begin('', text, null);
   }
 
   /** Takes the text as it is typed. */
   type(text: string): void {
-    this.content = text;
+    [this.content, this.file] = [text, null];
     this.ask();
   }
 
@@ -83,8 +87,8 @@ class ImportForm {
     return true;
   }
 
-  private begin(name: string, content: string): void {
-    [this.name, this.content] = [name, content];
+  private begin(name: string, content: string, file: Blob | null): void {
+    [this.name, this.content, this.file] = [name, content, file];
     // Units and size of one file say nothing of the next; where it is to lie may well.
     this.said = { ...NOTHING_SAID, placement: this.said.placement };
     [this.found, this.checked, this.refusal] = [null, null, null];
@@ -97,14 +101,14 @@ class ImportForm {
       return;
     }
     this.busy = true;
-    const { content, name, said, stroke } = this;
-    this.questions.push({ content, name, said, stroke });
+    const { content, file, name, said, stroke } = this;
+    this.questions.push({ content, file, name, said, stroke });
   }
 
   private async preview(question: Question): Promise<void> {
-    const { content, name, said, stroke } = question;
+    const { content, file, name, said, stroke } = question;
     try {
-      const found = await readFile(new Blob([content]), {
+      const found = await readFile(file ?? new Blob([content]), {
         ...said,
         format: said.format === 'auto' && isWords(content) ? 'text' : said.format,
         filename: name.slice(-200),
