@@ -75,6 +75,7 @@ browser: ## Install Debian's Chromium, and what drives it, for the browser tests
 		apt-get -o Acquire::Retries=5 install -y -qq --no-install-recommends chromium-headless-shell libatomic1; }
 
 run: $(SETUP_STAMP) $(PAGE) ## Serve the lab at http://127.0.0.1:8000 (PORT=8001 elsewhere)
+	@test -e $(HELP) || $(MAKE) --no-print-directory docs # every screen links to it
 	@.venv/bin/motionlab serve --port $(PORT)
 
 lint: $(LINT_STAMP) ## Check style, types and the direction of imports

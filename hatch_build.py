@@ -6,8 +6,8 @@ editable install has none: the server finds them in the checkout.
 
 from __future__ import annotations
 
+import os
 import subprocess
-import sys
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -31,8 +31,6 @@ class Part(NamedTuple):
         What builds it.
     remedy : str
         What to do where that fails.
-    needed : bool
-        Whether a build without it fails rather than warns.
     """
 
     name: str
@@ -41,7 +39,6 @@ class Part(NamedTuple):
     sources: str
     command: tuple[str, ...]
     remedy: str
-    needed: bool
 
 
 PARTS = (
@@ -52,25 +49,15 @@ PARTS = (
         sources="frontend",
         command=("frontend/npm", "run", "--silent", "build"),
         remedy="install node 20.19 or newer, or run `make setup frontend/dist/index.html` before",
-        needed=True,
     ),
     Part(
         name="help",
         folder="build/help",
         target="motionlab/help",
         sources="docs",
-        command=(
-            sys.executable,
-            "-m",
-            "sphinx",
-            "-q",
-            "-d",
-            "build/doctrees",
-            "docs",
-            "build/help",
-        ),
-        remedy="run `make docs` before",
-        needed=False,
+        # It documents the program by importing it, so it needs more than a build has.
+        command=("make", "--silent", "docs"),
+        remedy="see what `make docs` says",
     ),
 )
 
@@ -84,12 +71,12 @@ class BuiltParts(BuildHookInterface):
             return
         root = Path(self.root)
         for part in PARTS:
+            built = (root / part.folder / "index.html").is_file()
+            if not built and not (root / part.sources).is_dir():
+                continue  # as in the image, whose server has no links to the help then
             problem = None if _is_current(root, part) else _build(root, part)
-            if problem and part.needed:
-                self.app.abort(f"motionlab: no {part.name}: {problem}; {part.remedy}")
             if problem:
-                self.app.display_warning(f"motionlab: no {part.name}: {problem}; {part.remedy}")
-                continue
+                self.app.abort(f"motionlab: no {part.name}: {problem}; {part.remedy}")
             target = part.target if self.target_name == "wheel" else part.folder
             build_data["force_include"][str(root / part.folder)] = target
 
@@ -109,8 +96,13 @@ def _is_current(root: Path, part: Part) -> bool:
 
 def _build(root: Path, part: Part) -> str | None:
     """Build a part; return why that failed, in a line, or None."""
+    # What pip tells the processes of an isolated build is not for the environments that these make.
+    foreign = ("PYTHON", "VIRTUAL_ENV", "_PYPROJECT", "PEP517_", "PIP_BUILD_TRACKER")
+    environment = {k: v for k, v in os.environ.items() if not k.startswith(foreign)}
     try:
-        done = subprocess.run(part.command, cwd=root, capture_output=True, text=True, check=False)
+        done = subprocess.run(
+            part.command, cwd=root, env=environment, capture_output=True, text=True, check=False
+        )
     except OSError as error:
         return f"{part.command[0]}: {error.strerror}"
     if done.returncode == 0 and (root / part.folder / "index.html").is_file():

@@ -74,6 +74,19 @@ def test_every_screen_has_its_page_of_the_documentation(page: Page, server: Serv
     assert errors == []
 
 
+def test_no_link_leads_to_a_documentation_that_is_not_there(
+    page: Page, server: Server, refusals: list[str]
+) -> None:
+    refusals.append("404")
+    page.route("**/help/", lambda route: route.fulfill(status=404))
+    page.goto(server.url)
+    expect(page.get_by_role("button", name="Keys and help")).to_be_visible()
+    expect(page.locator(".bar").get_by_role("link", name="Help", exact=True)).to_have_count(0)
+    page.keyboard.press("?")
+    expect(page.get_by_role("dialog", name="Keys and help")).to_be_visible()
+    expect(page.locator('a[href^="/help"]')).to_have_count(0)
+
+
 def test_the_theme_is_set_before_the_page_loads(page: Page, refusals: list[str]) -> None:
     refusals.append("ERR_FAILED")
     # Parts that come later have come.

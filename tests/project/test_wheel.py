@@ -131,6 +131,25 @@ def test_the_image_builds_the_same_wheel_without_the_help(wheel: Path, tmp_path:
     }
 
 
+def test_a_wheel_without_its_documentation_is_not_built(checkout: Path, tmp_path: Path) -> None:
+    """Its page would link to what is not there."""
+    names = (
+        "backend",
+        "configs",
+        "frontend",
+        "docs",
+        "pyproject.toml",
+        "hatch_build.py",
+        "LICENSE",
+    )
+    for name in names:
+        (tmp_path / name).symlink_to(checkout / name)
+    done = hatch(tmp_path, "build", "-t", "wheel", "-d", str(tmp_path / "out"))
+    assert done.returncode == 1
+    assert "motionlab: no help: make: " in done.stderr
+    assert not list(tmp_path.glob("out/*.whl"))
+
+
 @pytest.mark.parametrize("state", ["missing", "older"])
 def test_a_page_that_cannot_be_built_ends_the_build_with_a_line(
     checkout: Path, tmp_path: Path, state: str

@@ -21,6 +21,7 @@ class ScreenChoice {
   current = $state<Screen>(addressed());
   /** Counts up when the address has another history entry: what a screen reads there may differ. */
   visits = $state(0);
+  #documented = $state(true);
 
   /** Shows a screen, with what its address says besides. */
   go(screen: Screen, parameters: Record<string, string> = {}): void {
@@ -39,9 +40,15 @@ class ScreenChoice {
     return SCREENS.find(({ screen }) => screen === this.current)?.title ?? '';
   }
 
-  /** Its page of the documentation. */
-  get help(): string {
-    return `/help/${this.current}.html`;
+  /** Its page of the documentation; null where the server has none. */
+  get help(): string | null {
+    return this.#documented ? `/help/${this.current}.html` : null;
+  }
+
+  /** Asks once whether the server has the documentation: not every installation does. */
+  async findHelp(): Promise<void> {
+    const answer = await fetch('/help/', { method: 'HEAD' }).catch(() => null);
+    this.#documented = answer?.ok ?? true;
   }
 
   /** Follows a link without loading the page anew, unless it is to open elsewhere. */
