@@ -31,6 +31,8 @@ class Part(NamedTuple):
         What builds it.
     remedy : str
         What to do where that fails.
+    optional : bool
+        Whether it is left out where its sources are not there, as in the image.
     """
 
     name: str
@@ -39,6 +41,7 @@ class Part(NamedTuple):
     sources: str
     command: tuple[str, ...]
     remedy: str
+    optional: bool = False
 
 
 PARTS = (
@@ -58,6 +61,7 @@ PARTS = (
         # It documents the program by importing it, so it needs more than a build has.
         command=("make", "--silent", "docs"),
         remedy="see what `make docs` says",
+        optional=True,
     ),
 )
 
@@ -72,8 +76,8 @@ class BuiltParts(BuildHookInterface):
         root = Path(self.root)
         for part in PARTS:
             built = (root / part.folder / "index.html").is_file()
-            if not built and not (root / part.sources).is_dir():
-                continue  # as in the image, whose server has no links to the help then
+            if part.optional and not built and not (root / part.sources).is_dir():
+                continue
             problem = None if _is_current(root, part) else _build(root, part)
             if problem:
                 self.app.abort(f"motionlab: no {part.name}: {problem}; {part.remedy}")
