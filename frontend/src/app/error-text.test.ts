@@ -1,6 +1,6 @@
 import { describe, expect, it } from 'vitest';
-import { ApiError } from './api/client';
-import { fileErrorText, errorText } from './error-text';
+import { ApiError, UNREACHABLE } from './api/client';
+import { commandText, fileErrorText, errorText } from './error-text';
 
 function refused(...errors: { loc: string; message: string; value?: unknown }[]): ApiError {
   return new ApiError({ title: 'Refused', status: 422, detail: '', errors });
@@ -37,4 +37,19 @@ it('writes units as people do', () => {
   const detail = 'y needs 3.1 m/s^2 at 0.2 s, 4 um off';
   const error = new ApiError({ title: 'Infeasible', status: 422, detail, errors: [] });
   expect(errorText(error)).toBe('y needs 3.1 m/s² at 0.2 s, 4 µm off');
+});
+
+describe('a command', () => {
+  const failure = (status: number) =>
+    new ApiError({ title: '', status, detail: 'The server does not answer.', errors: [] });
+
+  it('without an answer is named, as it is not sent again', () => {
+    expect(commandText('Pause', failure(UNREACHABLE))).toBe(
+      'Pause was not answered, and is not sent again. The server does not answer.',
+    );
+  });
+
+  it('that is refused says why', () => {
+    expect(commandText('Pause', failure(409))).toBe('The server does not answer.');
+  });
 });

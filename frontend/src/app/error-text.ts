@@ -1,4 +1,4 @@
-import { ApiError } from './api/client';
+import { ApiError, UNREACHABLE } from './api/client';
 import type { ProblemField } from './api/types';
 import { nameOf, refusal } from './fields/fields.svelte';
 
@@ -8,6 +8,13 @@ export function errorText(error: unknown): string {
     return fieldErrorsText(error.problem.errors);
   }
   return error instanceof Error ? error.message : String(error);
+}
+
+/** Returns why a command failed: one without an answer may still be carried out, but is not repeated. */
+export function commandText(command: string, error: unknown): string {
+  const text = errorText(error);
+  if (!(error instanceof ApiError) || error.status !== UNREACHABLE) return text;
+  return `${command} was not answered, and is not sent again. ${text}`;
 }
 
 /** Returns what is wrong with fields, a line each. */

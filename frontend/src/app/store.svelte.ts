@@ -1,12 +1,12 @@
 /** The application store: scenario, session and what-if changes, and what all screens do with them. */
 
 import { TokenPrompt } from './api/access-token.svelte';
-import { Api, ApiError } from './api/client';
+import { Api, ApiError, UNREACHABLE } from './api/client';
 import { difference, ofTrajectory, withChanges } from './api/scenario-paths';
 import type { Changes, Metrics, Scenario, Value } from './api/types';
 import { Catalogue } from './catalogue.svelte';
 import { DriveLink } from './drive/drive-link.svelte';
-import { errorText, fileErrorText } from './error-text';
+import { commandText, errorText, fileErrorText } from './error-text';
 import { Expressions } from './expressions/expressions.svelte';
 import { needsRestart } from './fields/fields.svelte';
 import { Refusals } from './fields/refusals.svelte';
@@ -25,6 +25,7 @@ import {
 import { SessionStore } from './session/session.svelte';
 import { fromAddress, load, save, setAddress } from './storage';
 import { Backoff } from './stream/backoff';
+import { LinkWatch, type Watched } from './stream/link-watch.svelte';
 import { Undo } from './undo.svelte';
 import { WhatIf } from './whatif/whatif.svelte';
 
@@ -50,6 +51,7 @@ export class Store {
     (fields, detail) => this.refusals.take(fields, detail),
   );
   readonly undo = new Undo(this, this.live);
+  readonly link = new LinkWatch(this.watched());
   private moving = false;
 
   /** What the controls show. */
@@ -117,15 +119,57 @@ export class Store {
     if (typeof motor === 'string') await this.catalogue.resolvePlant(motor);
   }
 
-  /** Runs something that talks to the server; a failure becomes a message. Whether it succeeded. */
-  async try(action: () => Promise<void>): Promise<boolean> {
+  /**
+   * Runs something that talks to the server; a failure becomes a message. Whether it succeeded. A
+   * `command` is named where there is no answer.
+   */
+  async try(action: () => Promise<void>, command = ''): Promise<boolean> {
     try {
       await action();
       return true;
     } catch (error) {
-      messages.error(errorText(error));
+      messages.error(command === '' ? errorText(error) : commandText(command, error));
       return false;
     }
+  }
+
+  /** Whether STOP was pressed and nothing has answered it. */
+  get stopUnsent(): boolean {
+    return this.session.halt.unsent || this.drive.halt.unsent;
+  }
+
+  /** Watches the link to the server until the returned function is called. */
+  watch(): () => void {
+    const hurry = (): void => {
+      this.session.halt.hurry();
+      this.drive.halt.hurry();
+    };
+    addEventListener('online', hurry);
+    const end = this.link.start();
+    return () => {
+      end();
+      removeEventListener('online', hurry);
+    };
+  }
+
+  /** What must come without end, and how to ask where it does not. */
+  private watched(): Watched {
+    const { session, api } = this;
+    return {
+      get heardAt() {
+        return session.client?.heardAt ?? null;
+      },
+      // On drives curves begin late and end early: there the drive link has an age of its own.
+      get moving() {
+        const { state = '', drive = '' } = session.info ?? {};
+        return drive === '' && ['playing', 'stopping'].includes(state);
+      },
+      ask: () =>
+        api.health(AbortSignal.timeout(1000)).catch((error: unknown) => {
+          if (error instanceof ApiError && error.status === UNREACHABLE) throw error;
+        }),
+      reconnect: () => session.client?.reconnect(),
+    };
   }
 
   setMode(mode: Mode): void {
@@ -146,7 +190,7 @@ export class Store {
 
   async playOrPause(): Promise<void> {
     if (!(await this.session.settled())) return;
-    if (this.session.info?.state === 'playing') await this.try(() => this.session.pause());
+    if (this.session.info?.state === 'playing') await this.try(() => this.session.pause(), 'Pause');
     else await this.play({ changed: true });
   }
 
@@ -162,27 +206,25 @@ export class Store {
     await this.try(async () => {
       if (session.info?.state === 'finished') await session.reset();
       await session.play();
-    });
+    }, 'Play');
   }
 
   async step(ticks: number): Promise<void> {
     if (!(await this.session.settled())) return;
     this.setMode('live');
-    await this.try(() => this.session.step(ticks));
+    await this.try(() => this.session.step(ticks), 'Step');
   }
 
   async reset(): Promise<void> {
     if (!(await this.session.settled())) return;
-    await this.try(() => this.session.reset());
+    await this.try(() => this.session.reset(), 'Reset');
   }
 
-  /** Stops at once, without confirmation and without waiting: drives, and the session. */
+  /** Stops at once, without confirmation: drives, and the session. Sent until it is answered. */
   async stop(): Promise<void> {
     await Promise.all([
       this.drive.stop().catch((error: unknown) => {
-        messages.error(
-          `STOP did not reach the drives: use the emergency stop. ${errorText(error)}`,
-        );
+        messages.error(`The drives did not take STOP: use the emergency stop. ${errorText(error)}`);
       }),
       this.session.stop().catch((error: unknown) => {
         messages.error(`STOP was not taken. ${errorText(error)}`);

@@ -1,5 +1,6 @@
 import { describe, expect, it } from 'vitest';
 import {
+  ageText,
   among,
   clean,
   clock,
@@ -118,4 +119,8 @@ it('writes readings in a unit that they share', () => {
     '0',
     '–',
   ]);
+});
+
+it('writes ages in words that can be read', () => {
+  expect([0.4, 59, 90, 7300].map(ageText)).toEqual(['0 s', '59 s', '1 min', '2 h']);
 });

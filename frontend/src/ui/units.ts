@@ -179,3 +179,10 @@ export function pretty(text: string): string {
     .replace(/\+-/g, '±')
     .replace(/(^|[[\s(=])-(?=\d)/g, '$1−');
 }
+
+/** An age in words that do not change faster than they can be read. */
+export function ageText(seconds: number): string {
+  if (seconds < 60) return `${Math.round(seconds)} s`;
+  if (seconds < 3600) return `${Math.floor(seconds / 60)} min`;
+  return `${Math.floor(seconds / 3600)} h`;
+}

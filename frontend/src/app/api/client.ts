@@ -24,6 +24,8 @@ const FILE = 'application/octet-stream';
 
 /** No answer at all: the server is down or the network is. */
 export const UNREACHABLE = 0;
+/** A command without an answer for this long, ms, is said to have none. */
+export const PATIENCE = 5000;
 
 export class ApiError extends Error {
   /** @param retryAfter ms to wait before a retry, as the server states; null if it states none */
@@ -67,7 +69,7 @@ export class Api {
   /** Prompts for the token when the server requires one; resolves once it is accepted. */
   onUnauthorized: (() => Promise<void>) | null = null;
 
-  health = () => this.json('get', '/health', {});
+  health = (signal?: AbortSignal) => this.json('get', '/health', {}, signal);
   scenarios = () => this.json('get', '/scenarios', {});
   scenario = (name: string) => this.json('get', '/scenarios/{name}', { path: { name } });
   fields = () => this.json('get', '/fields', {});
@@ -76,7 +78,8 @@ export class Api {
   paper = () => this.json('get', '/paper', {});
   parse = (toml: string) => this.json('post', '/scenarios/parse', { body: toml });
   create = (body: RequestOf<'/sessions'>) => this.json('post', '/sessions', { body });
-  session = (id: string) => this.json('get', '/sessions/{session_id}', at(id));
+  session = (id: string, signal?: AbortSignal) =>
+    this.json('get', '/sessions/{session_id}', at(id), signal);
   remove = (id: string) => this.json('delete', '/sessions/{session_id}', at(id));
   // Only some variants and axes may have metrics yet.
   metrics = (id: string) =>
@@ -86,13 +89,20 @@ export class Api {
       at(id),
     ) as Promise<unknown> as Promise<Metrics>;
 
-  command(id: string, name: 'pause' | 'reset' | 'stop' | 'undo'): Promise<SessionInfo>;
+  /** A command that is not repeated: without an answer it is said not to have one. */
+  command(id: string, name: 'pause' | 'reset' | 'undo'): Promise<SessionInfo>;
   command(id: string, name: 'play', body: Play): Promise<SessionInfo>;
   command(id: string, name: 'step', body: Step): Promise<SessionInfo>;
-  async command(id: string, name: Command, body: object = {}): Promise<SessionInfo> {
+  command(id: string, name: 'stop', body: object, signal: AbortSignal): Promise<SessionInfo>;
+  async command(
+    id: string,
+    name: Command,
+    body: object = {},
+    signal = AbortSignal.timeout(PATIENCE),
+  ): Promise<SessionInfo> {
     const sent = { ...at(id), ...lease(), body };
-    const answer = await this.send('post', `/sessions/{session_id}/${name}`, sent);
-    return whole(answer.json()) as Promise<SessionInfo>;
+    const answer = await this.send('post', `/sessions/{session_id}/${name}`, sent, signal);
+    return whole(answer.json(), signal) as Promise<SessionInfo>;
   }
 
   push = (id: string, body: { axis: Axis; force: number; duration: number }) =>
@@ -183,10 +193,11 @@ export class Api {
     method: M,
     path: P,
     options: Options<Operation<M, P>>,
+    signal?: AbortSignal,
   ): Promise<Answer<Operation<M, P>>> {
-    const response = await this.send(method, path, options as Sent);
+    const response = await this.send(method, path, options as Sent, signal);
     if (response.status === 204) return undefined as Answer<Operation<M, P>>;
-    return (await whole(response.json())) as Answer<Operation<M, P>>;
+    return (await whole(response.json(), signal)) as Answer<Operation<M, P>>;
   }
 
   /** A call that is answered in bytes. */
@@ -240,8 +251,7 @@ export class Api {
         ...(signal ? { signal } : {}),
       });
     } catch (error) {
-      if (signal?.aborted) throw error;
-      throw unreachable('The server does not answer.');
+      throw noAnswer(error, signal, 'The server does not answer.');
     }
     if (!response.ok) throw new ApiError(await readProblem(response), retryAfter(response));
     return response;
@@ -268,9 +278,15 @@ async function whole<T>(body: Promise<T>, signal?: AbortSignal): Promise<T> {
   try {
     return await body;
   } catch (error) {
-    if (signal?.aborted) throw error;
-    throw unreachable('The connection was lost before the end of the answer.');
+    throw noAnswer(error, signal, 'The connection was lost before the end of the answer.');
   }
+}
+
+/** Returns why there is no answer; the error itself where the caller has withdrawn the request. */
+function noAnswer(error: unknown, signal: AbortSignal | undefined, detail: string): unknown {
+  if (!signal?.aborted) return unreachable(detail);
+  const late = (signal.reason as Error | undefined)?.name === 'TimeoutError';
+  return late ? unreachable('The server has not answered in time.') : error;
 }
 
 function retryAfter(response: Response): number | null {

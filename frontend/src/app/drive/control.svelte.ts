@@ -1,6 +1,6 @@
 /** Control over the drives: the lease with its heartbeat, and the commands that need it. */
 
-import { ApiError } from '../api/client';
+import { ApiError, PATIENCE } from '../api/client';
 import type { RequestOf } from '../api/operations';
 import { messages } from '../messages.svelte';
 import { LEASE, load, save } from '../storage';
@@ -9,12 +9,15 @@ import { NAME } from './drive-link.svelte';
 
 /** Between two heartbeats, ms; the lease ends after 2 s without one. */
 const BEAT = 500;
+/** A heartbeat without an answer for this long, ms, gives its connection back. */
+const ATTEMPT = 1000;
 
 class DriveControl {
   /** Name under which others see who holds control. */
   name = $state(load(NAME, `browser ${Math.random().toString(16).slice(2, 6)}`));
   private token = $state('');
   private timer: ReturnType<typeof setInterval> | undefined;
+  private beating = false;
 
   constructor() {
     save(NAME, this.name);
@@ -46,7 +49,7 @@ class DriveControl {
 
   /** Gives control up; the server stops armed drives first. */
   async giveUp(): Promise<void> {
-    await app.api.json('delete', '/drive/lease', this.lease);
+    await app.api.json('delete', '/drive/lease', this.lease, AbortSignal.timeout(PATIENCE));
     this.drop();
     await this.look();
   }
@@ -56,7 +59,9 @@ class DriveControl {
   }
 
   async disarm(): Promise<void> {
-    app.drive.take(await app.api.json('post', '/drive/disarm', this.lease));
+    app.drive.take(
+      await app.api.json('post', '/drive/disarm', this.lease, AbortSignal.timeout(PATIENCE)),
+    );
   }
 
   /** Clears a latched fault, or brings the drives up again. */
@@ -88,8 +93,10 @@ class DriveControl {
 
   private async beat(): Promise<void> {
     const { token } = this;
+    if (this.beating) return;
+    this.beating = true;
     try {
-      await app.api.json('put', '/drive/lease', this.lease);
+      await app.api.json('put', '/drive/lease', this.lease, AbortSignal.timeout(ATTEMPT));
     } catch (error) {
       // Out of reach for a moment: the next beat says whether the lease outlived it.
       if (!(error instanceof ApiError) || error.transient || token !== this.token) return;
@@ -97,6 +104,8 @@ class DriveControl {
       messages.error(
         `Control of the drives was lost: ${error.message}. What moved was stopped. Take control again to go on.`,
       );
+    } finally {
+      this.beating = false;
     }
   }
 }

@@ -1,12 +1,17 @@
-/** The drive link of the server as every screen sees it: its state, and STOP. */
+/** The drive link of the server as every screen sees it: its state, its age, and STOP. */
 
 import type { Api } from '../api/client';
 import type { DriveStatus } from '../api/types';
+import { RepeatedStop } from '../stop.svelte';
 import { LEASE, load } from '../storage';
 
-/** Between two questions, ms: on the Drive screen, on others, and while the server is silent. */
+/** Between two questions, ms: on the Drive screen or with torque, and else. */
 const FAST = 200;
 const SLOW = 1000;
+/** A question without an answer for this long, ms, is asked again. */
+const ATTEMPT = 2000;
+/** An answer that is older than this, ms, no longer counts as the state of now. */
+const MISSING = 1000;
 /** Where this browser keeps the name under which others see what it does. */
 export const NAME = 'drive-name';
 const TORQUE = ['arming', 'holding', 'moving', 'testing', 'stopping'];
@@ -20,18 +25,28 @@ export class DriveLink {
   at = $state(0);
   /** Why none has come since; empty when all is well. */
   silent = $state('');
+  /** Time without an answer, s; 0 while all is well. */
+  silence = $state(0);
+  readonly halt = new RepeatedStop((signal) => this.sendStop(signal));
   private followers = 0;
+  private shownAt = 0;
 
   constructor(private readonly api: Api) {}
 
-  /** Whether torque is on, or on its way. */
+  /** Whether torque is on, or on its way; of the last answer. */
   get torque(): boolean {
     return TORQUE.includes(this.status?.state ?? '');
+  }
+
+  /** Whether the last answer is the state of now. */
+  get known(): boolean {
+    return this.silent === '' && this.status !== null;
   }
 
   start(linked: boolean): void {
     if (linked && this.linked === null) {
       void this.poll();
+      setInterval(() => this.look(), FAST);
       // The heartbeat of a tab that held control goes on after a reload, on any screen.
       if (sessionStorage.getItem(LEASE)) void import('./control.svelte');
     }
@@ -48,23 +63,43 @@ export class DriveLink {
     this.status = status;
     this.at = performance.now();
     this.silent = '';
+    this.silence = 0;
   }
 
   async stop(): Promise<void> {
+    if (this.linked) await this.halt.press();
+  }
+
+  private async sendStop(signal: AbortSignal): Promise<void> {
     const query = { by: load(NAME, '') };
-    if (this.linked) this.take(await this.api.json('post', '/drive/stop', { query }));
+    this.take(await this.api.json('post', '/drive/stop', { query }, signal));
+  }
+
+  private get fast(): boolean {
+    return this.followers > 0 || this.torque;
+  }
+
+  /** Notes how old the last answer is: a network that dies says so to no one. */
+  private look(): void {
+    const now = performance.now();
+    if (document.hidden) this.shownAt = now; // it does not ask
+    if (this.at === 0) return;
+    const most = MISSING + (this.fast ? 0 : SLOW);
+    const late = now - Math.max(this.at, this.shownAt) > most;
+    if (late && this.silent === '') this.silent = 'The server does not answer.';
+    this.silence = this.silent === '' ? 0 : (now - this.at) / 1000;
   }
 
   private async poll(): Promise<void> {
     for (;;) {
       if (!document.hidden) {
         try {
-          this.take(await this.api.json('get', '/drive', {}));
+          this.take(await this.api.json('get', '/drive', {}, AbortSignal.timeout(ATTEMPT)));
         } catch (error) {
           this.silent = error instanceof Error ? error.message : String(error);
         }
       }
-      const wait = this.followers > 0 && this.silent === '' ? FAST : SLOW;
+      const wait = this.fast ? FAST : SLOW;
       await new Promise((resolve) => setTimeout(resolve, wait));
     }
   }

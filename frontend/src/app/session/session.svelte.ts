@@ -1,11 +1,12 @@
 /** The session on the server: which one, its state, its stream, and how it is found again. */
 
-import { ApiError, UNREACHABLE, type Api, type ScenarioRequest } from '../api/client';
+import { ApiError, PATIENCE, UNREACHABLE, type Api, type ScenarioRequest } from '../api/client';
 import { at, atStart, equal, withChanges, without } from '../api/scenario-paths';
 import type { Axis, Changes, Scenario, SessionInfo, Value } from '../api/types';
 import { messages } from '../messages.svelte';
 import { fromAddress, setAddress } from '../storage';
 import type { Computed } from '../stream/ring';
+import { RepeatedStop } from '../stop.svelte';
 import { StreamClient, type Connection } from '../stream/stream-client';
 import {
   forget,
@@ -45,8 +46,9 @@ export class SessionStore {
   readonly moments = new Moments();
   /** The one that a motion on drives has; empty for a simulation, which has them all. */
   variant = $state('');
-  /** Set between pressing STOP and the server's answer. */
-  stopping = $state(false);
+  /** STOP until the server has answered, for this session and those it has followed. */
+  readonly halt = new RepeatedStop((signal) => this.sendStop(signal));
+  private toStop: readonly string[] = [];
   /** Why there is no session on the server just now; empty while there is one. */
   missing = $state('There is no session yet: the server has not answered.');
   client: StreamClient | null = null;
@@ -167,7 +169,7 @@ export class SessionStore {
    */
   async settled(): Promise<boolean> {
     const { stops } = this;
-    return (await this.making) && stops === this.stops;
+    return (await this.making) && stops === this.stops && !this.halt.unsent;
   }
 
   /** Makes a session; the present one ends unless it has other viewers. */
@@ -240,16 +242,26 @@ export class SessionStore {
   }
 
   async stop(): Promise<void> {
-    const { target } = this;
+    this.toStop = [...this.toStop, this.target];
     this.stops += 1;
-    this.stopping = true;
+    await this.halt.press();
+  }
+
+  private async sendStop(signal: AbortSignal): Promise<void> {
+    await Promise.all(this.toStop.map((id) => this.stopOne(id, signal)));
+  }
+
+  /** Throws where the server has not answered, or has refused. */
+  private async stopOne(id: string, signal: AbortSignal): Promise<void> {
     try {
-      this.update(await this.api.command(target, 'stop'));
+      this.update(await this.api.command(id, 'stop', {}, signal));
+      this.toStop = this.toStop.filter((other) => other !== id);
     } catch (error) {
-      // One that was replaced meanwhile no longer moves, and the new one has not begun to.
-      if (target === this.id) throw error;
-    } finally {
-      this.stopping = false;
+      if (RepeatedStop.unanswered(error)) throw error;
+      this.toStop = this.toStop.filter((other) => other !== id);
+      // One that has ended no longer moves, and the one in its place has not begun to.
+      const gone = error instanceof ApiError && error.status === 404;
+      if (id === this.id && !gone) throw error;
     }
   }
 
@@ -356,7 +368,7 @@ export class SessionStore {
   /** Whether the session is still there; makes it again when the server has lost it. */
   private async alive(id: string): Promise<boolean> {
     try {
-      this.update(await this.api.session(id));
+      this.update(await this.api.session(id, AbortSignal.timeout(PATIENCE)));
       return true;
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;

@@ -54,6 +54,8 @@ export class StreamClient {
   readonly counts = { frames: 0, samples: 0, dropped: 0 };
   /** When the newest frame came in, in ms of performance.now(). */
   receivedAt = 0;
+  /** When the newest message of any kind came in, ms; null before the first. */
+  heardAt: number | null = null;
   private socket: Socket | null = null;
   private timer: ReturnType<typeof setTimeout> | null = null;
   private subscription: readonly string[] = [];
@@ -116,6 +118,19 @@ export class StreamClient {
     return (this.greeted ? 1 : 0) + (this.backfill.connected ? 1 : 0);
   }
 
+  /** Opens the stream anew in place of a connection that has died without a word. */
+  reconnect(): void {
+    const { socket } = this;
+    if (socket === null || this.closed) return;
+    this.socket = null;
+    socket.close();
+    this.lost();
+  }
+
+  private now(): number {
+    return (this.options.now ?? performance.now.bind(performance))();
+  }
+
   private newSocket(): Socket {
     return this.options.socket ? this.options.socket(this.url) : new WebSocket(this.url);
   }
@@ -129,6 +144,7 @@ export class StreamClient {
     socket.binaryType = 'arraybuffer';
     socket.onmessage = (event) => {
       if (socket !== this.socket) return;
+      this.heardAt = this.now();
       if (typeof event.data === 'string') this.message(JSON.parse(event.data) as ServerMessage);
       else this.frame(event.data as ArrayBuffer);
     };
@@ -239,6 +255,6 @@ export class StreamClient {
     this.ring.write(frame.tick, frame.columns);
     this.counts.frames += 1;
     this.counts.samples += frame.samples;
-    this.receivedAt = (this.options.now ?? performance.now.bind(performance))();
+    this.receivedAt = this.now();
   }
 }

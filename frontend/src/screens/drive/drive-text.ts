@@ -36,13 +36,6 @@ export function timeOfDay(seconds: number): string {
   return new Date(1000 * seconds).toLocaleTimeString('en-GB');
 }
 
-/** An age in words that do not change faster than they can be read. */
-export function ageText(seconds: number): string {
-  if (seconds < 60) return `${Math.round(seconds)} s`;
-  if (seconds < 3600) return `${Math.floor(seconds / 60)} min`;
-  return `${Math.floor(seconds / 3600)} h`;
-}
-
 /** Whether drives have ever answered. */
 export function seen(status: DriveStatus): boolean {
   return status.loop.age !== null;

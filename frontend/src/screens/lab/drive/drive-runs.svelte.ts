@@ -40,7 +40,9 @@ class DriveRuns {
   readonly text = $derived(
     this.moving === ''
       ? runText(this.left.length > 0 ? this.left : app.variants)
-      : `${this.moving} moves`,
+      : app.drive.known
+        ? `${this.moving} moves`
+        : `${this.moving} moved when last seen`,
   );
   private ghosts: readonly string[] = [];
 
