@@ -10,17 +10,22 @@ from typing import Any
 import numpy as np
 
 from motionlab.config.drawn_path import DrawnPath
-from motionlab.config.load import load_scenario
-from motionlab.simulation.prepare import planned_for
+from motionlab.config.load import epochs, load_scenario
+from motionlab.config.planned_motor import PlannedMotor
+from motionlab.simulation.prepare import limit_sets, planned_for
 from motionlab.trajectories.exchange.reading import ReadOptions, read_trajectory
 from motionlab.trajectories.reference import sample
 from tests.bench.table import Row
+from tests.trajectories.random_splines import largest_shares, random_splines, time_optimal
 
 _BY_LIMITS = {"v_max": 0.05, "a_max": 0.3, "j_max": 20.0}
 _BY_THRUST = {"v_max": 0.5, "a_max": 5.0, "j_max": 200.0}
 _POINTS = 200
 _SEGMENTS = 5000
 _REPETITIONS = 3
+_SPLINES = 64
+_LEAST_SHARE = 0.6
+_AT_LIMIT = 0.95
 
 
 def trajectories() -> Iterator[Row]:
@@ -46,6 +51,30 @@ def trajectories() -> Iterator[Row]:
                 f"{taken / reference:.1f}",
                 taken < target,
             )
+    yield _converging(motor)
+
+
+def _converging(motor: PlannedMotor) -> Row:
+    """Plan random splines; almost every tick of a time-optimal motion is at a limit."""
+    limits = limit_sets(tuple(epochs(load_scenario("circle"))))[0][1]
+    shares, taken = [], []
+    for path in random_splines(seed=64, count=_SPLINES):
+        fast = time_optimal(path, motor)
+        before = time.process_time()
+        reference = sample(fast)
+        taken.append(time.process_time() - before)
+        at_limit = np.mean(largest_shares(reference, path, limits) >= _AT_LIMIT)
+        shares.append(0.0 if reference.notes else float(at_limit))
+    met = sum(share >= _LEAST_SHARE for share in shares)
+    usual, most = np.percentile(taken, (50, 95)) * 1e3
+    return Row(
+        f"time-optimal, {_SPLINES} random splines converged",
+        f"{_SPLINES}",
+        f"{met}",
+        f"least share of ticks at a limit: {min(shares):.2f}",
+        f"p50 {usual:.0f} ms, p95 {most:.0f} ms",
+        met == _SPLINES,
+    )
 
 
 def _best(path: DrawnPath) -> float:

@@ -3,25 +3,37 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import tomli_w
 from pydantic import ValidationError
 
+import motionlab
+from motionlab.cli.main import main
 from motionlab.config.drawn_path import DrawnPath
 from motionlab.config.load import epochs, load_scenario
+from motionlab.config.planned_motor import PlannedMotor
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.config.trajectory import Sequence
 from motionlab.errors import ConfigError
-from motionlab.simulation.prepare import limit_sets, prepare
+from motionlab.simulation.prepare import limit_sets, planned_for, prepare
 from motionlab.trajectories.motion_limits import MotionLimits, demands
 from motionlab.trajectories.motion_profile import jerk_limited_times
 from motionlab.trajectories.reference import Reference, sample
 from motionlab.trajectories.retiming import slow_down
 from motionlab.trajectories.spline import spline
 from motionlab.trajectories.time_optimal_limits import Along, Nodes
-from motionlab.trajectories.time_optimal_solver import _constraints, _linear, _spacing, tied
+from motionlab.trajectories.time_optimal_solver import (
+    FAILED,
+    _constraints,
+    _linear,
+    _spacing,
+    tied,
+)
+from tests.trajectories.random_splines import largest_shares, random_splines, time_optimal
 
 EASY: dict[str, Any] = {"v_max": 0.05, "a_max": 0.3, "j_max": 20.0}
 HARD: dict[str, Any] = {"v_max": 0.5, "a_max": 5.0, "j_max": 200.0}
@@ -124,6 +136,73 @@ def test_it_is_faster_than_the_other_profiles_slowed_until_feasible() -> None:
         assert fast < 0.8 * sample(slowed).ticks
 
 
+@pytest.fixture(scope="module")
+def motor() -> PlannedMotor:
+    return planned_for(load_scenario("circle"))
+
+
+@pytest.mark.parametrize("path", list(random_splines(seed=30, count=8)))
+def test_random_splines_are_at_a_limit_nearly_all_the_time(
+    path: dict[str, Any], motor: PlannedMotor
+) -> None:
+    reference = sample(time_optimal(path, motor))
+    shares = largest_shares(reference, path, limits())
+    assert reference.notes == ()
+    assert shares.max() <= 1.0 + 1e-6
+    assert np.mean(shares >= 0.95) >= 0.6
+
+
+@pytest.mark.parametrize("path", list(random_splines(seed=31, count=6)))
+def test_no_lower_limit_and_no_seven_phases_are_faster(
+    path: dict[str, Any], motor: PlannedMotor
+) -> None:
+    ticks = sample(time_optimal(path, motor)).ticks
+    for name in ("v_max", "a_max", "j_max"):
+        for factor in (0.9, 0.5):
+            lower = path | {name: factor * path[name]}
+            assert ticks <= 1.003 * sample(time_optimal(lower, motor)).ticks
+    phases = DrawnPath.model_validate(path | {"law": "jerk_limited"})
+    slowed, _ = slow_down(phases, limit_sets(tuple(epochs(load_scenario("circle")))))
+    assert ticks <= sample(slowed).ticks
+
+
+def test_a_nearly_straight_spline_is_no_slower_than_the_seven_phases() -> None:
+    points = [[0.01 * k - 0.03, 1e-5 * (-1) ** k] for k in range(7)]
+    fast = sample(planned(points, geometry="spline", **EASY)).ticks
+    table = {"points": points, "geometry": "spline", "law": "jerk_limited"} | EASY
+    assert fast <= sample(DrawnPath.model_validate(table)).ticks
+
+
+def test_a_cusp_between_two_points_is_passed_slowly(motor: PlannedMotor) -> None:
+    # The curvature radius is 2 um between the ninth point and the tenth.
+    points = [[16.6, -2.1], [21.8, 13.1], [9.7, 22.4], [-7.3, 28.3], [-12.4, 13.7], [-37.4, 10.7]]
+    points += [[-42.6, -7.8], [-7.4, -9.7], [-5.1, -46.3], [8.8, -12.7], [18.2, -15.1]]
+    path = {"points": [[x / 1e3, y / 1e3] for x, y in points], "closed": True}
+    path |= {"geometry": "spline", "v_max": 5.8, "a_max": 94.0, "j_max": 22_000.0}
+    reference = sample(time_optimal(path, motor))
+    shares = largest_shares(reference, path, limits())
+    assert shares.max() <= 1.0 + 1e-6
+    assert np.mean(shares >= 0.95) >= 0.6
+
+
+def test_a_motion_that_has_not_converged_says_so_and_keeps_the_limits(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    monkeypatch.setattr(
+        "motionlab.trajectories.time_optimal.solve", lambda *all: (all[5].copy(), FAILED)
+    )
+    path = planned(flower(24), closed=True, geometry="spline", **HARD)
+    table = path.model_dump(mode="json")
+    (note,) = motionlab.trajectory(table).notes
+    assert "has not converged from 0 to 0.2" in note
+    document = motionlab.run("circle", set={"trajectory": table}).document
+    assert note in document["variants"]["A"]["notes"]
+    file = tmp_path / "path.toml"
+    file.write_text(tomli_w.dumps(path.model_dump(mode="json", exclude_none=True)))
+    assert main(["check", str(file)]) == 0
+    assert note in capsys.readouterr().out
+
+
 def test_laps_repeat_sample_for_sample() -> None:
     reference = sample(planned(flower(24), closed=True, geometry="spline", laps=3, **HARD))
     lap = reference.period
@@ -211,7 +290,7 @@ def test_the_solver_has_the_derivatives_of_its_constraints(rows: int) -> None:
     knots = Nodes(way, np.zeros((12, 2)), random.normal(size=(12, 2)), random.normal(size=(12, 2)))
     along, reach = Along(0.5, 5.0, 200.0), random.uniform(3.0, 5.0, (12, 3, 2))
     share, most = random.uniform(0.9, 1.0, 12), random.uniform(0.1, 0.2, 12)
-    spacing = _spacing(way)
+    spacing, start = _spacing(way), random.uniform(0.02, 0.1, count)
 
     def of(inner: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         c, g, jacobian = np.empty(count), np.zeros((count, rows)), np.zeros((count, rows, 3))
@@ -219,7 +298,7 @@ def test_the_solver_has_the_derivatives_of_its_constraints(rows: int) -> None:
         tied(way, c)
         for k in range(1, count):
             _linear(knots, spacing, reach[k], share[k], most[k], k, jacobian[k])
-        _constraints(knots, spacing, along, reach, share, most, c, g, jacobian)
+        _constraints(knots, spacing, along, reach, share, most, start, c, g, jacobian)
         return g, jacobian
 
     inner = random.uniform(0.02, 0.1, count - 2)

@@ -165,6 +165,7 @@ def _document(found: Examination, remedy: Slower | None) -> dict[str, Any]:
         "peaks": [vars(peak) for peak in found.peaks],
         "violations": [vars(each) for each in found.violations],
         "violation_count": found.violation_count,
+        "notes": found.notes,
         "slower": None if remedy is None else {"stretch": remedy.stretch, "set": dict(remedy)},
     }
 
@@ -200,6 +201,8 @@ def _report(name: str, found: Examination, remedy: Slower | None) -> list[str]:
     ]
     if found.violation_count > _SHOWN:
         lines.append(f"and {found.violation_count - _SHOWN} more; --json lists the worst")
+    if found.notes:
+        lines += ["", *found.notes]
     if not found.feasible:
         lines += ["", str(remedy or "no slower one can be: move or shrink it, or smooth its jumps")]
     return lines

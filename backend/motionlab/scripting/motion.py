@@ -60,6 +60,11 @@ class Trajectory:
         """Whether the motor can follow with every controller."""
         return self.check.feasible
 
+    @property
+    def notes(self) -> list[str]:
+        """What a user must know of the motion, such as that a faster one may exist."""
+        return self.check.notes
+
     def slowed(self) -> Trajectory:
         """Return the motion just as much slower as makes it feasible.
 

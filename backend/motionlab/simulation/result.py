@@ -144,7 +144,7 @@ def _finite(value: float) -> float | str:
 
 
 def _notes(scenario: Scenario, reference: Reference, variant: VariantConfig) -> list[str]:
-    notes = []
+    notes = list(reference.notes)
     if variant.controller.compensation.law == "published-k":
         notes.append(_PUBLISHED_K)
     for axis in AXES:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -110,11 +110,13 @@ def _time_optimal(config: DrawnPath, curve: ArcLengthCurve) -> Piece:
     dwell = whole_ticks(config.dwell)
     legs: list[Cells] = []
     stretches: list[tuple[int, bool]] = []
+    slower: list[tuple[float, float]] = []
     for first, last in itertools.pairwise(_stops(config, curve)):
         ends = float(curve.marks[first]), float(curve.marks[last])
         # A spline of one edge is a straight line.
         edges = 0 if config.geometry == "polyline" or last == first + 1 else last - first
-        leg = plan_leg(curve.path, ends, edges, motor, along)
+        leg, converged = plan_leg(curve.path, ends, edges, motor, along)
+        slower += [] if converged else [ends]
         legs.append(leg)
         stretches.append((round(leg.time[-1]), False))
         if dwell:
@@ -122,7 +124,21 @@ def _time_optimal(config: DrawnPath, curve: ArcLengthCurve) -> Piece:
             stretches.append((dwell, True))
     cells = joined(legs)
     ticks = round(cells.time[-1])
-    return Piece(curve.path, partial(on_cells, cells), ticks, stretches=tuple(stretches))
+    piece = Piece(curve.path, partial(on_cells, cells), ticks, stretches=tuple(stretches))
+    return replace(piece, notes=_not_optimal(slower))
+
+
+def _not_optimal(slower: list[tuple[float, float]]) -> tuple[str, ...]:
+    """Return the note on stretches, of a start and an end each, for which no optimum is known."""
+    if not slower:
+        return ()
+    start, end = slower[0]
+    more = f" and {len(slower) - 1} more stretches" if slower[1:] else ""
+    return (
+        f"time_optimal: the solver has not converged from {start:.6g} to {end:.6g} m along the "
+        f"path{more}; the motion keeps all limits there, but a faster one may exist. Other limits, "
+        "or more points in narrow bends, may help",
+    )
 
 
 def at_constant_speed(config: DrawnPath) -> tuple[list[Piece], Interval | None]:

@@ -43,6 +43,8 @@ class Piece:
     stretches : tuple of (int, bool)
         Ticks of each stretch and whether the reference stands in it, for a piece that stops and
         goes on; the piece as a whole when left out.
+    notes : tuple of str
+        What a user must know of it.
     """
 
     path: Path
@@ -50,6 +52,7 @@ class Piece:
     ticks: int
     still: bool = False
     stretches: tuple[tuple[int, bool], ...] = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def parts(self) -> tuple[tuple[int, bool], ...]:

@@ -54,6 +54,8 @@ class Reference:
         whole.
     for_ever : bool
         Whether a live session repeats it for ever where it can.
+    notes : tuple of str
+        What a user must know of the motion.
     """
 
     position: Array
@@ -66,6 +68,7 @@ class Reference:
     edges: tuple[Interval, ...]
     period: int
     for_ever: bool = True
+    notes: tuple[str, ...] = ()
 
     @property
     def ticks(self) -> int:
@@ -115,6 +118,7 @@ def sample(config: TrajectoryConfig) -> Reference:
         edges=_edges(motion.pieces),
         period=motion.period,
         for_ever=getattr(config, "for_ever", True),
+        notes=tuple(dict.fromkeys(note for piece in motion.pieces for note in piece.notes)),
     )
 
 

@@ -123,6 +123,19 @@ def ceiling(motor: Motor, nodes: Nodes, along: Along) -> Array:
 
 
 @cached
+def lowest(ways: Array, values: Array, places: Array, limits: Array) -> Array:
+    """Return values at nodes, no larger than the limits at the places around each."""
+    found = np.minimum(values, np.interp(ways, places, limits))
+    k, last = 0, len(ways) - 1
+    for i in range(len(places)):
+        while k < last and 0.5 * (ways[k] + ways[k + 1]) < places[i]:
+            k += 1
+        if 0 < k < last:
+            found[k] = min(found[k], limits[i])
+    return found
+
+
+@cached
 def both_passes(motor: Motor, nodes: Nodes, along: Along, most: Array) -> Array:
     """Return the largest squared speed within all limits but jerk, from rest to rest."""
     n = len(nodes.way)

@@ -17,6 +17,7 @@ _ITERATIONS = 120
 _GAP = 1e-4  # of the time, at which the solver is done
 _BEYOND = 1e-6  # share of a limit by which it may be missed then
 _CLOSE = 0.02  # of both, at which a result is used where it gets no further
+FAILED, CLOSE, DONE = range(3)
 _BOUNDARY = 0.99  # share of the step to the nearest boundary that is taken
 
 
@@ -108,6 +109,7 @@ def _constraints(  # noqa: PLR0913, PLR0917 - what is known of all knots
     reach: Array,
     share: Array,
     most: Array,
+    start: Array,
     c: Array,
     g: Array,
     jacobian: Array,
@@ -130,16 +132,19 @@ def _constraints(  # noqa: PLR0913, PLR0917 - what is known of all knots
             g[k, 5 + 2 * axis] = value / (share[k] * reach[k, axis, 1]) - 1.0
             g[k, 6 + 2 * axis] = -value / (share[k] * reach[k, axis, 0]) - 1.0
     for k in range(1, last):
-        limit = 2.0 * share[k] * along.j_max / math.sqrt(c[k] * spacing.faster[k])
+        # With the speed at the right, |x''| / 2 <= j / sqrt(x), the constraint is concave in c: the
+        # linear one is stricter, and no step of the solver leads beyond the limit.
+        scale = math.sqrt(start[k] * spacing.faster[k])
+        unit = scale / (2.0 * share[k] * along.j_max)
+        room = math.sqrt(start[k] / c[k])
         before, after = spacing.before[k], spacing.after[k]
         second = before * c[k - 1] - (before + after) * c[k] + after * c[k + 1]
-        own = 0.5 * second / c[k] - before - after
         for sign in range(2):
-            unit = (1.0 - 2.0 * sign) / limit
-            jacobian[k, 3 + sign, 0] = before * unit
-            jacobian[k, 3 + sign, 1] = own * unit
-            jacobian[k, 3 + sign, 2] = after * unit
-            g[k, 3 + sign] = second * unit - 1.0
+            signed = (1.0 - 2.0 * sign) * unit
+            jacobian[k, 3 + sign, 0] = before * signed
+            jacobian[k, 3 + sign, 1] = -(before + after) * signed + 0.5 * room / c[k]
+            jacobian[k, 3 + sign, 2] = after * signed
+            g[k, 3 + sign] = second * signed - room
     _tie_in(knots.way, 1, jacobian[1, 3:5])
     _tie_in(knots.way, last - 1, jacobian[last - 1, 3:5])
     g[last, 3:5] = -1.0
@@ -210,8 +215,8 @@ def solve(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917 - one compiled loop
     share: Array,
     c: Array,
     straight: bool,
-) -> tuple[Array, bool]:
-    r"""Return the squared speeds of least time, and whether the solver got there.
+) -> tuple[Array, int]:
+    r"""Return the squared speeds of least time, and one of DONE, CLOSE and FAILED.
 
     .. math:: \min_c \sum_k \frac{\Delta s_k}{\sqrt{c_k}} \quad \text{with} \quad g(c) \le 0
 
@@ -240,6 +245,7 @@ def solve(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917 - one compiled loop
     last = len(c) - 1
     c = c.copy()
     tied(knots.way, c)
+    start = c.copy()
     weight = np.empty(len(c))
     whole = 0.0
     for k in range(1, last):
@@ -255,7 +261,7 @@ def solve(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917 - one compiled loop
     spacing = _spacing(knots.way)
     for k in range(1, last + 1):
         _linear(knots, spacing, reach[k], share[k], most[k], k, jacobian[k])
-    _constraints(knots, spacing, along, reach, share, most, c, g, jacobian)
+    _constraints(knots, spacing, along, reach, share, most, start, c, g, jacobian)
     for k in range(1, last + 1):
         for row in range(rows):
             slack[k, row] = max(-g[k, row], 0.1)
@@ -264,7 +270,7 @@ def solve(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917 - one compiled loop
         diagonal, right = np.zeros(last - 1), np.zeros(last - 1)
         first, second = np.zeros(last - 1), np.zeros(last - 1)
         worst, gap = 0.0, 0.0
-        _constraints(knots, spacing, along, reach, share, most, c, g, jacobian)
+        _constraints(knots, spacing, along, reach, share, most, start, c, g, jacobian)
         for k in range(1, last + 1):
             i = k - 1
             if k < last:
@@ -296,7 +302,7 @@ def solve(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917 - one compiled loop
                     if i > 0:
                         second[i - 1] += ratio * low * high
         if gap < _GAP and worst < _BEYOND:
-            return c, True
+            return c, DONE
         _solve_band(diagonal, first, second, right)
         primal, dual = 1.0, 1.0
         for k in range(1, last + 1):
@@ -324,11 +330,11 @@ def solve(  # noqa: PLR0912, PLR0913, PLR0915, PLR0917 - one compiled loop
                 price[k, row] += dual * price_step[k, row]
                 gap += slack[k, row] * price[k, row]
             if not c[k] > 0.0:
-                return c, False
+                return c, FAILED
         tied(knots.way, c)
         least = min(primal, dual)
         target = (0.1 if least > 0.7 else 0.5 if least > 0.2 else 0.9) * gap / count
-    return c, gap < _CLOSE and worst < _CLOSE
+    return c, CLOSE if gap < _CLOSE and worst < _CLOSE else FAILED
 
 
 @cached

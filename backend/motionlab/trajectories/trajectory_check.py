@@ -120,6 +120,8 @@ class Examination:
         Worst first, `VIOLATIONS_MAX` at most.
     violation_count : int
         How many there are.
+    notes : list of str
+        What a user must know of the motion, such as that a faster one may exist.
     """
 
     duration: float
@@ -130,6 +132,7 @@ class Examination:
     peaks: list[Peak]
     violations: list[LimitViolation]
     violation_count: int
+    notes: list[str]
 
     @property
     def feasible(self) -> bool:
@@ -173,6 +176,7 @@ def examine(trajectory: TrajectoryConfig, limits: LimitSets, *, bins: int) -> Ex
         peaks=_peaks(first),
         violations=violations,
         violation_count=count,
+        notes=list(reference.notes),
     )
 
 

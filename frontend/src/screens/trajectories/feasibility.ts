@@ -46,6 +46,8 @@ interface Head {
   peaks: Peak[];
   violations: Violation[];
   violation_count: number;
+  /** What a user must know of the motion, such as that a faster one may exist. */
+  notes: string[];
   /** A figure as a path whose points can be dragged; null for what has no corners. */
   drawn: Trajectory | null;
 }
