@@ -152,8 +152,7 @@ $(LINT_STAMP): $(SETUP_STAMP) backend/requirements-lint.lock
 	@touch $@
 
 $(KERNELS_STAMP): $(SETUP_STAMP) $(shell find backend/motionlab -name '*.py')
-	@{ $(PY) -m motionlab.simulation.precompile && $(PY) -m motionlab.service.preload; } & kernels=$$!; \
-	$(PY) -m motionlab.drive.precompile && wait $$kernels
+	@.venv/bin/motionlab precompile --quiet
 	@touch $@
 
 $(LOWEST_STAMP): $(UV) backend/requirements-lowest.lock pyproject.toml

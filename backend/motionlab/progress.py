@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextvars import ContextVar
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from rich.progress import Progress
+from typing import Any
 
 _LONG_RUN = 100_000  # ticks; shorter runs are over before a bar could be read
 
-_NOTEBOOK_WIDTH = 80
+_NOTEBOOK_BAR = 40  # characters
+_PAUSE = 0.25  # s, between two updates in a notebook
 
 _told = ContextVar("told", default=True)
 
@@ -51,9 +51,15 @@ def tick_bar(ticks: int) -> Iterator[Callable[[int], Any] | None]:
     if ticks < _LONG_RUN or not is_told() or not has_bars():
         yield None
         return
-    with _bar() as bar:
-        task = bar.add_task("run", total=ticks)
-        yield lambda done: bar.advance(task, done)
+    done = 0
+
+    def advance(ticks_more: int) -> None:
+        nonlocal done
+        done += ticks_more
+        show(done)
+
+    with _bar("run", ticks) as show:
+        yield advance
 
 
 @contextlib.contextmanager
@@ -86,25 +92,90 @@ def share_done(title: str) -> Iterator[Callable[[float], None]]:
         if tenths >= 0:
             line(1.0)
         return
-    with _bar() as bar:
-        task = bar.add_task(title, total=1.0)
-        yield lambda share: bar.update(task, completed=share)
+    with _bar(title, 1.0) as show:
+        yield show
 
 
 def has_bars() -> bool:
     """Return whether a bar can be drawn: by a terminal that moves its cursor, or a notebook."""
-    if _in_notebook():
-        return True
+    return _notebook() is not None or _has_cursor()
+
+
+@contextlib.contextmanager
+def first_use() -> Iterator[None]:
+    """Have `compiling` say why the first call takes longer, in a notebook until the block ends."""
+    with contextlib.ExitStack() as stack:
+        before = _first_use.set(stack)
+        try:
+            yield
+        finally:
+            _first_use.reset(before)
+
+
+def watch_compilation() -> None:
+    """Have numba tell `compiling`; loading what was compiled before is none."""
+    from numba.core import event
+
+    class Listener(event.Listener):
+        def on_start(self, event: Any) -> None:
+            compiling()
+
+        def on_end(self, event: Any) -> None:
+            pass
+
+    event.register("numba:compile", Listener())
+
+
+def compiling() -> None:
+    """Say, once in a process, that the first use compiles; does nothing outside `first_use`."""
+    stack = _first_use.get()
+    if stack is None or not is_told() or _COMPILING in _said:
+        return
+    _said.add(_COMPILING)
+    notebook = _notebook()
+    if notebook is None:
+        print(f"motionlab: {_COMPILING}", file=sys.stderr, flush=True)
+    else:
+        stack.enter_context(_cell_line(notebook))(_COMPILING)
+
+
+_COMPILING = "compiling, once on this machine; `motionlab precompile` compiles everything"
+_said: set[str] = set()
+_first_use: ContextVar[contextlib.ExitStack | None] = ContextVar("first_use", default=None)
+
+
+def _has_cursor() -> bool:
     return sys.stderr.isatty() and os.environ.get("TERM") not in {"dumb", "unknown"}
 
 
-def _in_notebook() -> bool:
-    """Return whether this process is the kernel of a notebook."""
+def _notebook() -> Any | None:
+    """Return what shows and updates an output of a cell; None where this is no notebook."""
     shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
-    return shell is not None and "IPKernelApp" in shell.config
+    if shell is None or "IPKernelApp" not in shell.config:
+        return None
+    from IPython.display import display
+
+    return display
 
 
-def _bar() -> Progress:
+@contextlib.contextmanager
+def _cell_line(display: Any) -> Iterator[Callable[[str], None]]:
+    """Show a line below a cell, replaced by each further one; nothing of it is left at the end."""
+    handle = display({"text/plain": ""}, raw=True, display_id=True)
+    try:
+        yield lambda text: handle.update({"text/plain": text}, raw=True)
+    finally:
+        handle.update({}, raw=True)
+
+
+@contextlib.contextmanager
+def _bar(title: str, total: float) -> Iterator[Callable[[float], None]]:
+    """Show a bar that takes how much of the total is done."""
+    notebook = _notebook()
+    if notebook is not None:
+        with _cell_line(notebook) as line:
+            yield _throttled(lambda done: line(_drawn(title, done / total)))
+        return
     from rich.console import Console
     from rich.progress import (
         BarColumn,
@@ -115,21 +186,35 @@ def _bar() -> Progress:
         TimeRemainingColumn,
     )
 
-    return Progress(
+    with Progress(
         TextColumn("{task.description}"),
         BarColumn(),
         TaskProgressColumn(),
         TimeElapsedColumn(),
         TextColumn("left"),
         TimeRemainingColumn(),
-        # A notebook's own bars need a further package, and its streams know how to go back.
-        console=Console(
-            stderr=True,
-            force_jupyter=False,
-            force_terminal=_in_notebook() or None,
-            width=_NOTEBOOK_WIDTH if _in_notebook() else None,
-        ),
+        console=Console(stderr=True, force_jupyter=False),
         transient=True,
         redirect_stdout=False,
         redirect_stderr=False,
-    )
+    ) as bar:
+        task = bar.add_task(title, total=total)
+        yield lambda done: bar.update(task, completed=done)
+
+
+def _throttled(show: Callable[[float], None]) -> Callable[[float], None]:
+    """Pass on at most four updates a second, each of which is a message to the browser."""
+    shown = -math.inf
+
+    def update(done: float) -> None:
+        nonlocal shown
+        if time.monotonic() - shown >= _PAUSE:
+            shown = time.monotonic()
+            show(done)
+
+    return update
+
+
+def _drawn(title: str, share: float) -> str:
+    full = round(_NOTEBOOK_BAR * min(share, 1.0))
+    return f"{title} {'█' * full}{'░' * (_NOTEBOOK_BAR - full)} {share:.0%}"

@@ -9,6 +9,7 @@ from numba.core import config
 from numba.core.dispatcher import Dispatcher
 
 import motionlab.lanes  # noqa: F401 - has numba keep compiled code its way
+from motionlab import progress
 from tests.paths import ROOT
 
 _SOURCE = """\
@@ -25,6 +26,7 @@ def _loaded(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Dispatcher:
     """Return the function as a new process would find it."""
     monkeypatch.setattr(config, "CACHE_DIR", str(folder / "kept"))
     source = folder / "doubling.py"
+    folder.mkdir(exist_ok=True)
     if not source.exists():
         source.write_text(_SOURCE)
     found = importlib.util.spec_from_file_location(f"doubling{next(_loads)}", source)
@@ -42,6 +44,21 @@ def _hits(double: Dispatcher) -> int:
 def test_compiled_code_is_found_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert _hits(_loaded(tmp_path, monkeypatch)) == 0
     assert _hits(_loaded(tmp_path, monkeypatch)) == 1
+
+
+def test_a_first_use_says_that_it_compiles(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    import motionlab.simulation.prepare  # noqa: F401 - whoever computes loads it
+
+    monkeypatch.setattr(progress, "_said", set())
+    _hits(_loaded(tmp_path / "server", monkeypatch))
+    assert capsys.readouterr().err == ""
+    for _ in range(2):
+        with progress.first_use():
+            _hits(_loaded(tmp_path, monkeypatch))
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("motionlab: compiling, once on this machine; `motionlab precompile`")
 
 
 @pytest.mark.parametrize("suffix", ["nbi", "nbc"])

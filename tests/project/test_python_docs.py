@@ -19,6 +19,8 @@ from tests.service.servers import PATIENCE, Server
 SCRIPT = re.compile(r"^```python\n(.*?)^```\n(?:\nprints\n\n((?:    [^\n]*\n)+))?", re.M | re.S)
 NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))
 
+LONG_WORK = "import motionlab\nmotionlab.montecarlo(cases=20).document.cases and None"
+
 
 def test_the_scripts_of_the_page_print_what_it_says(
     server: Server, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -38,6 +40,7 @@ def test_the_notebooks_run_and_print_what_they_hold(tmp_path: Path) -> None:
     """One after another in one kernel, which forgets all names of the one before."""
     assert len(NOTEBOOKS) > 1
     whole = nbformat.v4.new_notebook()
+    whole.cells.append(nbformat.v4.new_code_cell(LONG_WORK))
     for path in NOTEBOOKS:
         cells = nbformat.read(path, as_version=4).cells
         assert any(map(texts, cells)) and any(map(figures_of, cells)), path
@@ -53,6 +56,11 @@ def test_the_notebooks_run_and_print_what_they_hold(tmp_path: Path) -> None:
     for cell, text in zip(whole.cells, expected, strict=True):
         assert same_text(texts(cell), text), cell.source
     assert [figures_of(cell) for cell in whole.cells] == figures
+    # Progress is shown while it lasts, and leaves nothing in the file.
+    shown = [output for cell in whole.cells for output in cell.get("outputs", [])]
+    assert not [output for output in shown if output.get("name") == "stderr"]
+    bars = whole.cells[0].outputs
+    assert bars and all(output.data == {} for output in bars)
 
 
 def texts(cell: Any) -> str:

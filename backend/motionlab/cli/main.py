@@ -16,7 +16,7 @@ from motionlab.cli.exit_codes import BAD_INPUT, DONE, FAILED, INTERRUPTED
 from motionlab.cli.messages import discard, say, unbreakable_stderr
 from motionlab.cli.parser import Parser, print_problem
 from motionlab.errors import ConfigError, Infeasible, MotionLabError
-from motionlab.progress import told
+from motionlab.progress import first_use, told
 
 _MODULES = {
     "run": ("run",),
@@ -40,6 +40,7 @@ _MODULES = {
     "serve": ("serve", "openapi"),
     "drive": ("drive",),
     "vdrive": ("vdrive",),
+    "precompile": ("precompile",),
     "docs": ("docs", "completion"),
 }
 """Modules in the order of the help page, and the commands of each: to import one alone."""
@@ -79,7 +80,7 @@ def _carry_out(arguments: Sequence[str] | None) -> int:
         try:
             asked = given if given not in ([], ["help"]) else ["--help"]
             options = _parser(asked).parse_args(asked)
-            with told(not hasattr(options, "quiet")):
+            with told(not hasattr(options, "quiet")), first_use():
                 code = options.command(options)
                 if hasattr(options, "verbose"):
                     say(f"took {time.perf_counter() - started:.2f} s")

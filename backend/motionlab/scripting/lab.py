@@ -16,7 +16,7 @@ from motionlab.config.load import load_scenario
 from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError
 from motionlab.executors.executor import executing
-from motionlab.progress import has_bars, is_told, share_done, tick_bar, told
+from motionlab.progress import first_use, has_bars, is_told, share_done, tick_bar, told
 from motionlab.runs.run import check_name
 from motionlab.scripting.run import Run, record_of
 from motionlab.scripting.study_result import StudyResult
@@ -185,6 +185,7 @@ class Lab(ABC):
 class Local(Lab):
     """A lab in this process."""
 
+    @first_use()
     def _run(self, scenario: Source, changes: dict[str, Any], *, keep: bool, name: str) -> Run:
         from motionlab.simulation.prepare import prepare
         from motionlab.simulation.result import document
@@ -200,6 +201,7 @@ class Local(Lab):
             found["run"] = library().keep(prepared, recording, found, name=name).id
         return Run(found, lambda: record_of(recording, prepared.scenario))
 
+    @first_use()
     def _study(self, kind: str, scenario: Source | None, set: Changes, **request: Any) -> Any:
         study = BY_KIND[kind]
         source = None if scenario is None else readable(scenario)

@@ -12,6 +12,7 @@ from motionlab.errors import ConfigError, FieldError
 from motionlab.loop.linearise import SLIDING, StateSpace, stability_limits
 from motionlab.loop.linearise import linearise as linearised
 from motionlab.loop.margins import Margins, margins
+from motionlab.progress import first_use
 from motionlab.scripting.channels import optional
 from motionlab.scripting.lab import Changes, Source, readable, tables
 
@@ -97,6 +98,7 @@ def _system(library: Any, system: StateSpace, name: str, enters: str, leaves: st
     )
 
 
+@first_use()
 def linearise(
     scenario: Source = "circle",
     variant: str | None = None,

@@ -13,6 +13,7 @@ from motionlab.config.load import epochs, load_scenario, validate_trajectory
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.errors import ConfigError, FieldError
+from motionlab.progress import first_use
 from motionlab.scripting.channels import Samples
 from motionlab.scripting.lab import Changes, Source, readable, tables
 from motionlab.simulation.prepare import limit_sets, planned
@@ -81,6 +82,7 @@ class Trajectory:
         return f"<Trajectory {self.config.kind}: {self.check.duration:.4g} s, {word}>"
 
 
+@first_use()
 def trajectory(
     motion: str | Path | Mapping[str, Any],
     scenario: Source = "circle",

@@ -23,6 +23,7 @@ from motionlab.errors import ConfigError, FieldError
 from motionlab.kernel.build import motion_limits
 from motionlab.kernel.force_maps import check_maps, map_digests
 from motionlab.kernel.planned_motor import planned_motor
+from motionlab.progress import watch_compilation
 from motionlab.simulation.inputs import load_force
 from motionlab.telemetry.channels import CHANNELS, REFERENCES
 from motionlab.trajectories.feasibility import check
@@ -32,6 +33,8 @@ from motionlab.trajectories.reference import Reference, sample
 Array = NDArray[np.float64]
 Epochs = tuple[tuple[int, Scenario], ...]
 _Digests = tuple[str, ...]
+
+watch_compilation()
 
 _SHARED = len(REFERENCES) * len(AXES) * np.float64().itemsize
 """Reference and load of one tick, bytes."""
