@@ -192,6 +192,8 @@ class Infeasible(MotionLabError):
         Required and allowed value, in `unit`.
     unit : str
         Unit of `value` and `limit`.
+    note : str
+        What the limit leaves out.
     """
 
     def __init__(  # noqa: PLR0913 - one keyword for each fact the user needs
@@ -204,6 +206,7 @@ class Infeasible(MotionLabError):
         value: float,
         limit: tuple[float, float],
         unit: str,
+        note: str = "",
     ) -> None:
         self.quantity = quantity
         self.axis = axis
@@ -212,10 +215,11 @@ class Infeasible(MotionLabError):
         self.value = value
         self.limit = limit
         self.unit = unit
+        self.note = note
         super().__init__(
             f"trajectory: {quantity} on {axis} is {_beyond(value, limit)} {unit} "
             f"at t = {time:.4f} s, x = {place[0]:.6g} m, y = {place[1]:.6g} m; "
-            f"allowed {limit[0]:.6g} to {limit[1]:.6g} {unit}"
+            f"allowed {limit[0]:.6g} to {limit[1]:.6g} {unit}{note and f', {note}'}"
         )
 
 

@@ -9,8 +9,10 @@ from typing import Any
 
 import numpy as np
 
+import motionlab
 from motionlab.config.drawn_path import DrawnPath
 from motionlab.config.load import epochs, load_scenario
+from motionlab.config.planar import AXES
 from motionlab.config.planned_motor import PlannedMotor
 from motionlab.simulation.prepare import limit_sets, planned_for
 from motionlab.trajectories.exchange.reading import ReadOptions, read_trajectory
@@ -26,6 +28,11 @@ _REPETITIONS = 3
 _SPLINES = 64
 _LEAST_SHARE = 0.6
 _AT_LIMIT = 0.95
+_FAST = {"v_max": 1.0, "a_max": 10.0, "j_max": 2000.0}
+_LOOPS: dict[str, dict[str, Any]] = {
+    "K = 0": {},
+    "lugre-full": {"variants.B.controller": "lugre-full"},
+}
 
 
 def trajectories() -> Iterator[Row]:
@@ -52,6 +59,7 @@ def trajectories() -> Iterator[Row]:
                 taken < target,
             )
     yield _converging(motor)
+    yield from _with_reserve()
 
 
 def _converging(motor: PlannedMotor) -> Row:
@@ -75,6 +83,32 @@ def _converging(motor: PlannedMotor) -> Row:
         f"p50 {usual:.0f} ms, p95 {most:.0f} ms",
         met == _SPLINES,
     )
+
+
+def _with_reserve() -> Iterator[Row]:
+    """Run splines at the limit of thrust under B, without and with a reserve for feedback."""
+    for name, set_ in _LOOPS.items():
+        for reserve in (0.0, 0.12, 0.3):
+            worst, limited, ticks = 0.0, 0, 0
+            for path in random_splines(seed=902, count=8):
+                motion = path | _FAST | {"kind": "path", "law": "time_optimal"}
+                run = motionlab.run(
+                    "circle", set={"trajectory": motion, "thrust_reserve": reserve} | set_
+                )
+                # NaN after a divergence counts as limited.
+                free = [run[f"B.{axis}.current_saturated"] == 0.0 for axis in AXES]
+                limited += int((~np.min(free, axis=0)).sum())
+                ticks += len(free[0])
+                errors = [run[f"B.{axis}.following_error"] for axis in AXES]
+                worst = max(worst, float(np.nanmax(np.abs(errors))))
+            yield Row(
+                f"splines at the limit of thrust, {name}, reserve {reserve:.0%}",
+                "",
+                f"{worst * 1e6:.0f} um",
+                f"currents limited: {limited / ticks:.1%} of ticks",
+                "",
+                True,
+            )
 
 
 def _best(path: DrawnPath) -> float:

@@ -165,6 +165,7 @@ def _document(found: Examination, remedy: Slower | None) -> dict[str, Any]:
         "peaks": [vars(peak) for peak in found.peaks],
         "violations": [vars(each) for each in found.violations],
         "violation_count": found.violation_count,
+        "thrust_reserve": found.reserve,
         "notes": found.notes,
         "slower": None if remedy is None else {"stretch": remedy.stretch, "set": dict(remedy)},
     }
@@ -191,6 +192,9 @@ def _report(name: str, found: Examination, remedy: Slower | None) -> list[str]:
     ]
     heads = ("largest", "value", "limit", "unit", "of limit")
     lines.append(table(heads, rows, right={1, 2, 4}))
+    if found.reserve > 0.0:
+        kept = f"{100 * found.reserve:.3g} %"
+        lines += ["", f"The limit of thrust leaves {kept} to feedback (thrust_reserve)."]
     if found.violations:
         lines.append("")
     lines += [

@@ -69,8 +69,9 @@ class DrawnPath(Config):
     v_max: float | None = v_max_field()
     a_max: float | None = a_max_field()
     j_max: float | None = quantity(
-        "Largest jerk along the path, of jerk_limited and time_optimal only",
-        label="max jerk",
+        "Largest jerk along the path, of jerk_limited and time_optimal only; in bends those of the "
+        "axes are larger",
+        label="max path jerk",
         unit="m/s^3",
         source=REQUIRED,
         default=None,

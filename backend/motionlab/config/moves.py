@@ -54,8 +54,9 @@ def v_max_field(*, default: float | None = None) -> float:
 def a_max_field(*, default: float | None = None) -> float:
     """Declare the largest acceleration along a path; optional without a default."""
     return quantity(
-        "Largest acceleration along the path",
-        label="max accel.",
+        "Largest acceleration along the path; in bends those of the axes, which the motor limits, are "
+        "larger",
+        label="max path accel.",
         unit="m/s^2",
         source=f"{REQUIRED}; the thrust map reaches 28.1 N / 13.9 kg = 2.0 m/s^2 less friction "
         "on y",
@@ -163,6 +164,17 @@ class Trapezoid(Config):
     there_and_back: bool = quantity("Return to the start", unit="", source=OURS, default=True)
     cycles: int = quantity("Repetitions", unit="1", source=OURS, default=1, ge=1, le=1000)
     for_ever: bool = for_ever_field()
+    thrust_reserve: float | None = quantity(
+        "Share of the force sharing's linear range that it leaves to feedback to be feasible; left "
+        "out: the scenario's",
+        label="thrust reserve",
+        shown="%",
+        unit="1",
+        source=OURS,
+        default=None,
+        ge=0,
+        le=0.9,
+    )
 
     @model_validator(mode="after")
     def _goes_somewhere(self) -> Self:

@@ -116,3 +116,13 @@ class Scenario(Config):
         gt=0,
         le=1,
     )
+    thrust_reserve: float = quantity(
+        "Share of the force sharing's linear range that a motion leaves to feedback to be feasible",
+        label="thrust reserve",
+        shown="%",
+        unit="1",
+        source=OURS,
+        default=0.12,
+        ge=0,
+        le=0.9,
+    )

@@ -13,6 +13,7 @@ from motionlab.config.scenario import Scenario
 from motionlab.config.shipped import config_root, names
 
 _SKIPPED = {"kind", "name", "description", "planned_for"}
+_WHOLE = ("seed", "settling_band", "divergence_error", "thrust_reserve")
 _MOTOR = ("mass", "friction.", "encoder.noise", "resonance.coupling")
 _CONTROLLER = ("x.k_", "y.k_", "compensation.", "feedforward", "disturbance_observer.", "delay")
 
@@ -38,7 +39,7 @@ def template(scenario: Scenario, folder: Path) -> str:
         "",
         f"base = {_toml(scenario.name)}",
         f"title = {_toml(f'My {scenario.name}')}",
-        *_comments(_of(fields, "", ("seed", "settling_band", "divergence_error"))),
+        *_comments(_of(fields, "", _WHOLE)),
         "",
         "[trajectory]",
         *_comments(_of(fields, "trajectory.")),

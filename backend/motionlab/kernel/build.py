@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 
 import numpy as np
@@ -35,7 +36,8 @@ from motionlab.control.compensation import (
 )
 from motionlab.control.notch import sampled_notch
 from motionlab.control.position import PositionController
-from motionlab.force_sharing.pole_pitch import share_over
+from motionlab.force_sharing.functions import ForceModel
+from motionlab.force_sharing.ripple import reachable_over
 from motionlab.kernel.force_maps import force_model, map_lanes
 from motionlab.kernel.layout import (
     PARAMETER_ROWS,
@@ -64,8 +66,6 @@ _RESIDUAL_GAIN = 100.0  # 1/s
 _CANUDAS_DE_WIT_GAIN = 300.0  # 1/s
 _BRISTLE_LIMIT = 1.2  # of F_s/sigma_0
 _POSITIONS_PER_PITCH = 361
-_SURE = 0.99
-"""Share by which the thrust between these positions may fall below that at them."""
 
 
 def lane_parameters(scenario: Scenario) -> NDArray[np.float64]:
@@ -112,43 +112,46 @@ def initial_state(
     return state
 
 
-def motion_limits(
+def motion_limits(  # noqa: PLR0913 - what decides, and nothing else
     plant: PlantConfig,
     model: ModelConfig,
     *,
     sharing: SharingConfig,
     force_limit: float,
     current_limit: float,
+    reserve: float,
 ) -> MotionLimits:
     """Return the motion limits of a motor under a controller's model and limits.
 
-    The available thrust is that of the controller's force-sharing function at its force limit,
-    which depends on the position in the pole pitch.
+    The available thrust is the largest command, up to the force limit, that the controller's
+    force-sharing function realises in full at a position in the pole pitch; of it a share
+    `reserve` is left to feedback.
     """
     axes = (plant.x, plant.y)
-    with TABLES.lease() as lease:
+    with TABLES.lease():
         models = [
             force_model(axis.force_map, sharing, current_limit) for axis in (model.x, model.y)
         ]
+        ranges = [np.minimum(_linear_range(each), force_limit) for each in models]
 
     def friction(axis: int, v: NDArray[np.float64]) -> NDArray[np.float64]:
         f = friction_of(axes[axis].friction)
         return steady_friction(v, f.F_c, f.F_s, f.v_s, f.sigma_2)
 
+    if plant.force == "ideal":
+        ranges = [np.full_like(each, force_limit) for each in ranges]
+    tables = [(1.0 - reserve) * each for each in ranges]
+
     def available(
         axis: int, position: NDArray[np.float64], sign: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        if plant.force == "ideal":
-            return np.full_like(position, force_limit)
-        shared = share_over(models[axis], position=position, force=sign * force_limit)
-        return np.abs(shared.force)
-
-    lease.keep_with(available)
-
-    def sure(axis: int) -> float:
-        pitch = np.linspace(0.0, models[axis].map.formula.tau, _POSITIONS_PER_PITCH)
-        least = min(float(available(axis, pitch, np.full_like(pitch, s)).min()) for s in (-1, 1))
-        return _SURE * least
+        table = tables[axis]
+        turns = position / models[axis].map.formula.tau
+        turns = (turns - np.floor(turns)) * (table.shape[1] - 1)
+        low = turns.astype(np.int64)
+        rows = (sign > 0.0).astype(np.int64)
+        first, second = table[rows, low], table[rows, np.minimum(low + 1, table.shape[1] - 1)]
+        return first + (second - first) * (turns - low)
 
     return MotionLimits(
         stroke=(plant.x.stroke, plant.y.stroke),
@@ -157,8 +160,30 @@ def motion_limits(
         mass=(plant.x.mass, plant.y.mass),
         friction=friction,
         available_thrust=available,
-        sure_thrust=(sure(0), sure(1)),
+        sure_thrust=(float(tables[0].min()), float(tables[1].min())),
+        reserve=reserve,
     )
+
+
+def _linear_range(model: ForceModel) -> NDArray[np.float64]:
+    """Return the largest commands that are realised in full over a pole pitch, backward first."""
+    if _tabled(model):
+        return _range_over_pitch(model)  # tables change under their place
+    return _closed_form_range(model)
+
+
+def _tabled(model: ForceModel) -> bool:
+    return model.map.table.thrust >= 0.0 or max(model.sharing.inverse, model.sharing.shares) >= 0.0
+
+
+def _range_over_pitch(model: ForceModel) -> NDArray[np.float64]:
+    pitch = np.linspace(0.0, model.map.formula.tau, _POSITIONS_PER_PITCH)
+    return np.array(
+        [reachable_over(model, position=pitch, forward=forward) for forward in (False, True)]
+    )
+
+
+_closed_form_range = functools.lru_cache(maxsize=64)(_range_over_pitch)
 
 
 def lane(scenario: Scenario, controller: ControllerConfig, axis: str) -> Parameters:

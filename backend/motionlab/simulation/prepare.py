@@ -148,6 +148,12 @@ def planned_for(scenario: Scenario) -> PlannedMotor:
     return _planned_for(tuple(decides for _, decides, _ in deciding), maps)
 
 
+def thrust_reserve(scenario: Scenario) -> float:
+    """Return the share of the thrust that is left to feedback: the motion's or the scenario's."""
+    own: float | None = getattr(scenario.trajectory, "thrust_reserve", None)
+    return scenario.thrust_reserve if own is None else own
+
+
 def needs_plan(trajectory: TrajectoryConfig) -> bool:
     """Return whether a trajectory is planned for a motor that it does not name yet."""
     return (
@@ -189,6 +195,7 @@ class _Deciding(NamedTuple):
     sharing: SharingConfig
     force_limit: float
     current_limit: float
+    reserve: float
 
     def limits(self) -> MotionLimits:
         return motion_limits(
@@ -197,6 +204,7 @@ class _Deciding(NamedTuple):
             sharing=self.sharing,
             force_limit=self.force_limit,
             current_limit=self.current_limit,
+            reserve=self.reserve,
         )
 
 
@@ -236,6 +244,7 @@ def _deciding(changes: Epochs) -> list[tuple[Span, _Deciding, _Digests]]:
                 controller.sharing,
                 controller.force_limit,
                 controller.current_limit,
+                thrust_reserve(scenario),
             )
             if all(decides != other for _, other, _ in lasting):
                 start = next((span.start for span, other, _ in before if decides == other), tick)

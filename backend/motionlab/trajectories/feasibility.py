@@ -60,6 +60,7 @@ def check(reference: Reference, limits: MotionLimits, *, span: Span = ALWAYS) ->
 def refusal(demand: Demand, quantity: int, tick: int) -> Infeasible:
     """Return the error of one tick at which a quantity exceeds its limit."""
     limit = demand.limit_at(quantity, tick)
+    kept = demand.reserve > 0.0 and QUANTITIES[quantity] == "thrust"
     return Infeasible(
         quantity=QUANTITIES[quantity],
         axis=AXES[demand.axis],
@@ -68,6 +69,7 @@ def refusal(demand: Demand, quantity: int, tick: int) -> Infeasible:
         value=demand.value_at(quantity, tick),
         limit=(-limit, limit),
         unit=UNITS[quantity],
+        note=f"{100 * demand.reserve:.3g} % are left to feedback (thrust_reserve)" if kept else "",
     )
 
 

@@ -66,6 +66,8 @@ class MotionLimits:
     sure_thrust : tuple of float
         Thrust available everywhere and in both directions, N; below it `available_thrust` is not
         called.
+    reserve : float
+        Share of the thrust that has been left to feedback already.
     """
 
     stroke: tuple[float, float]
@@ -75,6 +77,7 @@ class MotionLimits:
     friction: Callable[[int, Array], Array]
     available_thrust: Callable[[int, Array, Array], Array]
     sure_thrust: tuple[float, float] = (0.0, 0.0)
+    reserve: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -131,6 +134,8 @@ class Demand:
         Required quantities.
     limits : tuple of float
         Magnitude allowed of each of `QUANTITIES`; of the thrust the sure one.
+    reserve : float
+        Share of the thrust that has been left to feedback already.
     reach : Reach
         Available thrust.
     beyond : ndarray of uint8, shape (n + 1,)
@@ -146,6 +151,7 @@ class Demand:
     axis: int
     samples: Samples
     limits: tuple[float, ...]
+    reserve: float
     reach: Reach
     beyond: Flags
     found: int
@@ -220,7 +226,7 @@ def _demand(reference: Reference, limits: MotionLimits, axis: int, span: Span) -
     reach = Reach(hard, available)
     during = (span.start, reference.ticks + 1 if span.end is None else span.end)
     survey = _survey(samples, np.array(allowed), np.array(slack), reach, during)
-    return Demand(reference, axis, samples, allowed, reach, *survey)
+    return Demand(reference, axis, samples, allowed, limits.reserve, reach, *survey)
 
 
 @cached

@@ -122,6 +122,8 @@ class Examination:
         How many there are.
     notes : list of str
         What a user must know of the motion, such as that a faster one may exist.
+    reserve : float
+        Share of the thrust that the limits leave to feedback.
     """
 
     duration: float
@@ -133,6 +135,7 @@ class Examination:
     violations: list[LimitViolation]
     violation_count: int
     notes: list[str]
+    reserve: float
 
     @property
     def feasible(self) -> bool:
@@ -177,6 +180,7 @@ def examine(trajectory: TrajectoryConfig, limits: LimitSets, *, bins: int) -> Ex
         violations=violations,
         violation_count=count,
         notes=list(reference.notes),
+        reserve=limits[0][1].reserve,
     )
 
 

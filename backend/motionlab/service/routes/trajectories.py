@@ -327,6 +327,7 @@ def _head(found: Examination) -> dict[str, Any]:
         "peaks": [vars(peak) for peak in found.peaks],
         "violations": [vars(each) for each in found.violations],
         "violation_count": found.violation_count,
+        "thrust_reserve": found.reserve,
         "notes": found.notes,
         "columns": [
             {

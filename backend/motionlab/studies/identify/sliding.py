@@ -15,8 +15,10 @@ from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.config.trajectory import Trapezoid
 from motionlab.errors import ConfigError, FieldError
-from motionlab.kernel.build import AXES, motion_limits
-from motionlab.kernel.force_maps import pole_pitch
+from motionlab.force_sharing.pole_pitch import share_over
+from motionlab.kernel.build import AXES
+from motionlab.kernel.force_maps import force_model, pole_pitch
+from motionlab.lanes.bank import TABLES
 from motionlab.studies.identify.current_smoother import CurrentLoops
 from motionlab.studies.identify.document import Point
 from motionlab.studies.identify.test_bench import Rig
@@ -28,6 +30,10 @@ Array = NDArray[np.float64]
 
 _PUSH = 0.3
 """Share of the sure thrust that speeds up and brakes; friction is not known yet."""
+
+_POSITIONS_PER_PITCH = 361
+_SURE = 0.99
+"""Share by which the thrust between these positions may fall below that at them."""
 
 _SETTLED = 10.0
 """Slowest time constants of the loop after which its transient is taken to be over."""
@@ -278,16 +284,16 @@ def _there_and_back(axis: str, half: float, speed: float, acceleration: float) -
 def _acceleration(rig: Rig, axis: str) -> float:
     """Return an acceleration, m/s^2, that leaves most of the thrust to friction."""
     controller = rig.controller
-    limits = motion_limits(
-        rig.scenario.plant,
-        controller.model,
-        sharing=controller.sharing,
-        force_limit=controller.force_limit,
-        current_limit=controller.current_limit,
-    )
-    column = AXES.index(axis)
-    mass = rig.model(axis).mass
-    return min(_PUSH * limits.sure_thrust[column] / mass, limits.a_max[column])
+    most: float = getattr(rig.scenario.plant, axis).acceleration_max
+    thrust = controller.force_limit
+    if rig.scenario.plant.force != "ideal":
+        with TABLES.lease():
+            config = rig.model(axis).force_map
+            model = force_model(config, controller.sharing, controller.current_limit)
+            pitch = np.linspace(0.0, model.map.formula.tau, _POSITIONS_PER_PITCH)
+            forces = [share_over(model, position=pitch, force=s * thrust).force for s in (-1, 1)]
+        thrust = float(np.abs(forces).min())
+    return min(_PUSH * (_SURE * thrust) / rig.model(axis).mass, most)
 
 
 def _slowest(rig: Rig, axis: str) -> float:

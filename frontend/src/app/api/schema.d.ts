@@ -2260,6 +2260,12 @@ export interface components {
                  * @default 0.02
                  */
                 divergence_error: number;
+                /**
+                 * thrust reserve
+                 * @description Share of the force sharing's linear range that a motion leaves to feedback to be feasible
+                 * @default 0.12
+                 */
+                thrust_reserve: number;
                 plant?: string | Record<string, never>;
                 trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                 variants?: {
@@ -3221,6 +3227,12 @@ export interface components {
                  * @default 0.02
                  */
                 divergence_error: number;
+                /**
+                 * thrust reserve
+                 * @description Share of the force sharing's linear range that a motion leaves to feedback to be feasible
+                 * @default 0.12
+                 */
+                thrust_reserve: number;
                 plant?: string | Record<string, never>;
                 trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                 variants?: {
@@ -3359,6 +3371,12 @@ export interface components {
                  * @default 0.02
                  */
                 divergence_error: number;
+                /**
+                 * thrust reserve
+                 * @description Share of the force sharing's linear range that a motion leaves to feedback to be feasible
+                 * @default 0.12
+                 */
+                thrust_reserve: number;
                 plant?: string | Record<string, never>;
                 trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                 variants?: {
@@ -6427,6 +6445,12 @@ export interface components {
                  * @default 0.02
                  */
                 divergence_error: number;
+                /**
+                 * thrust reserve
+                 * @description Share of the force sharing's linear range that a motion leaves to feedback to be feasible
+                 * @default 0.12
+                 */
+                thrust_reserve: number;
                 plant?: string | Record<string, never>;
                 trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                 variants?: {
@@ -8406,6 +8430,12 @@ export interface components {
                  * @default 0.02
                  */
                 divergence_error: number;
+                /**
+                 * thrust reserve
+                 * @description Share of the force sharing's linear range that a motion leaves to feedback to be feasible
+                 * @default 0.12
+                 */
+                thrust_reserve: number;
                 plant?: string | Record<string, never>;
                 trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                 variants?: {
@@ -9890,6 +9920,12 @@ export interface components {
                  * @default 0.02
                  */
                 divergence_error: number;
+                /**
+                 * thrust reserve
+                 * @description Share of the force sharing's linear range that a motion leaves to feedback to be feasible
+                 * @default 0.12
+                 */
+                thrust_reserve: number;
                 plant?: string | Record<string, never>;
                 trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                 variants?: {
@@ -11419,6 +11455,12 @@ export interface components {
              * @default 0.02
              */
             divergence_error: number;
+            /**
+             * thrust reserve
+             * @description Share of the force sharing's linear range that a motion leaves to feedback to be feasible
+             * @default 0.12
+             */
+            thrust_reserve: number;
         };
         /**
          * ScenarioEntry
@@ -12004,6 +12046,12 @@ export interface components {
                  * @default 0.02
                  */
                 divergence_error: number;
+                /**
+                 * thrust reserve
+                 * @description Share of the force sharing's linear range that a motion leaves to feedback to be feasible
+                 * @default 0.12
+                 */
+                thrust_reserve: number;
                 plant?: string | Record<string, never>;
                 trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                 variants?: {
@@ -12741,6 +12789,12 @@ export interface components {
                  * @default 0.02
                  */
                 divergence_error: number;
+                /**
+                 * thrust reserve
+                 * @description Share of the force sharing's linear range that a motion leaves to feedback to be feasible
+                 * @default 0.12
+                 */
+                thrust_reserve: number;
                 plant?: string | Record<string, never>;
                 trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                 variants?: {
@@ -13329,7 +13383,7 @@ export interface components {
             /**
              * max speed
              * @description Largest speed along the path
-             * @default 0.15
+             * @default 0.12
              */
             v_max: number;
             /**
@@ -13362,6 +13416,12 @@ export interface components {
              * @default true
              */
             for_ever: boolean;
+            /**
+             * thrust reserve
+             * @description Share of the force sharing's linear range that it leaves to feedback to be feasible; left out: the scenario's
+             * @default null
+             */
+            thrust_reserve: number | null;
         };
         /**
          * TuneDocument
@@ -13764,6 +13824,12 @@ export interface components {
                  * @default 0.02
                  */
                 divergence_error: number;
+                /**
+                 * thrust reserve
+                 * @description Share of the force sharing's linear range that a motion leaves to feedback to be feasible
+                 * @default 0.12
+                 */
+                thrust_reserve: number;
                 plant?: string | Record<string, never>;
                 trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                 variants?: {
@@ -13910,6 +13976,12 @@ export interface components {
                  * @default 0.02
                  */
                 divergence_error: number;
+                /**
+                 * thrust reserve
+                 * @description Share of the force sharing's linear range that a motion leaves to feedback to be feasible
+                 * @default 0.12
+                 */
+                thrust_reserve: number;
                 plant?: string | Record<string, never>;
                 trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                 variants?: {
@@ -14180,6 +14252,12 @@ export interface components {
                  * @default 0.02
                  */
                 divergence_error: number;
+                /**
+                 * thrust reserve
+                 * @description Share of the force sharing's linear range that a motion leaves to feedback to be feasible
+                 * @default 0.12
+                 */
+                thrust_reserve: number;
                 plant?: string | Record<string, never>;
                 trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                 variants?: {
@@ -18004,6 +18082,12 @@ export interface operations {
                          * @default 0.02
                          */
                         divergence_error?: number;
+                        /**
+                         * thrust reserve
+                         * @description Share of the force sharing's linear range that a motion leaves to feedback to be feasible
+                         * @default 0.12
+                         */
+                        thrust_reserve?: number;
                         plant?: string | Record<string, never>;
                         trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                         variants?: {
@@ -18174,6 +18258,12 @@ export interface operations {
                          * @default 0.02
                          */
                         divergence_error?: number;
+                        /**
+                         * thrust reserve
+                         * @description Share of the force sharing's linear range that a motion leaves to feedback to be feasible
+                         * @default 0.12
+                         */
+                        thrust_reserve?: number;
                         plant?: string | Record<string, never>;
                         trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                         variants?: {
@@ -18473,6 +18563,12 @@ export interface operations {
                          * @default 0.02
                          */
                         divergence_error?: number;
+                        /**
+                         * thrust reserve
+                         * @description Share of the force sharing's linear range that a motion leaves to feedback to be feasible
+                         * @default 0.12
+                         */
+                        thrust_reserve?: number;
                         plant?: string | Record<string, never>;
                         trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                         variants?: {
@@ -18731,6 +18827,12 @@ export interface operations {
                          * @default 0.02
                          */
                         divergence_error?: number;
+                        /**
+                         * thrust reserve
+                         * @description Share of the force sharing's linear range that a motion leaves to feedback to be feasible
+                         * @default 0.12
+                         */
+                        thrust_reserve?: number;
                         plant?: string | Record<string, never>;
                         trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                         variants?: {
@@ -18965,6 +19067,12 @@ export interface operations {
                          * @default 0.02
                          */
                         divergence_error?: number;
+                        /**
+                         * thrust reserve
+                         * @description Share of the force sharing's linear range that a motion leaves to feedback to be feasible
+                         * @default 0.12
+                         */
+                        thrust_reserve?: number;
                         plant?: string | Record<string, never>;
                         trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                         variants?: {
@@ -19174,6 +19282,12 @@ export interface operations {
                          * @default 0.02
                          */
                         divergence_error?: number;
+                        /**
+                         * thrust reserve
+                         * @description Share of the force sharing's linear range that a motion leaves to feedback to be feasible
+                         * @default 0.12
+                         */
+                        thrust_reserve?: number;
                         plant?: string | Record<string, never>;
                         trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                         variants?: {
@@ -19425,6 +19539,12 @@ export interface operations {
                          * @default 0.02
                          */
                         divergence_error?: number;
+                        /**
+                         * thrust reserve
+                         * @description Share of the force sharing's linear range that a motion leaves to feedback to be feasible
+                         * @default 0.12
+                         */
+                        thrust_reserve?: number;
                         plant?: string | Record<string, never>;
                         trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                         variants?: {
@@ -19596,6 +19716,12 @@ export interface operations {
                          * @default 0.02
                          */
                         divergence_error?: number;
+                        /**
+                         * thrust reserve
+                         * @description Share of the force sharing's linear range that a motion leaves to feedback to be feasible
+                         * @default 0.12
+                         */
+                        thrust_reserve?: number;
                         plant?: string | Record<string, never>;
                         trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                         variants?: {
@@ -19782,6 +19908,12 @@ export interface operations {
                          * @default 0.02
                          */
                         divergence_error?: number;
+                        /**
+                         * thrust reserve
+                         * @description Share of the force sharing's linear range that a motion leaves to feedback to be feasible
+                         * @default 0.12
+                         */
+                        thrust_reserve?: number;
                         plant?: string | Record<string, never>;
                         trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                         variants?: {
@@ -21161,6 +21293,12 @@ export interface operations {
                          * @default 0.02
                          */
                         divergence_error?: number;
+                        /**
+                         * thrust reserve
+                         * @description Share of the force sharing's linear range that a motion leaves to feedback to be feasible
+                         * @default 0.12
+                         */
+                        thrust_reserve?: number;
                         plant?: string | Record<string, never>;
                         trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                         variants?: {

@@ -48,6 +48,8 @@ interface Head {
   violation_count: number;
   /** What a user must know of the motion, such as that a faster one may exist. */
   notes: string[];
+  /** Share of the thrust that its limit leaves to feedback. */
+  thrust_reserve: number;
   /** A figure as a path whose points can be dragged; null for what has no corners. */
   drawn: Trajectory | null;
 }
