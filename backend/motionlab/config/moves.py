@@ -54,8 +54,8 @@ def v_max_field(*, default: float | None = None) -> float:
 def a_max_field(*, default: float | None = None) -> float:
     """Declare the largest acceleration along a path; optional without a default."""
     return quantity(
-        "Largest acceleration along the path; in bends those of the axes, which the motor limits, are "
-        "larger",
+        "Largest acceleration along the path; in bends those of the axes, which the motor limits, "
+        "are larger",
         label="max path accel.",
         unit="m/s^2",
         source=f"{REQUIRED}; the thrust map reaches 28.1 N / 13.9 kg = 2.0 m/s^2 less friction "

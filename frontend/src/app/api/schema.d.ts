@@ -4829,14 +4829,14 @@ export interface components {
              */
             v_max: number | null;
             /**
-             * max accel.
-             * @description Largest acceleration along the path
+             * max path accel.
+             * @description Largest acceleration along the path; in bends those of the axes, which the motor limits, are larger
              * @default null
              */
             a_max: number | null;
             /**
-             * max jerk
-             * @description Largest jerk along the path, of jerk_limited and time_optimal only
+             * max path jerk
+             * @description Largest jerk along the path, of jerk_limited and time_optimal only; in bends those of the axes are larger
              * @default null
              */
             j_max: number | null;
@@ -7521,8 +7521,8 @@ export interface components {
              */
             v_max: number | null;
             /**
-             * max accel.
-             * @description Largest acceleration along the path
+             * max path accel.
+             * @description Largest acceleration along the path; in bends those of the axes, which the motor limits, are larger
              * @default null
              */
             a_max: number | null;
@@ -12877,8 +12877,8 @@ export interface components {
              */
             v_max: number | null;
             /**
-             * max accel.
-             * @description Largest acceleration along the path
+             * max path accel.
+             * @description Largest acceleration along the path; in bends those of the axes, which the motor limits, are larger
              * @default null
              */
             a_max: number | null;
@@ -13383,12 +13383,12 @@ export interface components {
             /**
              * max speed
              * @description Largest speed along the path
-             * @default 0.12
+             * @default 0.15
              */
             v_max: number;
             /**
-             * max accel.
-             * @description Largest acceleration along the path
+             * max path accel.
+             * @description Largest acceleration along the path; in bends those of the axes, which the motor limits, are larger
              * @default 1.6
              */
             a_max: number;
@@ -13880,8 +13880,8 @@ export interface components {
              */
             v_max: number | null;
             /**
-             * max accel.
-             * @description Largest acceleration along the path
+             * max path accel.
+             * @description Largest acceleration along the path; in bends those of the axes, which the motor limits, are larger
              * @default null
              */
             a_max: number | null;
