@@ -2,6 +2,7 @@
 
 import type { AxisScale } from './axis-scale';
 import type { Canvas } from './canvas';
+import { pathBins, pathValues } from './path-points';
 import type { Plane } from './plane';
 import type { Range } from './range';
 import type { SampleSource } from './source';
@@ -14,7 +15,6 @@ import { looksOf } from './variant-looks';
 const STRENGTH = 0.6;
 /** Bins for each pixel: what lies behind is drawn for half the price. */
 const COARSER = 0.5;
-const POINTS = 1000;
 
 export class GhostCurve implements Underlay {
   readonly version = nextVersion();
@@ -57,17 +57,12 @@ export class GhostPath implements PathUnderlay {
     // It moves on by a moment far more often than by its range.
     if (this.points && from === this.range.from && to === this.range.to) return this.largest;
     this.range = { from, to };
-    const bins = source.cut(from, to, POINTS);
-    const [low, high] = [new Float32Array(bins.count), new Float32Array(bins.count)];
-    const middles = (column: string) => {
-      source.reduce(column, bins, low, high);
-      return low.map((value, i) => (value + (high[i] as number)) / 2);
-    };
+    const bins = pathBins(source, { from, to });
     const points = {
-      x: middles('x.position_reference'),
-      y: middles('y.position_reference'),
-      ex: middles(`${variant}.x.following_error`),
-      ey: middles(`${variant}.y.following_error`),
+      x: pathValues(source, 'x.position_reference', bins),
+      y: pathValues(source, 'y.position_reference', bins),
+      ex: pathValues(source, `${variant}.x.following_error`, bins),
+      ey: pathValues(source, `${variant}.y.following_error`, bins),
     };
     this.points = points;
     this.largest = 0;

@@ -3,15 +3,16 @@
  * thousandth of the path, so they are magnified: a mover is drawn at reference − factor × error.
  */
 
+import { pointsOf } from './bins';
 import type { Canvas } from './canvas';
 import type { Ink } from './palette';
+import { pathBins, pathValues } from './path-points';
 import { Plane } from './plane';
 import { roundStep, type Range } from './range';
 import type { SampleSource } from './source';
 import type { PathUnderlay } from './underlay';
 import { looksOf } from './variant-looks';
 
-const POINTS = 1000;
 const MARGIN = 0.04;
 /** The largest error is drawn about this long, as a share of the path's size. */
 const SHARE = 0.18;
@@ -36,17 +37,13 @@ export function magnification(size: number, error: number): number {
   return Math.max(1, below);
 }
 
-function trail(length: number): Trail {
-  return { x: new Float32Array(length), y: new Float32Array(length) };
-}
+const NOTHING: Trail = { x: new Float32Array(0), y: new Float32Array(0) };
 
 export class PlaneView {
   /** Factor by which errors are drawn larger; 0 before anything is drawn. */
   factor = 0;
-  private readonly reference = trail(POINTS + 2);
-  private readonly movers: Trail[] = [trail(POINTS + 2), trail(POINTS + 2)];
-  private readonly low = new Float32Array(POINTS + 2);
-  private readonly high = new Float32Array(POINTS + 2);
+  private reference = NOTHING;
+  private movers: Trail[] = [];
   private count = 0;
   private box: Extent | null = null;
   private readonly plane: Plane;
@@ -92,20 +89,16 @@ export class PlaneView {
 
   /** Fills reference and movers; the movers hold errors until the factor is known. */
   private read(source: SampleSource, range: Range, underlays: readonly PathUnderlay[]): void {
-    const bins = source.cut(range.from, range.to, POINTS);
-    this.count = Math.min(bins.count, POINTS + 2);
-    const middle = (column: string, target: Float32Array) => {
-      source.reduce(column, { ...bins, count: this.count }, this.low, this.high);
-      for (let i = 0; i < this.count; i++) {
-        target[i] = ((this.low[i] as number) + (this.high[i] as number)) / 2;
-      }
-    };
-    middle('x.position_reference', this.reference.x);
-    middle('y.position_reference', this.reference.y);
-    this.variants.slice(0, 2).forEach((variant, i) => {
-      middle(`${variant}.x.following_error`, (this.movers[i] as Trail).x);
-      middle(`${variant}.y.following_error`, (this.movers[i] as Trail).y);
+    const bins = pathBins(source, range);
+    const trail = (prefix: string, channel: string): Trail => ({
+      x: pathValues(source, `${prefix}x.${channel}`, bins),
+      y: pathValues(source, `${prefix}y.${channel}`, bins),
     });
+    this.count = pointsOf(bins);
+    this.reference = trail('', 'position_reference');
+    this.movers = this.variants
+      .slice(0, 2)
+      .map((variant) => trail(`${variant}.`, 'following_error'));
     const largest = Math.max(this.largestError(), ...underlays.map((each) => each.read(range)));
     this.chooseBox(this.factor * largest);
     this.chooseFactor(largest);
@@ -119,13 +112,12 @@ export class PlaneView {
 
   private largestError(): number {
     let largest = 0;
-    this.variants.slice(0, 2).forEach((_, v) => {
-      const { x, y } = this.movers[v] as Trail;
+    for (const { x, y } of this.movers) {
       for (let i = 0; i < this.count; i++) {
         const error = Math.hypot(x[i] as number, y[i] as number);
         if (error > largest) largest = error;
       }
-    });
+    }
     return largest;
   }
 

@@ -63,7 +63,7 @@ export class OverlaidRun implements Placed {
     if (!run || !curves || curves.busy) return;
     const visible = { from: from - offset, to: to - offset };
     const other = curves.choose(columns);
-    const reading = toRead(visible, other ? [] : [curves.whole, curves.part], run, moving);
+    const reading = toRead(visible, other ? [] : [curves.whole, curves.part], run, { moving });
     if (!reading && !other && curves.whole) return;
     this.askedAt = performance.now();
     // The whole comes first; it may be fine enough.

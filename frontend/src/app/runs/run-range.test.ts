@@ -18,33 +18,33 @@ it('only what lies within a run can be read', () => {
 });
 
 it('a part is read where the whole is too coarse, with a margin', () => {
-  expect(toRead({ from: 0, to: 10.5 }, [whole], run, false)).toBeNull();
-  expect(toRead({ from: 4, to: 6 }, [whole], run, false)).toEqual({
+  expect(toRead({ from: 0, to: 10.5 }, [whole], run)).toBeNull();
+  expect(toRead({ from: 4, to: 6 }, [whole], run)).toEqual({
     range: { from: 3.5, to: 6.5 },
     points: 3000,
   });
   const part = { start: 3.5, step: 0.001, last: 3000 };
-  expect(toRead({ from: 4, to: 6 }, [whole, part], run, false)).toBeNull();
-  expect(toRead({ from: 4, to: 6.2 }, [null, part], run, false)).toBeNull();
-  expect(toRead({ from: 4, to: 4.2 }, [whole, part], run, false)?.range.from).toBeCloseTo(3.95);
-  expect(toRead({ from: 12, to: 14 }, [null], run, false)).toBeNull();
+  expect(toRead({ from: 4, to: 6 }, [whole, part], run)).toBeNull();
+  expect(toRead({ from: 4, to: 6.2 }, [null, part], run)).toBeNull();
+  expect(toRead({ from: 4, to: 4.2 }, [whole, part], run)?.range.from).toBeCloseTo(3.95);
+  expect(toRead({ from: 12, to: 14 }, [null], run)).toBeNull();
 });
 
 it('a window that moves is read ahead of, before it gets to the end of what is there', () => {
   const part = { start: 3.5, step: 0.001, last: 3000 };
-  expect(toRead({ from: 4, to: 6 }, [part], run, true)).toBeNull();
-  expect(toRead({ from: 4.25, to: 6.25 }, [part], run, true)?.range).toEqual({
+  expect(toRead({ from: 4, to: 6 }, [part], run, { moving: true })).toBeNull();
+  expect(toRead({ from: 4.25, to: 6.25 }, [part], run, { moving: true })?.range).toEqual({
     from: 3.75,
     to: 8.25,
   });
   expect(
-    toRead({ from: 9, to: 11 }, [{ start: 8, step: 0.001, last: 2500 }], run, true),
+    toRead({ from: 9, to: 11 }, [{ start: 8, step: 0.001, last: 2500 }], run, { moving: true }),
   ).toBeNull();
 });
 
 it('however little is looked at, a sample is the finest there is', () => {
   const ticks = { start: 1, step: 0.0005, last: 100 };
-  expect(toRead({ from: 1.01, to: 1.02 }, [ticks], run, false)).toBeNull();
+  expect(toRead({ from: 1.01, to: 1.02 }, [ticks], run)).toBeNull();
 });
 
 it('what is near is read once: the whole in bins of the pyramid, finer, and on both sides', () => {
@@ -59,4 +59,12 @@ it('what is near is read once: the whole in bins of the pyramid, finer, and on b
   for (const { points } of nearby({ from: 10, to: 12 }, long, 128)) {
     expect(points * 8 * 128).toBeLessThanOrEqual(6e6);
   }
+});
+
+it('a path is read finer than curves over time', () => {
+  const long = { ticks: 480_000, period: 0.0005, duration: 240 };
+  const all = { from: 0, to: 240 };
+  const scopes = { start: 0, step: 0.2, last: 1200 };
+  expect(toRead(all, [scopes], long)).toBeNull();
+  expect(toRead(all, [scopes], long, { finer: 4 })).toEqual({ range: all, points: 8000 });
 });

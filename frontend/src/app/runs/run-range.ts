@@ -41,8 +41,12 @@ export function covers({ start, step, last }: Grid, { from, to }: Range): boolea
 }
 
 /** The largest bin with which a stretch of time is drawn as finely as there are pixels, s. */
-export function stepFor({ from, to }: Range, { period }: Pick<Length, 'period'>): number {
-  return Math.max(period, (to - from) / LEAST_BINS) * (1 + 1e-9);
+export function stepFor(
+  { from, to }: Range,
+  { period }: Pick<Length, 'period'>,
+  finer = 1,
+): number {
+  return Math.max(period, (to - from) / (finer * LEAST_BINS)) * (1 + 1e-9);
 }
 
 /** What the curves of a whole run in `BINS` bins are at least. */
@@ -90,13 +94,13 @@ export function toRead(
   visible: Range,
   there: readonly (Grid | null)[],
   run: Length,
-  moving: boolean,
+  { moving = false, finer = 1 } = {},
 ): Reading | null {
   const length = visible.to - visible.from;
   const soon = { from: visible.from, to: visible.to + (moving ? MARGIN * length : 0) };
   const wanted = within(soon, run);
   if (!wanted) return null;
-  const step = stepFor(visible, run);
+  const step = stepFor(visible, run, finer);
   if (there.some((grid) => grid && grid.step <= step && covers(grid, wanted))) return null;
   const ahead = moving ? AHEAD : MARGIN;
   const range = within(
@@ -104,6 +108,6 @@ export function toRead(
     run,
   );
   if (!range) return null;
-  const points = Math.ceil((BINS * (range.to - range.from)) / length);
+  const points = Math.ceil((finer * BINS * (range.to - range.from)) / length);
   return { range, points: Math.min(points, BINS_MAX) };
 }

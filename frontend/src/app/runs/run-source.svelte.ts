@@ -37,10 +37,14 @@ export class RunSource {
   private visible: Range | null = null;
   private ahead = false;
 
-  /** @param coarse whether the whole run is read first, for what lies beyond the part */
+  /**
+   * @param coarse whether the whole run is read first, for what lies beyond the part
+   * @param finer how many times finer than a scope has pixels: a path goes round within few of them
+   */
   constructor(
     readonly run: RunDetail,
     private readonly coarse = true,
+    private readonly finer = 1,
   ) {}
 
   get busy(): boolean {
@@ -64,9 +68,9 @@ export class RunSource {
   look(visible: Range): void {
     this.visible = visible;
     const others = this.columns !== this.present;
-    const best = this.seen.best(this.present, visible, stepFor(visible, this.run));
+    const best = this.seen.best(this.present, visible, stepFor(visible, this.run, this.finer));
     const there = others ? (this.coarse ? wholeOf(this.run) : null) : best;
-    const reading = toRead(visible, [there], this.run, false);
+    const reading = toRead(visible, [there], this.run, { finer: this.finer });
     if (others || reading) this.read(reading);
     else this.readAhead();
   }
@@ -74,7 +78,7 @@ export class RunSource {
   /** What is drawn of a stretch of time: as fine as there are pixels, until that has come the finest there is. */
   over(range: Range): StillSource | null {
     void this.readings;
-    const best = this.seen.best(this.present, range, stepFor(range, this.run));
+    const best = this.seen.best(this.present, range, stepFor(range, this.run, this.finer));
     return best ?? this.whole;
   }
 

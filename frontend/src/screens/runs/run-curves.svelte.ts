@@ -13,6 +13,9 @@ import type { ScopeSpec } from '../../plot/scope-layout';
 import type { Channel, StillSource } from '../../plot/source';
 import { errorScopes, planeRange } from './run-window';
 
+/** The plane of a whole run has many laps, each of which goes round. */
+const PLANE_FINER = 4;
+
 export class RunCurves extends TimeView {
   readonly layout: Layout;
   readonly moments: readonly Moment[];
@@ -29,7 +32,7 @@ export class RunCurves extends TimeView {
     this.layout = new Layout({ key, shipped: (name) => this.shipped(name) });
     this.channels = run.columns.map(({ name = '', unit }) => ({ name, unit: unit ?? '1' }));
     this.ofScopes = new RunSource(run);
-    this.ofPlane = new RunSource(run, false);
+    this.ofPlane = new RunSource(run, false, PLANE_FINER);
     this.moments = run.events.map((event) => ({
       time: event.tick * run.period,
       label: markText(event),

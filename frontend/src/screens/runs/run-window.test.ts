@@ -18,11 +18,12 @@ const run = {
   columns: NAMES.map((name) => ({ name, unit: name.includes('velocity') ? 'm/s' : 'm' })),
 } as unknown as RunDetail;
 
-it('the plane shows the window of the metrics, or the end of what is looked at', () => {
+it('the plane shows the window of the metrics, or all of what is looked at', () => {
   expect(planeRange(run, null)).toEqual({ from: 4.5, to: 10.5 });
   expect(planeRange(run, { from: 1, to: 2 })).toEqual({ from: 1, to: 2 });
   const long = { ...run, ticks: 480_000, duration: 240, result: {} } as RunDetail;
-  expect(planeRange(long, null)).toEqual({ from: 228, to: 240 });
+  expect(planeRange(long, null)).toEqual({ from: 0, to: 240 });
+  expect(planeRange(long, { from: 10, to: 200 })).toEqual({ from: 10, to: 200 });
 });
 
 it('without a reference there is no plane, and it is said which', () => {

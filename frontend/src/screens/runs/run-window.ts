@@ -5,8 +5,8 @@ import type { Length } from '../../app/runs/run-range';
 import type { Range } from '../../plot/range';
 import { scopeWith, type ScopeSpec } from '../../plot/scope-layout';
 
-/** Longest stretch that the plane shows, s: laps of a longer one would cover each other. */
-const PLANE_SECONDS = 12;
+/** How much of a run that is played the plane shows at once, s. */
+const PAGE_SECONDS = 12;
 /** Channels that are shown of a run without following errors. */
 const FEW = 2;
 
@@ -20,27 +20,24 @@ export function withoutPlane({ columns }: Pick<RunDetail, 'columns'>): string {
     : `No plane: it has no ${missing.join(', no ')}. Its channels are below, over time.`;
 }
 
-/** Returns what the plane shows: the part that is looked at or the metrics' window, its end. */
+/** Returns what the plane shows: the part that is looked at, or the metrics' window, all of it. */
 export function planeRange(run: RunDetail, zoom: Range | null): Range | null {
   if (run.ticks === 0 || withoutPlane(run) !== '') return null;
+  if (zoom) return zoom;
   const { window } = run.result as { window?: { start: number; end: number } };
-  const { from, to } = zoom ?? {
-    from: window?.start ?? 0,
-    to: Math.min(window?.end ?? run.duration, run.duration),
-  };
-  return { from: Math.max(from, to - PLANE_SECONDS), to };
+  return { from: window?.start ?? 0, to: Math.min(window?.end ?? run.duration, run.duration) };
 }
 
 /** Returns the pages of a long path by their number: what the plane shows while a moment moves. */
 export function planePage(page: number, { duration }: Length): Range {
-  const half = PLANE_SECONDS / 2;
-  const from = Math.max(0, Math.min(half * page - half / 2, duration - PLANE_SECONDS));
-  return { from, to: Math.min(duration, from + PLANE_SECONDS) };
+  const half = PAGE_SECONDS / 2;
+  const from = Math.max(0, Math.min(half * page - half / 2, duration - PAGE_SECONDS));
+  return { from, to: Math.min(duration, from + PAGE_SECONDS) };
 }
 
 /** The page on which a moment is. */
 export function pageOf(time: number): number {
-  return Math.floor((2 * time) / PLANE_SECONDS);
+  return Math.floor((2 * time) / PAGE_SECONDS);
 }
 
 /** Returns the scopes of a run: following errors of all variants; of one without any, its first channels. */

@@ -27,10 +27,6 @@ export const SPANS = [1, 2, 5, 10, 20, 30] as const;
 /** Curves' readouts change this often at most, ms. */
 const READOUT = 100;
 
-/** How much of a live session and of a long what-if the plane shows, s: laps would cover each other. */
-const TRAIL = 6;
-const LAPS = 12;
-
 /** Changes closer together than this have one mark, s. */
 const DRAG = 1;
 
@@ -197,15 +193,6 @@ class View extends TimeView {
       return { source: this.captured?.source ?? this.live, range: this.extent };
     const { whole } = app.whatif;
     return whole && { source: whole.source, range: this.extent };
-  }
-
-  /** What the plane shows: of a long stretch the last laps only, the others lie below them. */
-  get trail(): Range {
-    const { range } = this;
-    if (app.mode === 'whatif' || this.zoom) {
-      return { from: Math.max(range.from, range.to - LAPS), to: range.to };
-    }
-    return { from: Math.max(range.from, app.session.time - TRAIL), to: range.to };
   }
 
   /** The moment of the readouts: the second cursor, else under the pointer, else the newest. */
