@@ -15,7 +15,7 @@ def distance(path, measured, window=None):
     """Return the contouring error of measured positions, shape (n, 2)."""
     path = np.asarray(path, dtype=float)
     window = window or (0, len(path))
-    return contour_error(path, path[slice(*window)] - np.asarray(measured, dtype=float), window)
+    return contour_error(path, window, path[slice(*window)] - np.asarray(measured, dtype=float))
 
 
 def to_polyline(path, point):
@@ -99,7 +99,7 @@ def test_nanometres_far_from_the_origin():
     line = np.linspace([0.08, 0.140], [0.08, 0.145], 500)
     error = np.zeros_like(line, dtype=np.float32)
     error[:, 0] = 1e-9
-    found = contour_error(line, error.astype(float), (0, 500))
+    found = contour_error(line, (0, 500), error.astype(float))
     assert found == pytest.approx(1e-9, rel=1e-6)
 
 

@@ -67,8 +67,7 @@ def test_metrics_are_those_of_the_analysis(make_live: MakeLive, name: str) -> No
                 if metric not in of_holds:
                     close = pytest.approx(value, rel=1e-9, abs=1e-15)
                     assert got["variants"][variant]["axes"][axis][metric] == close, metric
-        if name == "circle":  # a live path is that of its window; the whole staircase has more
-            assert got["variants"][variant]["contour"] == pytest.approx(one["contour"], rel=1e-3)
+        assert got["variants"][variant]["contour"] == pytest.approx(one["contour"], rel=1e-9)
     assert set(got["comparison"]) == set(compare(wanted["A"], wanted["B"]))
 
 

@@ -18,6 +18,12 @@ A mover that lags on the path by abs(e) is at most abs(e)/sin(theta/2) behind al
 turned a corner of interior angle theta in between: 3.24 abs(e) for the pentagram's 36 degrees.
 """
 
+AROUND = 20_000
+"""Most samples of the path before and after a stretch that the search may go to: 10 s."""
+
+_BEYOND = 1.0
+"""Length of the lines that prolong a path, m: further than the search goes."""
+
 _TURNED = 1e-12
 """Below this the sum of two unit vectors, squared, is nothing."""
 
@@ -43,7 +49,7 @@ class Nearest(NamedTuple):
     foot: Array
 
 
-def contour_error(path: Array, following_error: Array, window: tuple[int, int]) -> Array:
+def contour_error(path: Array, window: tuple[int, int], following_error: Array) -> Array:
     """Return the distance from the measured position to the nearest point of the reference path.
 
     The path is the polyline through the reference samples, those closer together than ``FINENESS``
@@ -55,32 +61,51 @@ def contour_error(path: Array, following_error: Array, window: tuple[int, int]) 
     ----------
     path : ndarray, shape (ticks, 2)
         Reference positions of the whole run, m.
-    following_error : ndarray, shape (n, 2)
-        Reference less measured position over the window, m.
     window : tuple of int
         Ticks [start, end) of the n samples.
+    following_error : ndarray, shape (n, 2)
+        Reference less measured position over the window, m.
 
     Returns
     -------
     ndarray, shape (n,)
         Distances, m; never larger than the length of the following error.
     """
-    return _looked_for(path, following_error, window)[:, 0]
+    return _looked_for(path, window, following_error)[:, 0]
 
 
-def nearest(path: Array, following_error: Array, window: tuple[int, int]) -> Nearest:
+def prolonged(path: Array, window: tuple[int, int]) -> tuple[Array, tuple[int, int]]:
+    """Return a path with a straight line at each end at which it moves, and the window of it.
+
+    For stretches cut out of a longer motion: a mover that lags at their first sample is near the
+    path before it, which is not known, and would be that far off the path without.
+    """
+    into, out = _straight(path[:2]), _straight(path[-2:])
+    whole = np.concatenate([path[:1] - into, path, path[-1:] + out])
+    return whole, (window[0] + len(into), window[1] + len(into))
+
+
+def _straight(ends: Array) -> Array:
+    """Return where a path goes on from two samples, shape (1, 2); (0, 2) at rest."""
+    step = np.diff(ends, axis=0)
+    length = np.hypot(*step.T)
+    moving = length > 0.0
+    return _BEYOND * step[moving] / length[moving, None]
+
+
+def nearest(path: Array, window: tuple[int, int], following_error: Array) -> Nearest:
     """Return the nearest points of the reference path; parameters as `contour_error`.
 
     At a corner that is nearest, left and right are those of the mean of both directions: a corner
     is nearest from its outside only.
     """
-    distance, lag, foot_x, foot_y, along_x, along_y = _looked_for(path, following_error, window).T
+    distance, lag, foot_x, foot_y, along_x, along_y = _looked_for(path, window, following_error).T
     off_x, off_y = -following_error[:, 0] - foot_x, -following_error[:, 1] - foot_y
     side = np.where(along_x * off_y - along_y * off_x < 0.0, -1.0, 1.0)
     return Nearest(side * distance, lag, np.stack([foot_x, foot_y], axis=1))
 
 
-def _looked_for(path: Array, following_error: Array, window: tuple[int, int]) -> Array:
+def _looked_for(path: Array, window: tuple[int, int], following_error: Array) -> Array:
     here = path[slice(*window)]
     spacing = FINENESS * float(np.hypot(*following_error.T).max())
     kept = _thin(path, spacing)

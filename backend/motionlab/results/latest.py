@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.results.comparison import compare
@@ -12,8 +15,23 @@ from motionlab.telemetry.recording import Recording
 from motionlab.trajectories.reference import Reference
 
 
+class ReferencePath(NamedTuple):
+    """Reference positions of a recording and of what is around it, in which contours are nearest.
+
+    Attributes
+    ----------
+    position : ndarray of float64, shape (ticks, 2)
+        m.
+    first : int
+        Which of them is that of the first sample of the recording.
+    """
+
+    position: NDArray[np.float64]
+    first: int
+
+
 def latest_metrics(
-    recording: Recording, reference: Reference, *, settling_band: float
+    recording: Recording, reference: Reference, path: ReferencePath, *, settling_band: float
 ) -> dict[str, Any]:
     """Return the metrics of everything that a recording holds; of no variant where it is empty.
 
@@ -25,6 +43,8 @@ def latest_metrics(
         The latest past of a session.
     reference : Reference
         The motion that it was created with.
+    path : ReferencePath
+        The reference around the recording.
     settling_band : float
         Following error below which a move counts as settled, m.
 
@@ -37,19 +57,19 @@ def latest_metrics(
     window = {"start": start * CONTROL_PERIOD, "end": end * CONTROL_PERIOD}
     if recording.ticks == 0:
         return {"window": window, "variants": {}, "comparison": {}}
-    whole = (0, recording.ticks)
+    position, ticks = path.position, (path.first, path.first + recording.ticks)
     followed = dataclasses.replace(
         reference,
-        position=recording.references[0].T,
-        velocity=recording.references[1].T,
-        acceleration=recording.references[2].T,
+        position=position,
+        velocity=np.zeros_like(position),
+        acceleration=np.zeros_like(position),
         holds=(),
         edges=(),
-        window=whole,
+        window=ticks,
     )
-    shifted = dataclasses.replace(recording, first_tick=0)
+    shifted = dataclasses.replace(recording, first_tick=ticks[0])
     variants = {
-        name: variant_metrics(shifted, name, followed, whole, settling_band=settling_band)
+        name: variant_metrics(shifted, name, followed, ticks, settling_band=settling_band)
         for name in recording.variants
     }
     first, *others = variants

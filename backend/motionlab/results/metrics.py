@@ -18,7 +18,7 @@ from motionlab.kernel.accumulator import (
     tally_metrics,
 )
 from motionlab.lanes import WIDTH
-from motionlab.results.contouring import contour_error
+from motionlab.results.contouring import contour_error, prolonged
 from motionlab.telemetry.recording import Recording, VariantRecord
 from motionlab.trajectories.reference import Interval, Reference
 
@@ -211,7 +211,7 @@ def variant_metrics(
             each for each, channel in _OF_CHANNEL.items() if not _is_measured(record, channel, axis)
         }
         axes[axis] = {name: None if name in absent else found[name] for name in DEFINITIONS}
-    distance = contour_error(reference.position, errors, window)
+    distance = contour_error(*prolonged(reference.position, window), errors)
     contour = {"max": float(distance.max()), "rms": float(np.sqrt(np.mean(distance**2)))}
     return {"axes": axes, "contour": contour}
 

@@ -130,7 +130,7 @@ def path_errors(
     """
     e_x, e_y = following_error.T
     t_x, t_y = tangent.T
-    found = nearest(path, following_error, window)
+    found = nearest(path, window, following_error)
     return PathErrors(
         arc=arc_length(path[slice(*window)]),
         contour=found.contour,

@@ -31,6 +31,7 @@ from motionlab.runs.files import RunFiles, column_descriptions, runs_url
 from motionlab.runs.new_run import new_run
 from motionlab.runs.run import CHANGEABLE, NAME, Event, RunDetail, check_name, is_id
 from motionlab.runs.telemetry import recording as read_recording
+from motionlab.runs.telemetry import reference_path
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.result import metadata
 from motionlab.store.files import failure, private_file, private_folder
@@ -461,8 +462,10 @@ def _latest(
             end = min(end, stop)
         start = max(begin, end - length)
         recording = read_recording(file, run.variants, start - first, end - first)
+        followed = None if stop is None else stop - first
+        path = reference_path(file, start - first, end - first, followed)
     band = prepared.scenario.settling_band
-    measured = latest_metrics(recording, prepared.reference, settling_band=band)
+    measured = latest_metrics(recording, prepared.reference, path, settling_band=band)
     return measured, thumbnail(recording, (start, end))
 
 

@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from motionlab.config.planar import AXES
+from motionlab.results.contouring import AROUND
+from motionlab.results.latest import ReferencePath
 from motionlab.runs.files import column_descriptions, read_ticks
 from motionlab.telemetry.channels import stream_columns
 from motionlab.telemetry.expressions.columns import MathChannel, compile_columns
@@ -108,3 +111,13 @@ def recording(
         missing = np.flatnonzero(np.isnan(samples[rows[f"{name}.x.force_command"]]) & recorded)
         failed[name] = first + int(missing[0]) if missing.size else None
     return as_recording(first, samples, failed)
+
+
+def reference_path(
+    file: parquet.ParquetFile, start: int, stop: int, most: int | None
+) -> ReferencePath:
+    """Return the reference of samples [start, stop) and around them, but none from `most` on."""
+    begin, end = max(0, start - AROUND), stop + AROUND
+    end = end if most is None else max(stop, min(end, most))
+    columns = [f"{axis}.position_reference" for axis in AXES]
+    return ReferencePath(read_ticks(file, columns, begin, end).T.astype(np.float64), start - begin)

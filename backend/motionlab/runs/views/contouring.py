@@ -12,6 +12,7 @@ from motionlab.config.planar import AXES
 from motionlab.errors import ConfigError, FieldError
 from motionlab.results import path_errors as numbers
 from motionlab.results.ballbar import ROUNDING
+from motionlab.results.contouring import prolonged
 from motionlab.runs.views.recorded import Recorded
 
 Array = NDArray[np.float64]
@@ -89,8 +90,8 @@ def contouring(recorded: Recorded) -> Contouring:
     ConfigError
         If its reference moves along one axis only, or not at all.
     """
-    path, first = recorded.path()
-    window = first, first + recorded.stop - recorded.first
+    known, first = recorded.path()
+    path, window = prolonged(known, (first, first + recorded.stop - recorded.first))
     position = path[slice(*window)]
     _refuse_one_axis(position)
     tangent = numbers.tangents(_directions(recorded, position))

@@ -12,6 +12,7 @@ from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.errors import ConfigError, FieldError
+from motionlab.results.contouring import AROUND
 from motionlab.runs.files import read_ticks
 from motionlab.runs.in_effect import scenario_of
 from motionlab.runs.library import library
@@ -25,9 +26,6 @@ _POSITIONS = [f"{axis}.position_reference" for axis in AXES]
 
 SAMPLES_MAX = 1_000_000
 """Most samples that a view is of: 500 s."""
-
-AROUND = 20_000
-"""Most samples of the path before and after a stretch that views look at: 10 s."""
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from motionlab.config.planar import AXES
 from motionlab.config.timing import to_ticks
+from motionlab.results.contouring import AROUND
+from motionlab.results.latest import ReferencePath
 from motionlab.simulation.machine import Machine
 from motionlab.simulation.record import record
 from motionlab.simulation.simulation import sample_page
@@ -18,6 +20,14 @@ from motionlab.telemetry.ring import Ring
 
 RING_SECONDS = 30.0
 _SHARED = len(AXES) * len(REFERENCES)
+
+
+def path_of(recording: Recording, simulation: Machine) -> ReferencePath:
+    """Return the reference of a recording and around it, in what is still to come too."""
+    first, end = recording.first_tick, recording.first_tick + recording.ticks
+    begin = max(0, first - AROUND)
+    position, *_ = simulation.timeline.at(begin, end + AROUND)
+    return ReferencePath(position, first - begin)
 
 
 class History:

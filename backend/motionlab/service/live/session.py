@@ -25,7 +25,7 @@ from motionlab.results.latest import latest_metrics
 from motionlab.runs.run import Event
 from motionlab.service.live.change_log import ChangeLog
 from motionlab.service.live.clock import Clock
-from motionlab.service.live.history import History
+from motionlab.service.live.history import History, path_of
 from motionlab.service.live.notification import Listener
 from motionlab.service.live.run_recorder import RunRecorder, SessionRecorder
 from motionlab.service.live.session_info import SessionStatus, State, WrongState
@@ -442,8 +442,8 @@ class Session:
 
     def _measure(self, length: int, end: int | None) -> bytes:
         recording = self.history.recording(self.simulation, length, braked=False, end=end)
-        band = self.simulation.scenario.settling_band
-        measured = latest_metrics(recording, self.prepared.reference, settling_band=band)
+        band, path = self.simulation.scenario.settling_band, path_of(recording, self.simulation)
+        measured = latest_metrics(recording, self.prepared.reference, path, settling_band=band)
         return json.dumps(measured, allow_nan=False, separators=(",", ":")).encode()
 
     def _advance(self, ticks: int, state: State) -> None:
