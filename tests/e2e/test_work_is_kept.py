@@ -204,6 +204,12 @@ def test_undo_of_apply_makes_what_if_changes_of_it_again(page: Page) -> None:
     )
     undo.click()
     expect(changes.get_by_role("button", name="Send 2 to motor")).to_be_enabled(timeout=LONG)
+    # What was undone is not played again unasked; the marks of both stay.
+    button(page, "Play")
+    state(page, "playing")
+    button(page, "Pause")
+    expect(changes.get_by_role("button", name="Send 2 to motor")).to_be_enabled()
+    expect(page.get_by_role("button", name="Play with 2 changes")).to_be_visible()
 
 
 def test_what_the_schedule_switches_is_no_change_of_ones_own(page: Page, server: Server) -> None:

@@ -188,10 +188,11 @@ export class Store {
     else this.live.put(changes, begins);
   }
 
+  /** Plays with the what-if changes, but not with those that were taken back; or pauses. */
   async playOrPause(): Promise<void> {
     if (!(await this.session.settled())) return;
     if (this.session.info?.state === 'playing') await this.try(() => this.session.pause(), 'Pause');
-    else await this.play({ changed: true });
+    else await this.play({ changed: !this.whatIfChanges.takenBack });
   }
 
   /**

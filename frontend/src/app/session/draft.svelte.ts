@@ -7,6 +7,8 @@ import type { SessionStore } from './session.svelte';
 export class Draft {
   /** The changes before each gesture that made them, the oldest first. */
   history = $state.raw<readonly Changes[]>([]);
+  /** Whether they are here because what was sent was taken back, and were not touched since. */
+  takenBack = $state(false);
 
   constructor(private readonly session: SessionStore) {}
 
@@ -16,6 +18,7 @@ export class Draft {
 
   /** Takes values of a gesture that goes on, or of a new one. */
   put(changes: Changes, begins: boolean): void {
+    this.takenBack = false;
     // Changes inside a replaced part are dropped with it.
     const replaced = Object.keys(changes).map((path) => `${path}.`);
     const kept = Object.entries(this.changes).filter(
@@ -35,11 +38,13 @@ export class Draft {
 
   /** Takes other changes in place of all, as a gesture of its own. */
   replace(changes: Changes): void {
+    this.takenBack = false;
     this.history = [...this.history, this.changes];
     this.session.setDraft(changes);
   }
 
   undo(): void {
+    this.takenBack = false;
     this.session.setDraft(this.history.at(-1) ?? {});
     this.history = this.history.slice(0, -1);
   }
@@ -51,12 +56,14 @@ export class Draft {
 
   /** Begins anew: the session has the changes now. */
   clear(): void {
+    this.takenBack = false;
     this.history = [];
     this.session.setDraft({});
   }
 
   /** Puts back what was cleared, below what has come since. */
   restore(changes: Changes, history: readonly Changes[]): void {
+    this.takenBack = Object.keys(this.changes).length === 0;
     this.history = [...history, ...this.history];
     this.session.setDraft({ ...changes, ...this.changes });
   }

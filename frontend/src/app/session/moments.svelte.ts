@@ -20,20 +20,29 @@ export function gathered(
   return found;
 }
 
+/** A change of parameters, or that it was taken back. */
+export interface Made {
+  tick: number;
+  set: object;
+  undone: boolean;
+}
+
 export class Moments {
   /** Control period, s; 0 until the stream has sent it. */
   period = $state(0);
   private pushed = $state.raw<readonly { tick: number; label: string }[]>([]);
-  private changed = $state.raw<readonly number[]>([]);
+  private made = $state.raw<readonly Made[]>([]);
 
   readonly pushes = $derived(
     this.period === 0
       ? []
       : this.pushed.map(({ tick, label }) => ({ time: tick * this.period, label })),
   );
-  /** Times at which parameters were changed, or a change undone, s. */
-  readonly changedAt = $derived(
-    this.period === 0 ? [] : this.changed.map((tick) => tick * this.period),
+  /** Changes of parameters and their undoing, by time, s. */
+  readonly changes = $derived(
+    this.period === 0
+      ? []
+      : this.made.map(({ tick, set, undone }) => ({ time: tick * this.period, set, undone })),
   );
 
   notePush(tick: number, label: string): void {
@@ -44,12 +53,19 @@ export class Moments {
     this.pushed = [];
   }
 
-  /** An undo takes the change off the server's list: its time is kept here. */
+  /** An undo takes a change off the server's list: what happened is kept here, and the undo with it. */
   noteChanges(info: SessionInfo, before: SessionInfo | null): void {
     const same = before !== null && before.timeline === info.timeline;
-    const undone = same && info.changes.length < before.changes.length;
-    const ticks = [...info.changes.map(({ tick }) => tick), ...(undone ? [info.tick] : [])];
-    const known = same ? this.changed : [];
-    this.changed = [...known, ...ticks.filter((tick) => !known.includes(tick))].slice(-CHANGES);
+    const known = same ? this.made : [];
+    const fresh = info.changes
+      .filter(({ tick, set }) => !known.some((each) => each.tick === tick && alike(each.set, set)))
+      .map(({ tick, set }) => ({ tick, set, undone: false }));
+    const gone = same ? before.changes.slice(info.changes.length) : [];
+    const undone = gone.map(({ set }) => ({ tick: info.tick, set, undone: true }));
+    this.made = [...known, ...fresh, ...undone].slice(-CHANGES);
   }
+}
+
+function alike(a: object, b: object): boolean {
+  return JSON.stringify(a) === JSON.stringify(b);
 }

@@ -184,10 +184,10 @@ it('remembers when a change was made and undone, until a reset', async () => {
   await session.step(1);
   now({ tick: 5000, changes: [] });
   await session.undo();
-  expect(session.moments.changedAt).toEqual([1, 2.5]);
+  expect(session.moments.changes.map(({ time }) => time)).toEqual([1, 2.5]);
   now({ tick: 0, timeline: 1 });
   await session.reset();
-  expect(session.moments.changedAt).toEqual([]);
+  expect(session.moments.changes).toEqual([]);
 });
 
 describe('play', () => {

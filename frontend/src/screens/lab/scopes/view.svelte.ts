@@ -74,14 +74,16 @@ class View extends TimeView {
       label: labelOf(set),
     }));
     if (app.mode === 'whatif') return planned;
-    const { period, pushes } = app.session.moments;
+    const { period, pushes, changes: made } = app.session.moments;
     if (period === 0) return planned;
-    const made = app.session.info?.changes ?? [];
     // A drag is many changes; played faster, they are further apart.
-    const changes = gathered(
-      made.map(({ tick, set }) => ({ time: tick * period, set })),
-      DRAG * Math.max(1, app.session.speed),
-    ).map(({ time, set }) => ({ time, label: labelOf(set) }));
+    const gap = DRAG * Math.max(1, app.session.speed);
+    const marked = (undone: boolean, before: string) =>
+      gathered(
+        made.filter((each) => each.undone === undone),
+        gap,
+      ).map(({ time, set }) => ({ time, label: `${before}${labelOf(set)}` }));
+    const changes = [...marked(false, ''), ...marked(true, 'undo ')];
     return [...planned, ...changes, ...pushes].sort((a, b) => a.time - b.time);
   });
 
