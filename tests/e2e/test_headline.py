@@ -19,14 +19,15 @@ def test_the_headline_is_the_metric_that_it_names(page: Page) -> None:
     _settled(page)
     result = region(page, "Result")
     text = result.get_by_test_id("headline").inner_text()
-    found = re.fullmatch(r"B ([\d.]+) µm, (\d+) % less than A", text)
+    found = re.fullmatch(r"B ([\d.]+) µm on ([xy]), (\d+) % less than A", text)
     assert found, text
     axis = re.search(r"max \|e(.)\|", result.inner_text().replace("\n", ""))
     assert axis
+    assert axis[1] == found[2]
     row = region(page, "Metrics").locator("tr", has_text=f"max |e{axis[1]}|")
     cells = row.locator("td").all_inner_texts()
     assert cells[1] == found[1]
-    assert round(100 * (1 - float(cells[1]) / float(cells[0]))) == int(found[2])
+    assert round(100 * (1 - float(cells[1]) / float(cells[0]))) == int(found[3])
     expect(result).to_contain_text(
         "A without friction compensation, B with friction compensation (LuGre observer, K = 0)"
     )

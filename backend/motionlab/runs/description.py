@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.changes import apply_changes
+from motionlab.config.controller import LAWS, CompensationConfig
 from motionlab.config.load import load_scenario, validate
 from motionlab.config.planar import AXES
-from motionlab.config.scenario import Scenario
+from motionlab.config.scenario import Scenario, VariantConfig
 from motionlab.config.shipped import names
 from motionlab.errors import ConfigError, shown
 from motionlab.runs.run import Difference, Event, RunDetail
@@ -86,11 +87,28 @@ def _short(value: Any) -> Any:
 
 
 def labels(scenario: Scenario) -> dict[str, str]:
-    """Return what the controller of each variant is: its label, or its compensation law."""
-    return {
-        name: variant.label or variant.controller.compensation.law
-        for name, variant in scenario.variants.items()
-    }
+    """Return what the controller of each variant is: its label, or its law where that was changed.
+
+    The label of a shipped variant names the law that it ships with.
+    """
+    changed = {each.path for each in differences(scenario)}
+
+    def label(name: str, variant: VariantConfig) -> str:
+        law, enabled = (
+            f"variants.{name}.controller.compensation.{key}" for key in ("law", "enabled")
+        )
+        if variant.label and not changed & {law, enabled}:
+            return variant.label
+        return law_title(variant.controller.compensation)
+
+    return {name: label(name, variant) for name, variant in scenario.variants.items()}
+
+
+def law_title(compensation: CompensationConfig) -> str:
+    """Return what a controller does about friction, as the page names it."""
+    titles = {choice["value"]: choice["label"] for choice in LAWS["choices"]}
+    off = compensation.law != "off" and not compensation.enabled
+    return titles[compensation.law] + (", switched off" if off else "")
 
 
 def headline(result: Mapping[str, Any]) -> dict[str, float]:

@@ -16,18 +16,18 @@ const text = (metrics: Metrics | null, diverged = {}) => {
 
 describe('the headline', () => {
   it('says how much less B has than A', () => {
-    expect(text(run(20.5e-6, 0.251e-6))).toBe('B 0.25 µm, 99 % less than A');
-    expect(text(run(20.5e-6, 0.02e-6))).toBe('B 0.020 µm, 99.9 % less than A');
-    expect(text(run(20.5e-6, 2.57e-6))).toBe('B 2.57 µm, 87 % less than A');
+    expect(text(run(20.5e-6, 0.251e-6))).toBe('B 0.25 µm on x, 99 % less than A');
+    expect(text(run(20.5e-6, 0.02e-6))).toBe('B 0.020 µm on x, 99.9 % less than A');
+    expect(text(run(20.5e-6, 2.57e-6))).toBe('B 2.57 µm on x, 87 % less than A');
   });
 
   it('has right words where B is worse, equal or unstable', () => {
-    expect(text(run(20e-6, 30e-6))).toBe('B 30.0 µm, 50 % more than A');
-    expect(text(run(20e-6, 298e-6))).toBe('B 298 µm, 15 times that of A');
-    expect(text(run(20e-6, 20e-6))).toBe('B 20.0 µm, as A has');
+    expect(text(run(20e-6, 30e-6))).toBe('B 30.0 µm on x, 50 % more than A');
+    expect(text(run(20e-6, 298e-6))).toBe('B 298 µm on x, 15 times that of A');
+    expect(text(run(20e-6, 20e-6))).toBe('B 20.0 µm on x, as A has');
     expect(text(run(20e-6, null), { B: 1.25 })).toBe('B is unstable: its run ended at 1.25 s');
     expect(text(run(null, 2e-6), { A: 0.3 })).toBe(
-      'B 2.00 µm; A is unstable, its run ended at 0.300 s',
+      'B 2.00 µm on x; A is unstable, its run ended at 0.300 s',
     );
     expect(text(null, { A: 0.3, B: 0.4 })).toMatch(/^A and B are unstable/);
     expect(text(null)).toBe('No result yet');
@@ -35,6 +35,7 @@ describe('the headline', () => {
 
   it('is of the axis on which B errs most, and names it', () => {
     expect(headline(run(2e-6, 1e-6, 3e-6), ['A', 'B'], {}, '').measure).toBe('max |e_y|');
+    expect(text(run(2e-6, 1e-6, 3e-6))).toBe('B 3.00 µm on y');
     expect(headline(run(2e-6, 1e-6), ['A'], {}, '').rest).toBe('');
   });
 });

@@ -10,7 +10,7 @@ export interface Headline {
   variant: string;
   /** `0.25 µm`, or what there is instead of it. */
   figure: string;
-  /** ` , 99 % less than A`: what follows the figure. */
+  /** ` on x, 99 % less than A`: what follows the figure, the axis where there are two. */
   rest: string;
   /** What is measured: `max |e_x|`; empty without a figure. */
   measure: string;
@@ -61,10 +61,13 @@ export function headline(
   const [before, size] = [a === b ? null : sizeOf(a, axis), sizeOf(b, axis) ?? 0];
   const sizes = a === b ? [size] : [before, size];
   const scale = scaleFor(Math.max(size, before ?? 0), 'm');
+  // With the next change the other axis may be the worse one.
+  const both = AXES.every((each) => sizeOf(b, each) !== null);
+  const on = both ? ` on ${axis}` : '';
   return {
     variant: b,
     figure: sizeText(size, scale),
-    rest: restOf(a, b, before, size, a in diverged ? when(a) : ''),
+    rest: `${on}${restOf(a, b, before, size, a in diverged ? when(a) : '')}`,
     measure: `max |e_${axis}|`,
     sizes,
     texts: sizes.map((each) =>
@@ -123,7 +126,7 @@ function lawOf(scenario: Scenario, variant: string): string {
 }
 
 /** The scenario once everything that is planned has happened, and when the first of that changes a controller, s. */
-function inTheEnd(scenario: Scenario): { scenario: Scenario; since: number | null } {
+export function inTheEnd(scenario: Scenario): { scenario: Scenario; since: number | null } {
   const planned = [...scenario.schedule].sort((a, b) => a.time - b.time);
   const first = planned.find(({ set }) => Object.keys(set).some((path) => CONTROLLER.test(path)));
   const end = planned.reduce((so, { set }) => withChanges(so, set as Changes), scenario);

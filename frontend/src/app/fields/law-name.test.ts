@@ -1,0 +1,17 @@
+import { expect, it } from 'vitest';
+import type { Scenario } from '../api/types';
+import { lawName } from './law-name';
+
+const scenario = (law: string, enabled = true) =>
+  ({
+    variants: { B: { label: 'LuGre observer', controller: { compensation: { law, enabled } } } },
+  }) as unknown as Scenario;
+
+it('names the law that runs, whatever the scenario called it', () => {
+  expect(lawName(scenario('published-k'), 'B')).toBe('K as published');
+  expect(lawName(scenario('lugre-observer'), 'B')).toBe('LuGre observer, K = 0');
+  expect(lawName(scenario('lugre-observer', false), 'B')).toMatch(/, switched off$/);
+  expect(lawName(scenario('off', false), 'B')).toBe('no compensation');
+  expect(lawName(scenario('off'), 'C')).toBe('');
+  expect(lawName(null, 'B')).toBe('');
+});
