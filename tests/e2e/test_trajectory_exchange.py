@@ -148,6 +148,41 @@ def test_words_that_are_pasted_are_written_in_strokes(paths: Page) -> None:
     assert shape(table(paths))[1][:, 1].max() == pytest.approx(0.02, abs=2e-5)
 
 
+def test_another_file_keeps_neither_kind_nor_name_of_the_one_before(
+    paths: Page, server: Server
+) -> None:
+    saved = region(paths, "Saved paths")
+    name = saved.get_by_role("textbox", name="Name of the path")
+    bring(paths, "drop", name="bow.svg", content=SVG)
+    kind = sheet(paths).get_by_role("combobox").first
+    expect(kind).to_contain_text("as found: SVG", timeout=LONG)
+    # Another text in the place of the file's is read as what it is.
+    text = sheet(paths).get_by_role("textbox", name="File or text")
+    text.fill("G21 G90 G1 X10 Y0 F600\nG1 X10 Y10\nG1 X0 Y10\n")
+    expect(kind).to_contain_text("as found: G-code", timeout=LONG)
+    expect(sheet(paths)).not_to_contain_text("bow.svg")
+    bring(paths, "drop", name="bow.svg", content=SVG)
+    expect(kind).to_contain_text("as found: SVG", timeout=LONG)
+    take(paths)
+    expect(name).to_have_value("bow")
+    saved.get_by_role("button", name="Save").click()
+    expect(paths.get_by_text("Saved as bow.")).to_be_visible(timeout=LONG)
+    paths.get_by_role("button", name="Import…").click()
+    choose(paths, "part.nc", "G21 G90 G1 X10 Y0 F600\nG1 X10 Y10\nG1 X0 Y10\n")
+    expect(kind).to_contain_text("as found: G-code", timeout=LONG)
+    take(paths)
+    expect(name).to_have_value("part")
+    # The name of another path is not taken unasked.
+    name.fill("bow")
+    saved.get_by_role("button", name="Save").click()
+    expect(saved.get_by_role("alert")).to_contain_text("Another path is saved as bow", timeout=LONG)
+    kept = paths.request.get(f"{server.url}{API}/trajectories/bow").json()["trajectory"]
+    assert kept != table(paths)
+    saved.get_by_role("button", name="Overwrite").click()
+    expect(saved.get_by_role("alert")).to_be_hidden(timeout=LONG)
+    saved.get_by_role("button", name="Delete", exact=True).click()
+
+
 def test_a_malformed_file_is_refused_with_its_line(paths: Page, refusals: list[str]) -> None:
     refusals.append("422")
     before = table(paths)

@@ -1,6 +1,31 @@
 import { expect, it } from 'vitest';
 import type { Scenario } from '../api/types';
+import { served } from './fields.svelte';
 import { lawName } from './law-name';
+
+const LAWS = {
+  off: 'no compensation',
+  'published-k': 'K as published',
+  'lugre-observer': 'LuGre observer, K = 0',
+};
+served.scenario = {
+  ...served.scenario,
+  fields: {
+    'variants.*.controller.compensation.law': {
+      label: 'law',
+      unit: '',
+      factor: 1,
+      whole: false,
+      description: '',
+      choices: Object.entries(LAWS).map(([value, label]) => ({
+        value,
+        label,
+        description: '',
+        unit: '',
+      })),
+    },
+  },
+};
 
 const scenario = (law: string, enabled = true) =>
   ({

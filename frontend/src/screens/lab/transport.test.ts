@@ -3,8 +3,14 @@ import { transport } from './transport';
 
 it('says which gains a play will run', () => {
   expect(transport('paused', 0)).toMatchObject({ play: 'Play', other: '' });
-  expect(transport('paused', 1)).toMatchObject({ play: 'Play with 1 change', other: 'Play as it was' });
-  expect(transport('finished', 4)).toMatchObject({ play: 'Play with 4 changes', other: 'Play as it was' });
+  expect(transport('paused', 1)).toMatchObject({
+    play: 'Play with 1 change',
+    other: 'Play as it was',
+  });
+  expect(transport('finished', 4)).toMatchObject({
+    play: 'Play with 4 changes',
+    other: 'Play as it was',
+  });
   expect(transport('playing', 4)).toMatchObject({ play: 'Pause', other: '' });
 });
 

@@ -123,6 +123,7 @@ export class Editor {
 
   start(which: Shape): void {
     this.edit(shape(which));
+    this.rename('');
     this.selected = null;
     this.tool = which === 'empty' ? 'add' : 'edit';
   }
@@ -171,6 +172,19 @@ export class Editor {
     this.saved = { name, table };
     save('path-name', name);
     save('path-saved', this.saved);
+  }
+
+  /** Takes another name for what is on the screen, which is not saved as that yet. */
+  rename(name: string): void {
+    this.name = name;
+    this.saved = null;
+    save('path-name', name);
+    save('path-saved', null);
+  }
+
+  /** Whether saving would take the place of a path that is not the one on the screen. */
+  overwrites(names: readonly string[]): boolean {
+    return names.includes(this.name) && this.saved?.name !== this.name;
   }
 
   private adopt(table: Table): void {

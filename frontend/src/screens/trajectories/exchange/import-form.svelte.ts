@@ -6,7 +6,7 @@ import type { Point } from '../drawn-path';
 import type { Checked } from '../feasibility';
 import { readFile, type ReadFile, type ReadQuery } from './exchange-api';
 import { textOf } from './file-text';
-import { isWords, refusalOf, type Refusal } from './import-text';
+import { isEdited, isWords, refusalOf, type Refusal } from './import-text';
 
 /** Longer files are not shown in the box, characters. */
 const SHOWN = 200_000;
@@ -61,8 +61,14 @@ class ImportForm {
     this.begin('', text, null);
   }
 
-  /** Takes the text as it is typed. */
+  /** Takes the text as it is typed; one that takes the place of a file's is no longer that file. */
   type(text: string): void {
+    const another = this.content !== '' && text !== '' && !isEdited(this.content, text);
+    if (another) {
+      this.begin('', text, null);
+      return;
+    }
+    if (text === '') this.name = '';
     [this.content, this.file] = [text, null];
     this.ask();
   }
@@ -83,7 +89,7 @@ class ImportForm {
       .replace(/[^a-z0-9]+/g, '-')
       .replace(/^-+|-+$/g, '')
       .slice(0, 64);
-    if (editor.name === '' && stem !== '') editor.name = stem;
+    editor.rename(stem);
     return true;
   }
 

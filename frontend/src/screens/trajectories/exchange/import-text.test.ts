@@ -2,7 +2,7 @@ import { describe, expect, it } from 'vitest';
 import { ApiError } from '../../../app/api/client';
 import type { ProblemField } from '../../../app/api/types';
 import type { Checked } from '../feasibility';
-import { factsOf, isWords, refusalOf } from './import-text';
+import { factsOf, isEdited, isWords, refusalOf } from './import-text';
 
 function refused(some: Partial<ProblemField>): ApiError {
   const field = { loc: 'line 2', message: 'is no word that is understood', ...some };
@@ -76,4 +76,15 @@ it('what was read is described by size, place and feed', () => {
   ];
   const sequence = { ...found, trajectory: { kind: 'sequence', parts } } as typeof found;
   expect(factsOf(sequence, null).at(-1)?.value).toBe('feed 20.0 mm/s, 1 dwell');
+});
+
+it('tells a text that was changed from another one', () => {
+  const star = '<svg width="20mm"><path d="M0 0 L10 0 L5 8 Z"/></svg>';
+  expect(isEdited(star, star.replace('L10', 'L12'))).toBe(true);
+  expect(isEdited(star, `${star}\n`)).toBe(true);
+  expect(isEdited(star, 'G21 G1 X10 Y0\nG1 X0 Y0')).toBe(false);
+  expect(
+    isEdited(star, '<svg width="9in"><circle r="4"/><rect width="90" height="3"/></svg>'),
+  ).toBe(false);
+  expect(isEdited('', 'HELLO')).toBe(false);
 });

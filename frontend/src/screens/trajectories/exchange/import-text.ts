@@ -59,6 +59,16 @@ export function isWords(text: string): boolean {
   return /\p{L}/u.test(text) && !/[\d<]/.test(text);
 }
 
+/** Whether a text is another one with changes: most of the shorter one is as it was. */
+export function isEdited(before: string, after: string): boolean {
+  const shorter = Math.min(before.length, after.length);
+  let same = 0;
+  while (same < shorter && before[same] === after[same]) same++;
+  let end = 0;
+  while (end < shorter - same && before.at(-1 - end) === after.at(-1 - end)) end++;
+  return 2 * (same + end) > shorter;
+}
+
 export interface Fact {
   name: string;
   value: string;
