@@ -292,3 +292,32 @@ def test_curves_drawn_as_they_come_are_those_drawn_at_once(page: Page, server: S
         assert np.ptp(pictures[1, :, :, 3]) > 200
         differ = np.abs(pictures[1] - pictures[0]).max(axis=-1) > 64
         assert differ.mean() < 0.002
+
+
+def test_a_value_axis_is_zoomed_with_round_numbers_and_reset(page: Page) -> None:
+    expect(region(page, "Metrics")).to_contain_text("exact", timeout=LONG)
+    scopes = region(page, "Scopes")
+    auto = scopes.get_by_role("button", name="Auto")
+    reset = scopes.get_by_role("button", name="Reset")
+    expect(reset).to_be_disabled()
+    canvas = page.get_by_role("region", name="Following error x, what-if").locator("canvas")
+    box = canvas.bounding_box()
+    assert box is not None
+    # A click beside the axis, where the wheel zooms, sets nothing; the wheel holds the axis.
+    page.mouse.click(box["x"] + 30, box["y"] + 10)
+    expect(reset).to_be_disabled()
+    page.mouse.wheel(0, 170)
+    expect(auto).to_have_attribute("aria-pressed", "false")
+    page.mouse.move(box["x"] + 30, box["y"] + 10)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 30, box["y"] + 17)
+    page.mouse.up()
+    assert "=" in page.evaluate("new URL(location.href).searchParams.get('scopes')")
+    reset.click()
+    expect(auto).to_have_attribute("aria-pressed", "true")
+    expect(reset).to_be_disabled()
+    assert "=" not in (page.evaluate("new URL(location.href).searchParams.get('scopes')") or "")
+    page.keyboard.down("Shift")
+    page.mouse.click(box["x"] + 30, box["y"] + 10)
+    page.keyboard.up("Shift")
+    expect(reset).to_be_enabled()

@@ -14,6 +14,21 @@ describe('values of an axis without a name', () => {
     expect(texts(valueTicks(scale(-3, 4, 'N', 40)))).toEqual(['−3', '0', '4 N']);
     expect(texts(valueTicks(scale(-1, 4, 'N', 40)))).toEqual(['−1', '4 N']);
   });
+  it('are round where the axis was zoomed or moved, whatever its height', () => {
+    for (const height of [27, 40, 60, 130])
+      for (const [from, to] of [
+        [-35.7911e-6, 0.14015e-6],
+        [-26.9034e-6, 3.0966e-6],
+        [1.234567e-6, 9.87654e-6],
+        [-7.7777e-6, 8.8888e-6],
+      ] as const)
+        for (const { value, text } of valueTicks(scale(from, to, 'm', height))) {
+          expect(text.replace(/[^0-9]/g, '').length, text).toBeLessThanOrEqual(3);
+          expect(value).toBeGreaterThanOrEqual(from);
+          expect(value).toBeLessThanOrEqual(to);
+        }
+    expect(texts(valueTicks(scale(-35.7911e-6, 0.14015e-6, 'm', 27)))).toEqual(['−30', '0 µm']);
+  });
   it('have as many decimals as tell neighbours apart', () =>
     expect(
       texts(withUnit(scale(0, 5, 'A', 100).named([0, 2.5, 5]), scale(0, 5, 'A', 100))),

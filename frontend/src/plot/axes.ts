@@ -2,6 +2,7 @@
 
 import type { AxisScale, Tick } from './axis-scale';
 import { crisp, type Box, type Canvas, type Segment } from './canvas';
+import { multiples, roundStep } from './range';
 
 /** Least distance between two values, CSS pixels. */
 const ROW = 24;
@@ -23,14 +24,32 @@ export function boxOf(x: AxisScale, y: AxisScale): Box {
   return { left, right, top, bottom };
 }
 
-/** Ticks of a value axis; where there is little room its ends, which are round, and zero. */
+/** Ticks of a value axis; where there is little room its ends, where these are round, and zero. */
 export function valueTicks(scale: AxisScale): Tick[] {
   const { from, to } = scale;
   const height = Math.abs(scale.pixels[1] - scale.pixels[0]);
   const found = scale.ticks(Math.max(ROW, height / 6));
   if (height >= 2.5 * ROW && found.length > 2) return withUnit(found, scale);
   const apart = 0.35 * (to - from);
-  return withUnit(scale.named(-from > apart && to > apart ? [from, 0, to] : [from, to]), scale);
+  const few = roundEnds(scale);
+  const [low = from, high = to] = few;
+  const values = -low > apart && high > apart ? [low, 0, high] : few;
+  return withUnit(scale.named(values), scale);
+}
+
+/** The ends of an axis; of one that was zoomed or moved, round values near them. */
+function roundEnds({ from, to }: AxisScale): number[] {
+  const span = to - from;
+  const fine = roundStep(span / 100);
+  const round = [from, to].every((end) => Math.abs(end / fine - Math.round(end / fine)) < 1e-6);
+  if (round) return [from, to];
+  // The coarsest step whose first and last multiple are far enough from each other.
+  for (let step = roundStep(span); step > fine; step = roundStep(step / 2.5)) {
+    const [low = 0, ...more] = multiples({ from, to }, step);
+    const high = more.at(-1) ?? low;
+    if (high - low >= 0.6 * span) return [low, high];
+  }
+  return [from, to];
 }
 
 /** The ticks with the unit at the last: for axes without a name. */
@@ -89,7 +108,11 @@ export function drawAxes(
     canvas.write(text, at, bottom + 11, { align: 'center', ink: 'axis' });
   }
   for (const { at, text } of level) {
-    canvas.write(text, left - 6, at, { align: 'right', ink: 'axis' });
+    // More digits than there is room for reach into the plot, not beyond the edge.
+    const width = Number(c.measureText(text)?.width);
+    const long = width > left - 8;
+    const rim = long ? { rim: canvas.palette.panel } : {};
+    canvas.write(text, long ? width + 2 : left - 6, at, { align: 'right', ink: 'axis', ...rim });
   }
 }
 

@@ -23,7 +23,7 @@ export interface ChartEvents {
   point(pointer: Pointer | null): void;
   /** Other ends of the value axis; null where it is to follow the data again. */
   hold?(ends: readonly [number, number] | null): void;
-  /** A click beside the value axis: a cursor is to be set at that value. */
+  /** A click beside the value axis with Shift: a cursor is to be set at that value. */
   setLevel?(value: number): void;
 }
 
@@ -111,11 +111,11 @@ export class ChartPointer {
     this.events.point({ at: this.share(x), since: dragged ? this.share(pressed) : null });
   }
 
-  private up({ offsetX: x, offsetY }: PointerEvent): void {
+  private up({ offsetX: x, offsetY, shiftKey }: PointerEvent): void {
     const { pressed, lifted } = this;
     this.dragged = -1;
     this.lifted = null;
-    if (lifted && Math.abs(offsetY - lifted.at) < CLICK) {
+    if (lifted && shiftKey && Math.abs(offsetY - lifted.at) < CLICK) {
       this.events.setLevel?.(lifted.y.at(offsetY));
     }
     if (pressed === null) return;

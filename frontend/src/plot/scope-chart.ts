@@ -23,6 +23,8 @@ export const RIGHT = { plain: 18, second: 62 } as const;
 const COLUMN = 70;
 /** A label with fewer letters of it tells nothing. */
 const READABLE = 8;
+/** Height of a line of small text. */
+const LETTERS = 11;
 const MARKS_ACROSS = 8;
 /** A time axis in seconds, however far one zooms in. */
 export const TIME = { label: 'time', unit: 's', scale: { factor: 1, unit: 's' } };
@@ -248,14 +250,24 @@ export class ScopeChart implements TimeAxis {
     const [left, right] = this.ends;
     const [first] = this.levels;
     canvas.font(10);
+    const lines = this.levels.map((value) => crisp(y.px(value)));
     this.levels.forEach((value, i) => {
       if (!y.holds(value)) return;
-      const at = crisp(y.px(value));
+      const at = lines[i] as number;
       canvas.pen('strong', 1, i === 0 ? 'solid' : 'dash');
       canvas.lines([[left, at, right, at]]);
       const apart = i > 0 && first !== undefined ? `  Δ ${y.text(value - first)}` : '';
-      const look = { align: 'right', baseline: 'bottom', ink: 'axis' } as const;
-      canvas.write(`${y.text(value)}${apart} ${y.shown.unit}`, right - 3, at - 1, look);
+      // Of two that are near, the lower one has its text below its line; at the top, beside the other.
+      const near = lines.some((other) => other < at && at - other < 2 * LETTERS);
+      const high = at - LETTERS < EDGE;
+      const look = {
+        align: high ? 'left' : 'right',
+        baseline: near || high ? 'top' : 'bottom',
+        ink: 'axis',
+        rim: canvas.palette.panel,
+      } as const;
+      const text = `${y.text(value)}${apart} ${y.shown.unit}`;
+      canvas.write(text, high ? left + 3 : right - 3, at + (near || high ? 2 : -1), look);
     });
   }
 

@@ -163,6 +163,16 @@ export class Layout {
     this.change(place, (spec) => ({ ...spec, hold }));
   }
 
+  /** Whether a value axis is held. */
+  get holds(): boolean {
+    return this.scopes.some(({ hold }) => hold !== null);
+  }
+
+  /** Has all value axes follow the data again. */
+  release(): void {
+    if (this.holds) this.put(this.scopes.map((spec) => ({ ...spec, hold: null })));
+  }
+
   maximise(place: number): void {
     this.maximised = this.maximised === place || place >= this.scopes.length ? -1 : place;
   }

@@ -307,17 +307,34 @@ export abstract class TimeView {
 
   /** Back to the whole window or the newest samples, axes following the data. */
   reset(): void {
-    this.zoom = null;
     this.follow = true;
+    this.layout.release();
+    this.goHome();
+  }
+
+  /** Back to the whole window or the newest samples; the value axes of the layout stay. */
+  goHome(): void {
+    this.zoom = null;
     this.cursors = [];
     this.levels = {};
     this.looked();
   }
 
+  /** Whether all value axes follow the data. */
+  get automatic(): boolean {
+    return this.follow && !this.layout.holds;
+  }
+
+  /** Has all value axes follow the data, or stay as they are. */
+  setAutomatic(follow: boolean): void {
+    this.follow = follow;
+    if (follow) this.layout.release();
+  }
+
   /** Whether anything differs from what `reset` restores. */
   get touched(): boolean {
     const levels = Object.values(this.levels).some((values) => values.length > 0);
-    return this.zoom !== null || this.cursors.length > 0 || !this.follow || levels;
+    return this.zoom !== null || this.cursors.length > 0 || !this.automatic || levels;
   }
 }
 

@@ -103,6 +103,6 @@ export function labActions(): Record<string, () => void> {
     o: () => void parts.chooseRuns(),
     F: () => scene.fill(),
     c: () => void (scene.tab === 'view3d' && scene.nextCamera()),
-    f: () => (view.follow = !view.follow),
+    f: () => view.setAutomatic(!view.automatic),
   };
 }
