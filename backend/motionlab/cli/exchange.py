@@ -191,6 +191,7 @@ def _described(document: Import) -> str:
     lines += [f"  {line}" for line in table(("", "", "", ""), rows).splitlines()]
     lines += [f"  {name}: computed" for name in document.derived]
     lines += [f"  {name}: not read, {why}" for name, why in document.ignored.items()]
+    lines += [f"  {note}" for note in document.notes]
     if document.run is not None:
         lines.append(f"kept as {document.run}")
     return "\n".join(lines)

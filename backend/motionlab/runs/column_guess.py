@@ -7,6 +7,9 @@ import unicodedata
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from motionlab.config.planar import AXES
 from motionlab.errors import ConfigError, FieldError
 from motionlab.telemetry.channels import CHANNELS, REFERENCES
@@ -30,10 +33,32 @@ UNITS = {
 }
 """Units that are understood, in lower case, by SI unit: factors to it."""
 
+_SPELT_OUT = {
+    "second": "s",
+    "sekunde": "s",
+    "sekunden": "s",
+    "seconde": "s",
+    "millisecond": "ms",
+    "msec": "ms",
+    "microsecond": "us",
+    "usec": "us",
+    "nanosecond": "ns",
+    "nsec": "ns",
+    "meter": "m",
+    "metre": "m",
+    "millimeter": "mm",
+    "millimetre": "mm",
+    "micrometer": "um",
+    "micrometre": "um",
+    "micron": "um",
+    "ampere": "a",
+    "amp": "a",
+    "newton": "n",
+}
 _SUFFIXES = {"mm_s": "mm/s", "m_s": "m/s", "mmps": "mm/s", "m_s2": "m/s^2", "mm_s2": "mm/s^2"}
 _HEADER_MAX = 100
 """Characters of a header in which a unit is looked for: the time is cubic in them."""
-_BRACKETS = re.compile(r"(.+?)\s*[\[({]\s*([^\])}]*?)\s*[\])}]")
+_BRACKETS = {"]": "[", ")": "(", "}": "{"}
 _SLASH = re.compile(r"(.+?)(?:\s+/\s*|\s+in\s+)(\S+)")
 _OWN = re.compile(r"(?:[A-Z]\.)?([xy])\.(\w+)")
 _WORD = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+")
@@ -48,11 +73,23 @@ _WORDS = {
     "current": "current cur strom i",
     "force": "force kraft thrust f",
     "load": "load last disturbance",
-    "time": "time t zeit timestamp log_time clock",
+    "time": "time times t zeit zeitstempel uhrzeit timestamp timestamps datetime log_time clock "
+    "temps horodatage",
 }
 _KINDS = {word: kind for kind, words in _WORDS.items() for word in words.split()}
+_BESIDE = frozenset(
+    "axis achse ax fb value wert val signal data daten drive antrieb stage linear motor channel "
+    "kanal raw filtered sensor of the von der des mcs acs nc".split()
+)
+"""Words that change nothing in what a quantity is; any other makes it something else."""
+_BESIDE_TIME = frozenset(
+    "stamp relative elapsed absolute sample log since start unix epoch".split()
+)
 _PART = 3  # letters that each part of a compound has at least, such as Sollkraft, Kraftbefehl
 _PHASES = {"a": "a", "b": "b", "c": "c", "u": "a", "v": "b", "w": "c", "1": "a", "2": "b", "3": "c"}
+_NUMBERED = frozenset("0 1 2 3 4 5 6 7 8 9".split())
+GUESSED_AXIS = "no axis in it, so x"
+OWN_NAME = "name of a channel"
 _QUANTITIES = {
     "m": ("error", "position"),
     "m/s": ("velocity",),
@@ -62,6 +99,8 @@ _QUANTITIES = {
     "s": ("time",),
 }
 _LARGEST = {"m": 0.2, "m/s": 5.0, "m/s^2": 200.0, "A": 100.0, "N": 2000.0, "1": float("inf")}
+_EPOCH = 9e8, 2.5e9  # s since 1970: from 1998 to 2049
+_SINCE_1970 = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 _FASTEST_PERIOD, _SLOWEST_PERIOD = 1e-6, 0.02  # s, of a measurement without unit of time
 
 
@@ -73,7 +112,7 @@ class Label:
     unit: str
 
 
-def label(header: str, unit: str = "") -> Label:
+def label(header: str, unit: str = "", *, bare: bool = False) -> Label:
     """Return name and unit of a header such as ``x_ist [um]``, ``x (mm)``, ``pos_um``.
 
     Parameters
@@ -82,13 +121,17 @@ def label(header: str, unit: str = "") -> Label:
         What the file calls the column.
     unit : str
         The unit that the file gives elsewhere, if any.
+    bare : bool
+        Whether the header is the name alone.
     """
-    if unit:
+    if bare:
         return Label(header, unit)
-    if len(header) > _HEADER_MAX:
-        return Label(header, "")
-    if match := _BRACKETS.fullmatch(header):
-        return Label(match[1], match[2])
+    name, opening, inner = header.rpartition(_BRACKETS.get(header[-1:], "]"))
+    inner = inner[:-1].strip()
+    if opening and name.strip() and not _is_index(name, opening, inner) and unit in {"", inner}:
+        return Label(name.rstrip(), inner)
+    if unit or len(header) > _HEADER_MAX:
+        return Label(header, unit)
     if (match := _SLASH.fullmatch(header)) and si_of(match[2]) is not None:
         return Label(match[1], match[2])
     for count in (2, 1):  # x_mm_s before x_s
@@ -101,10 +144,19 @@ def label(header: str, unit: str = "") -> Label:
     return Label(header, "")
 
 
+def _is_index(name: str, opening: str, inner: str) -> bool:
+    """Return whether brackets hold a number of a column, as in ``pos(2)``, and no unit.
+
+    ``[1]`` after a blank is dimensionless.
+    """
+    return inner.isdecimal() and not (inner == "1" and opening == "[" and name.endswith(" "))
+
+
 def si_of(unit: str) -> tuple[str, float] | None:
     """Return the SI unit of a unit and the factor to it; None for a unit that is unknown."""
     plain = unicodedata.normalize("NFKC", unit).strip().replace("μ", "u").replace("µ", "u")
     plain = re.sub(r"(?<=s)\^?2$", "^2", plain.lower().replace(" ", "").replace("**", "^"))
+    plain = _SPELT_OUT.get(plain.removesuffix("s") if len(plain) > 3 else plain, plain)
     for si, factors in UNITS.items():
         if plain in factors:
             return si, factors[plain]
@@ -124,16 +176,22 @@ def channel_of(name: str, si: str) -> tuple[str | None, str]:
     if match := _OWN.fullmatch(name):
         for target in (name, f"{VARIANT}.{match[1]}.{match[2]}"):
             if target in TARGETS:
-                return target, "name of a channel"
-    words = _words(name)
+                return target, OWN_NAME
+    *prefixes, leaf = name.split(".")  # of a topic or structure: only an axis counts
+    words = _words(leaf)
     kinds = {_KINDS[word] for word in words if word in _KINDS}
-    if "time" in kinds and si in {"", "s"} and len(words) <= 2:
+    if "time" in kinds and si in {"", "s"} and _only(words, _BESIDE_TIME, "time"):
         return "time", "name"
+    above = [word for prefix in prefixes for word in _words(prefix)]
+    axis = next((word for word in [*words, *reversed(above)] if word in AXES), None)
+    unknown = not set(above) <= _BESIDE | _NUMBERED
+    several = "current" not in kinds and any(map(str.isdecimal, words))  # and no phase
+    if not _only(words, _BESIDE) or (axis is None and (unknown or several)):
+        return None, ""
     allowed = _QUANTITIES.get(si, ()) if si else tuple(q for v in _QUANTITIES.values() for q in v)
     found = [quantity for quantity in allowed if quantity in kinds]
-    axis = next((word for word in words if word in AXES), None)
     quantity = found[0] if found else (allowed[-1] if si and allowed else None)
-    if quantity is None and axis is not None and set(words) <= {axis, *_KINDS} and not si:
+    if quantity is None and axis in words and set(words) <= {axis, *_KINDS} and not si:
         quantity = "position"  # x, x_ist
     if quantity is None or (axis is None and not found):
         return None, ""
@@ -141,7 +199,26 @@ def channel_of(name: str, si: str) -> tuple[str | None, str]:
         return "time", "unit"
     target = _target(quantity, axis or "x", kinds, words)
     why = "name" if found else "axis and unit" if si else "name of the axis"
-    return target, why if axis else f"{why}; no axis in it, so x"
+    return target, why if axis else f"{why}; {GUESSED_AXIS}"
+
+
+def _only(words: Sequence[str], beside: frozenset[str], kind: str = "") -> bool:
+    """Return whether all words are known, of a kind where one is named, or mean nothing.
+
+    A single letter counts only where no word but axis and phase stands beside it: ``T_motor`` is no
+    time, ``V_bat`` no velocity.
+    """
+    letters = any(len(w) == 1 and w in _KINDS for w in words)
+    for word in words:
+        if word in beside and not letters:
+            continue
+        if word in AXES or word in _PHASES or word.isdecimal():
+            if not kind:
+                continue
+        elif word in _KINDS and kind in {"", _KINDS[word]}:
+            continue
+        return False
+    return True
 
 
 def _target(quantity: str, axis: str, kinds: set[str], words: Sequence[str]) -> str | None:
@@ -208,12 +285,32 @@ def unit_by_range(si: str, largest: float) -> str:
     return si
 
 
-def unit_of_time(step: float) -> str:
-    """Return the unit in which the time between two samples is plausible."""
+def unit_of_time(times: NDArray[np.float64]) -> tuple[str, str]:
+    """Return the unit that times without one are most likely in, and why.
+
+    Instants since 1970 are known by their size. Decimals speak for seconds; whole numbers are taken
+    for the unit in which the time between two samples is plausible.
+    """
+    finite = times[np.isfinite(times)]
+    first = float(finite[0]) if finite.size else 0.0
+    for unit, factor in _SINCE_1970.items():
+        if _EPOCH[0] <= factor * first <= _EPOCH[1]:
+            return unit, "instants since 1970"
+    if (finite != np.rint(finite)).any():
+        return "s", "decimals speak for s"
+    steps = np.diff(finite)
+    positive = steps[steps > 0]
+    step = float(np.median(positive)) if positive.size else 1.0
     for unit in ("s", "ms", "us", "ns"):
         if _FASTEST_PERIOD <= UNITS["s"][unit] * step <= _SLOWEST_PERIOD:
-            return unit
-    return "s"
+            return unit, "unit from range"
+    return "s", "unit from range"
+
+
+def instant_of(time: float, unit: str) -> float | None:
+    """Return the instant that a time is, seconds since 1970; None if it is none."""
+    instant = time * UNITS["s"].get(unit, 0.0)
+    return instant if _EPOCH[0] <= instant <= _EPOCH[1] else None
 
 
 def spelt(unit: str) -> str:

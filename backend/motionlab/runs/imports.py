@@ -12,11 +12,14 @@ from numpy.typing import NDArray
 from motionlab.config.planar import AXES
 from motionlab.errors import ConfigError, FieldError
 from motionlab.runs.column_guess import (
+    GUESSED_AXIS,
+    OWN_NAME,
     TARGETS,
     UNITS,
     VARIANT,
     Mapping,
     channel_of,
+    instant_of,
     label,
     parse_mapping,
     si_of,
@@ -125,6 +128,7 @@ def read_measurement(file: MeasuredFile, options: ImportOptions) -> Measurement:
         resampled=None,
         derived=[],
         problems=[],
+        notes=file.notes,
         channels={"time": "s"} | {name: target.unit for name, target in TARGETS.items()},
         units={si: list(map(spelt, factors)) for si, factors in UNITS.items()},
     )
@@ -145,7 +149,7 @@ def read_measurement(file: MeasuredFile, options: ImportOptions) -> Measurement:
             "the rate to resample to"
         )
         return Measurement(document, 0.0, None)
-    measurement = Measurement(document, grid.period, file.begun)
+    measurement = Measurement(document, grid.period, _begun(file, columns))
     errors = _missing_errors(data)
     document.derived = list(errors)
     count = len(data) + len(errors)
@@ -198,7 +202,7 @@ def _assigned(file: MeasuredFile, options: ImportOptions) -> list[_Column]:
     """Return the columns with their channels, given or guessed; each channel once."""
     columns = []
     for source in file.columns:
-        found = label(source.header, source.unit)
+        found = label(source.header, source.unit, bare=source.bare)
         columns.append(_Column(source, found.name, found.unit))
     given = _given(columns, parse_mapping(options.mapping))
     taken = {mapping.channel for _, mapping in given.values()} - {"", "-"}
@@ -209,9 +213,16 @@ def _assigned(file: MeasuredFile, options: ImportOptions) -> list[_Column]:
             column.mapped, mapping = given[index]
             column.channel, column.why = mapping.channel, "map"
             column.unit = mapping.unit or column.unit
-            continue
-        channel, why = channel_of(column.name, column.si)
-        if column.name == "tick" and any(channel_of(c.name, c.si)[0] == "time" for c in columns):
+    guessed = [c for index, c in enumerate(columns) if index not in given]
+    guesses = [(column, *_guess(column, own=file.own)) for column in guessed]
+    timed = any(guess == "time" for _, guess, _ in guesses)
+    instants = [column for column in guessed if column.source.instant]
+    if not timed and len(instants) == 1:
+        at = guessed.index(instants[0])
+        guesses[at] = instants[0], "time", "the only column of instants"
+    # A name that says all goes before one that says a part, whichever comes first.
+    for column, channel, why in sorted(guesses, key=_vagueness):
+        if column.name == "tick" and timed:
             column.channel, column.why = "-", "counts the samples"
         elif channel is None:
             column.why = "no channel has such a name"
@@ -225,6 +236,20 @@ def _assigned(file: MeasuredFile, options: ImportOptions) -> list[_Column]:
             column.channel, column.why = channel, why
             taken.add(channel)
     return columns
+
+
+def _guess(column: _Column, *, own: bool) -> tuple[str | None, str]:
+    """Return the channel that a column suggests; in files of exports names are what they are."""
+    channel, why = channel_of(column.name, column.si)
+    named = not own or why == OWN_NAME or column.name in {"time", "log_time"}
+    return (channel, why) if named else (None, "")
+
+
+def _vagueness(guess: tuple[_Column, str | None, str]) -> int:
+    column, channel, why = guess
+    if why == OWN_NAME or (channel == "time" and column.name.lower() in {"time", "zeit", "t"}):
+        return 0
+    return 2 if GUESSED_AXIS in why else 1
 
 
 def _given(
@@ -259,10 +284,8 @@ def _find_units(columns: Sequence[_Column]) -> None:
             continue
         wanted = "s" if column.channel == "time" else TARGETS[column.channel].unit
         if not column.unit and column.channel == "time":
-            steps = np.diff(column.source.values)
-            positive = steps[steps > 0]
-            column.unit = unit_of_time(float(np.median(positive)) if positive.size else 1.0)
-            column.why += "; unit from range"
+            column.unit, why = unit_of_time(column.source.values)
+            column.why += f"; {why}"
         elif not column.unit:
             column.unit = _unit_like(columns, column, wanted)
             column.why += "; unit from range"
@@ -307,6 +330,14 @@ def _times(
             first = column.source.values[0]
             return column.factor * (column.source.values - first), column.source.header
     return None, ""
+
+
+def _begun(file: MeasuredFile, columns: Sequence[_Column]) -> float | None:
+    """Return the instant of the first sample, seconds since 1970, if the file has it."""
+    if file.begun is not None:
+        return file.begun
+    column = next((c for c in columns if c.channel == "time"), None)
+    return column and instant_of(float(column.source.values[0]), column.unit)
 
 
 def _named(columns: Sequence[_Column]) -> list[tuple[_Column, str]]:

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import codecs
 import contextlib
-import csv
 import re
-from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from datetime import UTC, datetime
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,16 +17,24 @@ import pyarrow.compute as pc
 from numpy.typing import NDArray
 from pyarrow import csv as arrow_csv
 
+from motionlab.encodings import encoding_of, lines_of
 from motionlab.errors import ConfigError, FieldError
+from motionlab.runs import clock_text
+from motionlab.runs.csv_form import (
+    DECIMALS,
+    DELIMITERS,
+    MISSING,
+    TIMES,
+    Form,
+    Layout,
+    form_of,
+    layout_of,
+)
 
 _HEAD = 256 * 1024  # bytes that are looked at first
 _LINES = 500  # of them
 _BLOCK = 8 << 20
-_DELIMITERS = {"\t": "tab", ";": "semicolon", ",": "comma"}
-_DECIMALS = {".": "point", ",": "comma"}
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
-_MISSING = ("", "nan", "null", "na", "n/a", "none", "-", "--")
-_UNIT = re.compile(r"[\[(]?[^\d\[\]()]{0,8}[\])]?(\^?[23])?[\])]?")
+_OWN = ("tick [1]", "time [s]")  # headers with which a CSV of an export begins
 
 
 @dataclass
@@ -38,6 +44,7 @@ class CsvColumn:
     header: str
     unit: str
     values: NDArray[np.float64]
+    instant: bool
 
 
 @dataclass
@@ -48,30 +55,8 @@ class CsvTable:
     ignored: dict[str, str]
     facts: dict[str, str | int]
     begun: float | None
-
-
-@dataclass(frozen=True)
-class _Form:
-    """How a table is written."""
-
-    delimiter: str
-    decimal: str
-    width: int
-    score: int
-
-    def split(self, line: str) -> list[str]:
-        return [f.strip() for f in next(csv.reader([line], delimiter=self.delimiter), [])]
-
-    def number(self, text: str) -> bool:
-        if self.decimal == ",":
-            return "." not in text and _NUMBER.fullmatch(text.replace(",", ".")) is not None
-        return _NUMBER.fullmatch(text) is not None
-
-    def is_data(self, fields: Sequence[str]) -> bool:
-        """Return whether a line is one of data: some numbers or instants, at least half of it."""
-        filled = [f for f in fields if f.lower() not in _MISSING]
-        found = sum(self.number(f) or _instant(f) is not None for f in filled)
-        return len(fields) == self.width and found > 0 and 2 * found >= len(filled)
+    notes: list[str]
+    own: bool
 
 
 def read_csv(path: Path, values_max: int, delimiter: str = "", decimal: str = "") -> CsvTable:
@@ -96,121 +81,84 @@ def read_csv(path: Path, values_max: int, delimiter: str = "", decimal: str = ""
     with path.open("rb") as stream:
         head = stream.read(_HEAD)
         whole = len(head) < _HEAD
-    encoding = _encoding(head)
-    text = head.decode(encoding, errors="replace")
-    lines = text.splitlines()[: _LINES if whole else -1][:_LINES]
-    delimiters = [sign for sign, name in _DELIMITERS.items() if delimiter in {"", name}]
-    decimals = [sign for sign, name in _DECIMALS.items() if decimal in {"", name}]
-    form = _form(lines, delimiters, decimals)
-    rows = [form.split(line) for line in lines]
-    first = next((i for i, fields in enumerate(rows) if form.is_data(fields)), None)
-    if first is None:
-        raise _refused("has no line of numbers: is it a table?")
-    headers, units = _headers(form, rows[:first])
-    kinds = [
-        _kind(form, [r[i] for r in rows[first:] if len(r) == form.width]) for i in range(form.width)
-    ]
-    ignored = {
-        header: "is text" for header, kind in zip(headers, kinds, strict=True) if kind == "text"
-    }
-    wanted = [i for i, kind in enumerate(kinds) if kind != "text"]
-    reader = _Reader(form, headers, kinds, first + 1, values_max)
-    values = reader.read(path, encoding, wanted)
-    columns, begun = [], None
-    for index in wanted:
-        unit = units[index]
-        if kinds[index] == "instant":
-            begun = float(values[index][0]) if begun is None else begun
-            unit = "s"
-        columns.append(CsvColumn(headers[index], unit, values[index]))
-    facts: dict[str, str | int] = {
-        "delimiter": _DELIMITERS[form.delimiter],
-        "decimal": _DECIMALS[form.decimal],
-        "encoding": encoding,
-        "first_line": first + 1,
-    }
-    return CsvTable(columns, ignored, facts, begun)
-
-
-def _encoding(head: bytes) -> str:
-    if head.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return "utf-16"
-    if b"\0" in head:
+    encoding = encoding_of(head, whole=whole)
+    if encoding is None:
         raise _refused("is neither a text nor Parquet, MAT (level 5) or MCAP")
-    try:
-        head[: max(0, len(head) - 4)].decode("utf-8-sig")  # the last letter may be cut
-    except UnicodeDecodeError:
-        return "cp1252"
-    return "utf-8-sig" if head.startswith(b"\xef\xbb\xbf") else "utf-8"
+    text = head.decode(encoding, errors="replace")
+    lines = lines_of(text)[: _LINES if whole else -1][:_LINES]
+    delimiters = [sign for sign, name in DELIMITERS.items() if delimiter in {"", name}]
+    decimals = [sign for sign, name in DECIMALS.items() if decimal in {"", name}]
+    form = form_of(lines, delimiters, decimals)
+    if form.plain and len(decimals) > 1 and form.delimiter != ",":  # as of a machine at rest
+        form = replace(form, decimal=_later_decimal(path, encoding, form.delimiter))
+    layout = layout_of(form, lines)
+    reader = _Reader(form, layout, values_max)
+    wanted = reader.wanted
+    values = reader.read(path, encoding, wanted)
+    ignored = {
+        header: "is text" if kind == "text" else "is the date of the clock beside it"
+        for i, (header, kind) in enumerate(zip(layout.headers, layout.kinds, strict=True))
+        if i not in wanted
+    }
+    columns = []
+    for index in wanted:
+        timed = layout.kinds[index] != "number"
+        unit = "s" if timed else layout.units[index]
+        columns.append(CsvColumn(layout.headers[index], unit, values[index], timed))
+    facts: dict[str, str | int] = {
+        "delimiter": DELIMITERS[form.delimiter],
+        "decimal": DECIMALS[form.decimal],
+        "encoding": encoding,
+        "first_line": layout.first + 1,
+    }
+    own = tuple(layout.headers[:2]) == _OWN
+    begun = reader.begun(lines)
+    return CsvTable(columns, ignored, facts, begun, layout.notes, own)
 
 
-def _form(lines: Sequence[str], delimiters: Sequence[str], decimals: Sequence[str]) -> _Form:
-    """Return the form in which most fields are numbers."""
-    forms = []
-    for delimiter in delimiters:
-        rows = [next(csv.reader([line], delimiter=delimiter), []) for line in lines]
-        widths = Counter(len(fields) for fields in rows[len(rows) // 4 :])
-        width = max(widths, key=lambda w: widths[w], default=0)
-        for decimal in decimals:
-            trial = _Form(delimiter, decimal, width, 0)
-            fields = [f.strip() for row in rows if len(row) == width for f in row]
-            score = sum(
-                1 if trial.number(f) or _instant(f) is not None else -1
-                for f in fields
-                if f.lower() not in _MISSING
-            )
-            forms.append(_Form(delimiter, decimal, width, score))
-    return max(forms, key=lambda form: form.score)
-
-
-def _headers(form: _Form, before: Sequence[Sequence[str]]) -> tuple[list[str], list[str]]:
-    """Return headers and units from the lines before the numbers."""
-    named = [list(fields) for fields in before if len(fields) == form.width]
-    units = [""] * form.width
-    if len(named) > 1 and all(_UNIT.fullmatch(f) for f in named[-1]) and any(named[-1]):
-        units = [f.strip("[]() ") for f in named.pop()]
-    found = named[-1] if named else [""] * form.width
-    found[0] = found[0].lstrip("#%! ")
-    headers: list[str] = []
-    for index, text in enumerate(found, start=1):
-        header, number = text or f"column {index}", 2
-        while header in headers:
-            header, number = f"{text or 'column'} ({number})", number + 1
-        headers.append(header)
-    return headers, units
-
-
-def _kind(form: _Form, fields: Sequence[str]) -> str:
-    filled = [f for f in fields if f.lower() not in _MISSING]
-    if 2 * sum(map(form.number, filled)) >= len(filled):
-        return "number"
-    instants = sum(_instant(f) is not None for f in filled)
-    return "instant" if 2 * instants >= len(filled) else "text"
-
-
-def _instant(text: str) -> float | None:
-    """Return an instant of ISO 8601, seconds since 1970; UTC where it names no zone."""
-    if len(text) < 10 or text[4] != "-":
-        return None
-    try:
-        found = datetime.fromisoformat(text)
-    except ValueError:
-        return None
-    return (found if found.tzinfo else found.replace(tzinfo=UTC)).timestamp()
+def _later_decimal(path: Path, encoding: str, delimiter: str) -> str:
+    """Return the decimal sign of the first number that has one; a point if none has."""
+    between = re.escape(delimiter)
+    number = re.compile(
+        rf"(?:^|[{between}\n\r])[ \"]*[+-]?\d{{0,40}}([.,])\d{{1,40}}(?:[eE][+-]?\d{{1,4}})?[ \"]*"
+        rf"(?=[{between}\n\r])"
+    )
+    with path.open("rb") as file, codecs.getreader(encoding)(file, errors="replace") as text:
+        rest = ""
+        while block := text.read(1 << 20):
+            if match := number.search(rest + block):
+                return match[1]
+            rest = block[-200:]
+    return "."
 
 
 class _Reader:
     """Reads the lines of numbers, block by block."""
 
-    def __init__(
-        self, form: _Form, headers: list[str], kinds: list[str], first: int, values_max: int
-    ) -> None:
+    def __init__(self, form: Form, layout: Layout, values_max: int) -> None:
         self._form = form
-        self._headers = headers
-        self._kinds = kinds
-        self._first = first  # line of the first row, counted from 1
+        self._layout = layout
+        self._headers, self._kinds = layout.headers, layout.kinds
+        self._first = layout.first + 1  # line of the first row, counted from 1
         self._values_max = values_max
+        self._origins: dict[int, int] = {}  # ns, of columns of times
         self._bad: Any = None
+        dated = "clock" in self._kinds
+        left_out = {"text", "date"} if dated else {"text"}
+        self.wanted = [i for i, kind in enumerate(self._kinds) if kind not in left_out]
+
+    def begun(self, lines: Sequence[str]) -> float | None:
+        """Return the instant of the first row, seconds since 1970, if the table has it."""
+        for index in self.wanted:
+            if self._kinds[index] in {"instant", "date"} and index in self._origins:
+                return self._origins[index] / clock_text.SECOND
+        fields = self._form.split(lines[self._layout.first])
+        for index, kind in enumerate(self._kinds):
+            if kind == "date" and index < len(fields):
+                day = clock_text.day(fields[index], self._layout.day_first)
+                time = next((t for i, t in self._origins.items() if self._kinds[i] == "clock"), 0)
+                return None if day is None else (day * clock_text.DAY + time) / clock_text.SECOND
+        return None
 
     def read(self, path: Path, encoding: str, wanted: list[int]) -> dict[int, NDArray[np.float64]]:
         """Return the values of the wanted columns."""
@@ -233,6 +181,8 @@ class _Reader:
         filled = np.zeros(rows, dtype=bool)
         for index in wanted:
             values[index] = np.concatenate(parts.pop(index))
+            if self._kinds[index] == "clock":
+                values[index] = _over_midnight(values[index])
             filled |= np.isfinite(values[index])
         end = int(np.flatnonzero(filled)[-1]) + 1 if filled.any() else 0  # empty lines follow
         return {index: array[:end] for index, array in values.items()}
@@ -281,11 +231,11 @@ class _Reader:
         texts = pc.utf8_trim_whitespace(column)  # pyright: ignore[reportAttributeAccessIssue]
         missing = pc.is_in(  # pyright: ignore[reportAttributeAccessIssue]
             pc.utf8_lower(texts),  # pyright: ignore[reportAttributeAccessIssue]
-            value_set=pa.array(_MISSING),
+            value_set=pa.array(sorted(MISSING)),
         )
         texts = pc.if_else(missing, None, texts)  # pyright: ignore[reportAttributeAccessIssue]
-        if self._kinds[index] == "instant":
-            return self._checked(index, texts, row, _instant)
+        if self._kinds[index] != "number":
+            return self._checked(index, texts, row, partial(self._time, index))
         plain = texts
         if self._form.decimal == ",":
             dotted = pc.match_substring(texts, ".")  # pyright: ignore[reportAttributeAccessIssue]
@@ -302,6 +252,16 @@ class _Reader:
             return self._checked(index, texts, row, self._number)
         return values
 
+    def _time(self, index: int, text: str) -> float | None:
+        """Return seconds from the first time of a column."""
+        read = TIMES[self._kinds[index]]
+        time = read(text, self._layout.day_first)
+        if time is None:
+            return None
+        if self._kinds[index] == "date":
+            time *= clock_text.DAY
+        return (time - self._origins.setdefault(index, time)) / clock_text.SECOND
+
     def _number(self, text: str) -> float | None:
         if not self._form.number(text):
             return None
@@ -317,11 +277,19 @@ class _Reader:
             value = read(text)
             if value is None:
                 where = f"line {self._first + row + place}, column {self._headers[index]!r}"
-                what = "instant" if self._kinds[index] == "instant" else "finite number"
-                sign = f" (decimal {_DECIMALS[self._form.decimal]})"
-                raise _refused(f"{where}: is no {what}{sign if what != 'instant' else ''}", text)
+                what = f"finite number (decimal {DECIMALS[self._form.decimal]})"
+                if self._kinds[index] != "number":
+                    what = self._kinds[index]
+                raise _refused(f"{where}: is no {what}", text)
             values[place] = value
         return values
+
+
+def _over_midnight(times: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return times of day, s, that go on after midnight."""
+    day = clock_text.DAY / clock_text.SECOND
+    steps = np.diff(times, prepend=times[:1])
+    return times + day * np.cumsum(np.nan_to_num(steps) < -0.5 * day)
 
 
 def _refused(message: str, value: object = None) -> ConfigError:

@@ -23,6 +23,7 @@ from motionlab.runs.measured_mcap import read_mcap
 FORMATS = ("csv", "parquet", "mat", "mcap")
 
 _MAGIC = {b"PAR1": "parquet", b"\x89MCA": "mcap", b"MATL": "mat"}
+_REPEATED_MAX = 100  # columns of one name
 _DEPTH_MAX = 4  # structs within structs
 
 
@@ -38,11 +39,17 @@ class FileColumn:
         What the file gives as its unit, beside the header; often empty.
     values : ndarray of float64
         NaN where the file has none.
+    instant : bool
+        Whether the file says that these are times.
+    bare : bool
+        Whether the header is the name alone, and brackets in it hold no unit.
     """
 
     header: str
     unit: str
     values: NDArray[np.float64]
+    instant: bool = False
+    bare: bool = False
 
 
 @dataclass
@@ -61,6 +68,10 @@ class MeasuredFile:
         Of CSV: ``delimiter``, ``decimal``, ``encoding``, ``first_line`` of the numbers.
     begun : float or None
         Instant of its first row, seconds since 1970, where the file has it.
+    notes : list of str
+        What was passed over, cut off or guessed.
+    own : bool
+        Whether an export wrote it: names are then what they are.
     """
 
     format: str
@@ -68,6 +79,8 @@ class MeasuredFile:
     ignored: dict[str, str] = field(default_factory=dict)
     text: dict[str, str | int] = field(default_factory=dict)
     begun: float | None = None
+    notes: list[str] = field(default_factory=list)
+    own: bool = False
 
     def place(self, row: int) -> str:
         """Return where a row is, for people: a line of a text, else a row counted from 1."""
@@ -90,9 +103,9 @@ def read_file(path: Path, said: ImportOptions = GUESSED) -> MeasuredFile:
     file = readers[format](path) if format in readers else _read_csv(path, said)
     check_text([(c.header, c.unit) for c in file.columns], loc="file: column")
     check_text(file.ignored, loc="file")
-    empty = [column.header for column in file.columns if not np.isfinite(column.values).any()]
-    file.columns = [column for column in file.columns if column.header not in empty]
-    file.ignored |= dict.fromkeys(empty, "has no number")
+    empty = [column for column in file.columns if not np.isfinite(column.values).any()]
+    file.columns = [column for column in file.columns if np.isfinite(column.values).any()]
+    file.ignored |= {column.header: "has no number" for column in empty}
     if not file.columns or len(file.columns[0].values) < 2:
         raise refused("has no column of two numbers or more")
     if (count := len(file.columns)) > COLUMNS_MAX:
@@ -114,33 +127,77 @@ def _bounded(count: int) -> None:
 
 def _read_csv(path: Path, said: ImportOptions) -> MeasuredFile:
     table = read_csv(path, VALUES_MAX, said.delimiter, said.decimal)
-    columns = [FileColumn(c.header, c.unit, c.values) for c in table.columns]
-    return MeasuredFile("csv", columns, table.ignored, table.facts, table.begun)
+    columns = [FileColumn(c.header, c.unit, c.values, c.instant) for c in table.columns]
+    return MeasuredFile(
+        "csv", columns, table.ignored, table.facts, table.begun, table.notes, table.own
+    )
 
 
 def _read_parquet(path: Path) -> MeasuredFile:
-    columns, ignored = [], {}
+    found = MeasuredFile("parquet", [])
     try:
         with parquet.ParquetFile(path) as file:
             schema = file.schema_arrow
-            wanted = [f for f in schema if _numeric(f.type)]
-            ignored = {f.name: f"is {f.type}" for f in schema if not _numeric(f.type)}
+            found.own = _is_own(schema)
+            found.ignored = {f.name: f"is {f.type}" for f in schema if not _numeric(f.type)}
+            numbers = [f.name for f in schema if _numeric(f.type)]
             groups = [file.metadata.row_group(i) for i in range(file.metadata.num_row_groups)]
             rows = max(file.metadata.num_rows, sum(group.num_rows for group in groups))
-            _bounded(rows * len(wanted))
-            for each in wanted:
-                column = file.read([each.name], use_threads=False).column(0)
-                if pa.types.is_timestamp(each.type):
-                    column = column.cast(pa.timestamp("us")).cast(pa.int64())
-                    values = column.cast(pa.float64()).to_numpy() / 1e6
-                else:
-                    values = column.cast(pa.float64()).to_numpy()
-                unit = (each.metadata or {}).get(b"unit", b"").decode()
-                unit = "s" if pa.types.is_timestamp(each.type) else unit
-                columns.append(FileColumn(each.name, unit, np.array(values)))
+            _bounded(rows * len(numbers))
+            counts = Counter(schema.names)
+            _refuse_repeated(counts)
+            before = Counter[str]()
+            for each in schema:
+                if _numeric(each.type):
+                    table = file.read([each.name], use_threads=False)
+                    # A name that stands twice gives all columns of that name.
+                    at = before[each.name] if counts[each.name] > 1 else 0
+                    _add(found, each, table.column(at))
+                before[each.name] += 1
     except (OSError, pa.ArrowException, UnicodeError) as error:
         raise refused(f"is no Parquet file that can be read: {error}") from None
-    return MeasuredFile("parquet", columns, ignored)
+    return found
+
+
+def _refuse_repeated(counts: Counter[str]) -> None:
+    """Refuse a name so often that reading its columns takes time by their square."""
+    name, count = counts.most_common(1)[0] if counts else ("", 0)
+    if count > _REPEATED_MAX:
+        message = f"has {count} columns named {name!r}, at most {_REPEATED_MAX} are read"
+        raise refused(message)
+
+
+def _is_own(schema: pa.Schema) -> bool:
+    units = [(f.metadata or {}).get(b"unit") for f in schema][:2]
+    return schema.names[:2] == ["tick", "time"] and units == [b"1", b"s"]
+
+
+def _add(file: MeasuredFile, field: pa.Field, column: pa.ChunkedArray) -> None:
+    """Add a column; times are seconds, instants count from the first one."""
+    per_second = _per_second(field.type)
+    if per_second is None:
+        unit = (field.metadata or {}).get(b"unit", b"").decode()
+        values = np.array(column.cast(pa.float64()).to_numpy())
+        file.columns.append(FileColumn(field.name, unit, values, bare=file.own))
+        return
+    whole = column.cast(pa.int32() if pa.types.is_time32(field.type) else pa.int64())
+    missing = np.asarray(whole.is_null())
+    ticks = np.asarray(whole.fill_null(0)).astype(np.int64)
+    if pa.types.is_timestamp(field.type) and not missing.all():
+        first = int(ticks[np.argmin(missing)])
+        ticks = ticks - first
+        file.begun = first / per_second if file.begun is None else file.begun
+    values = np.where(missing, np.nan, ticks / per_second)
+    file.columns.append(FileColumn(field.name, "s", values, instant=True, bare=True))
+
+
+def _per_second(kind: pa.DataType) -> int | None:
+    """Return how many steps of a type of times are a second; None for one of numbers."""
+    types = pa.types
+    if types.is_timestamp(kind) or types.is_time(kind) or types.is_duration(kind):
+        unit: str = kind.unit  # pyright: ignore[reportAttributeAccessIssue]
+        return {"s": 1, "ms": 10**3, "us": 10**6, "ns": 10**9}[unit]
+    return None
 
 
 def _numeric(kind: pa.DataType) -> bool:
@@ -150,7 +207,7 @@ def _numeric(kind: pa.DataType) -> bool:
         or types.is_integer(kind)
         or types.is_boolean(kind)
         or types.is_decimal(kind)
-        or types.is_timestamp(kind)
+        or _per_second(kind) is not None
     )
 
 
@@ -168,13 +225,16 @@ def _read_mat(path: Path) -> MeasuredFile:
         raise refused(f"is no MAT file that can be read: {error}") from None
     roots = {name: value for name, value in content.items() if not name.startswith("__")}
     single = next(iter(roots.values())) if len(roots) == 1 else None
-    found = list(_numbers("", vars(single) if _is_struct(single) else roots, 0))
+    ignored: dict[str, str] = {}
+    found = list(_numbers("", vars(single) if _is_struct(single) else roots, 0, ignored))
     units, names = _described(single)
     if not found:
         raise refused("has no vector of numbers")
     lengths = Counter(len(values) for _, values in found)
     rows = max(lengths, key=lambda length: (lengths[length] * (length > 1), length))
-    ignored = {
+    if names:
+        ignored.clear()  # texts that describe the run
+    ignored |= {
         name: f"has {len(values)} values instead of {rows}"
         for name, values in found
         if len(values) != rows
@@ -182,42 +242,60 @@ def _read_mat(path: Path) -> MeasuredFile:
     kept = [(name, values) for name, values in found if len(values) == rows]
     _bounded(rows * len(kept))
     columns = [
-        FileColumn(names.get(n, n), units.get(n, ""), values.astype(np.float64))
+        FileColumn(names.get(n, n), units.get(n, ""), values.astype(np.float64), bare=bool(names))
         for n, values in kept
     ]
-    return MeasuredFile("mat", columns, ignored)
+    return MeasuredFile("mat", columns, ignored, own=bool(names))
 
 
 def _is_struct(value: Any) -> bool:
     return hasattr(value, "_fieldnames")
 
 
-def _numbers(prefix: str, members: dict[str, Any], depth: int) -> Iterator[tuple[str, Any]]:
-    """Yield the vectors of numbers of structs, and the columns of matrices."""
+def _numbers(
+    prefix: str, members: dict[str, Any], depth: int, ignored: dict[str, str]
+) -> Iterator[tuple[str, Any]]:
+    """Yield the vectors of numbers of structs, and the columns of matrices; note the others."""
     for name, value in members.items():
         if name == "_fieldnames":
             continue
+        full = f"{prefix}{name}"
         if _is_struct(value) and depth < _DEPTH_MAX:
-            yield from _numbers(f"{prefix}{name}.", vars(value), depth + 1)
-        if not isinstance(value, np.ndarray) or value.dtype.kind not in "fiub":
-            continue
-        if value.ndim == 1 and value.size > 1:
-            yield f"{prefix}{name}", value
-        elif value.ndim == 2:
+            yield from _numbers(f"{full}.", vars(value), depth + 1, ignored)
+        elif (why := _unread(value)) and len(ignored) < COLUMNS_MAX:
+            ignored[full] = why
+        elif not why and value.ndim == 1:
+            yield full, value
+        elif not why:
             table = value if value.shape[0] >= value.shape[1] else value.T
             for index, column in enumerate(table.T, start=1):
-                yield f"{prefix}{name}({index})", column
+                yield f"{full}({index})", column
+
+
+def _unread(value: Any) -> str:
+    """Return why a variable is no column; empty if it is some."""
+    if isinstance(value, str):
+        return "is text"
+    if isinstance(value, int | float | np.number) or getattr(value, "size", 2) == 1:
+        return "is a single number"
+    if not isinstance(value, np.ndarray) or value.dtype.kind not in "fiub" or not value.size:
+        return "is no numbers"
+    return "" if value.ndim in {1, 2} else f"has {value.ndim} dimensions"
 
 
 def _described(struct: Any) -> tuple[dict[str, str], dict[str, str]]:
     """Return units and channels of the fields of a struct that an export wrote."""
     units = getattr(struct, "units", None)
     fields, channels = (np.atleast_1d(getattr(struct, n, [])) for n in ("fields", "channels"))
-    named = {n: str(u) for n, u in vars(units).items() if n != "_fieldnames"} if units else {}
+    named = {n: u for n, u in vars(units).items() if isinstance(u, str)} if units else {}
     return named, {str(f): str(c) for f, c in zip(fields, channels, strict=False)}
 
 
 def _read_mcap(path: Path) -> MeasuredFile:
     table = read_mcap(path, VALUES_MAX)
-    columns = [FileColumn(name, unit, values) for name, unit, values in table.columns]
-    return MeasuredFile("mcap", columns, table.ignored, begun=table.begun)
+    columns = [
+        FileColumn(name, unit, values, bare=table.own) for name, unit, values in table.columns
+    ]
+    file = MeasuredFile("mcap", columns, table.ignored, begun=table.begun)
+    file.notes, file.own = table.notes, table.own
+    return file

@@ -22,9 +22,11 @@ from numpy.typing import NDArray
 
 from motionlab.errors import ConfigError, FieldError
 from motionlab.runs.import_document import COLUMNS_MAX
+from motionlab.runs.mcap_files import MAGIC
 
 _DEPTH_MAX = 4
 _RECORD_MAX = 64 << 20  # bytes of a record, also of a chunk when it is uncompressed
+_ELEMENTS_MAX = 64  # of an array that becomes columns
 _MESSAGE_MAX = 8 << 20  # bytes of a message that is read as JSON
 
 
@@ -35,6 +37,8 @@ class McapTable:
     columns: list[tuple[str, str, NDArray[np.float64]]]
     ignored: dict[str, str]
     begun: float
+    notes: list[str]
+    own: bool
 
 
 @dataclass
@@ -43,6 +47,7 @@ class _Topic:
 
     name: str
     units: dict[str, str]
+    own: bool = False
     times: array[int] = field(default_factory=lambda: array("q"))
     columns: dict[str, array[float]] = field(default_factory=dict)
 
@@ -72,17 +77,18 @@ def read_mcap(path: Path, values_max: int) -> McapTable:
     topics: dict[str, _Topic] = {}
     ignored: dict[str, str] = {}
     count = 0
+    cut, own = not _has_end(path), False
     try:
         with path.open("rb") as stream:
             for schema, channel, message in _messages(stream):
-                decode = _decoder(channel, schema)
+                decode = _decoder(channel, schema, ignored)
                 if decode is None:
                     ignored[channel.topic] = f"its messages are {channel.message_encoding}"
                     continue
                 topic = topics.get(channel.topic)
                 if topic is None:
-                    units = _prefixed(channel.metadata, "unit.")
-                    topic = topics[channel.topic] = _Topic(channel.topic, units)
+                    own |= _is_own(channel, schema)
+                    topic = topics[channel.topic] = _topic(channel, own=_is_own(channel, schema))
                 count -= topic.size
                 topic.add(message.log_time, decode(message.data))
                 count += topic.size
@@ -91,18 +97,49 @@ def read_mcap(path: Path, values_max: int) -> McapTable:
                 if len(topic.columns) > COLUMNS_MAX or len(topics) > COLUMNS_MAX:
                     raise _refused(f"has more than {COLUMNS_MAX} columns")
     except _UNREADABLE as error:
-        raise _refused(
-            f"is no MCAP file that can be read: {error or type(error).__name__}"
-        ) from None
+        # Without its end it was cut off, by a power loss as a rule: what is before holds.
+        if not cut:
+            why = str(error) or type(error).__name__
+            raise _refused(f"is no MCAP file that can be read: {why}") from None
     found = [topic for topic in topics.values() if topic.columns]
     if not found:
-        raise _refused("has no message with numbers, in JSON or as exports write them")
+        others = "".join(f"; {topic}: {why}" for topic, why in [*ignored.items()][:5])
+        what = "has no message with numbers, in JSON or as exports write them"
+        if cut:
+            what = "is no MCAP file that can be read: it ends before its first whole chunk"
+        raise _refused(f"{what}{others}")
     columns = sum(len(topic.columns) for topic in found)
     if columns > COLUMNS_MAX:
         raise _refused(f"has more than {COLUMNS_MAX} columns")
     if columns * max(len(topic.times) for topic in found) > values_max:
         raise _refused(f"has more than {values_max} numbers")
-    return _table(found, ignored)
+    table = _table(found, ignored, own=own)
+    if cut:
+        table.notes.append(
+            "the file ends in the middle: the recorder was cut off; messages after the last whole "
+            "chunk are lost"
+        )
+    return table
+
+
+def _has_end(path: Path) -> bool:
+    """Return whether a file has the mark at its end."""
+    with path.open("rb") as stream:
+        stream.seek(-min(len(MAGIC), path.stat().st_size), 2)
+        return stream.read() == MAGIC
+
+
+def _is_own(channel: Any, schema: Any) -> bool:
+    """Return whether an export wrote the messages of a channel."""
+    named = schema is not None and schema.name.startswith("motionlab.")
+    return channel.message_encoding == "protobuf" and named
+
+
+def _topic(channel: Any, *, own: bool) -> _Topic:
+    """Return a topic; fields that an export wrote have the names of their channels."""
+    units = _prefixed(channel.metadata, "unit.")
+    names = _prefixed(channel.metadata, "channel.") if own else {}
+    return _Topic(channel.topic, {names.get(k, k): unit for k, unit in units.items()}, own)
 
 
 _UNREADABLE = (
@@ -174,7 +211,7 @@ def _uncompressed(chunk: Chunk) -> bytes:
     return data
 
 
-def _table(topics: list[_Topic], ignored: dict[str, str]) -> McapTable:
+def _table(topics: list[_Topic], ignored: dict[str, str], *, own: bool) -> McapTable:
     base = max(topics, key=lambda topic: len(topic.times))
     instants = np.sort(np.array(base.times, dtype=np.int64))
     first = int(instants[0])
@@ -195,43 +232,54 @@ def _table(topics: list[_Topic], ignored: dict[str, str]) -> McapTable:
             given[: len(column)] = column
             values = np.full(len(instants), np.nan)
             values[places[near]] = given[near]
-            columns.append((_full(topic.name, name), topic.units.get(name, ""), values))
-    return McapTable(columns, ignored, first / 1e9)
+            full = name if topic.own else _full(topic.name, name)
+            columns.append((full, topic.units.get(name, ""), values))
+    return McapTable(columns, ignored, first / 1e9, [], own)
 
 
 def _full(topic: str, name: str) -> str:
-    """Return the name of a column; that of an export is its channel's."""
-    parts = [part for part in topic.split("/") if part]
-    if parts[:1] == ["reference"]:
-        parts = parts[1:]
-    if parts == ["other"]:
-        parts = []
-    return ".".join([*parts, name])
+    return ".".join([*(part for part in topic.split("/") if part), name])
 
 
-def _decoder(channel: Any, schema: Any) -> Any:
+def _decoder(channel: Any, schema: Any, ignored: dict[str, str]) -> Any:
     if channel.message_encoding == "json":
-        return _json
-    own = schema is not None and schema.name.startswith("motionlab.")
-    if channel.message_encoding == "protobuf" and own:
-        names = list(_prefixed(channel.metadata, "channel."))
+        return lambda data: _json(data, channel.topic, ignored)
+    if _is_own(channel, schema):
+        names = list(_prefixed(channel.metadata, "channel.").values())
         return lambda data: _floats(data, names)
     return None
 
 
-def _json(data: bytes) -> dict[str, float]:
+def _json(data: bytes, topic: str, ignored: dict[str, str]) -> dict[str, float]:
     if len(data) > _MESSAGE_MAX:
         raise _refused(f"has a message of more than {_MESSAGE_MAX} bytes")
-    return dict(_scalars("", json.loads(data), 0))
+    unread: dict[str, str] = {}
+    numbers = dict(_scalars("", json.loads(data), 0, unread))
+    for name, why in unread.items():
+        if len(ignored) < COLUMNS_MAX:
+            ignored[_full(topic, name)] = why
+    return numbers
 
 
-def _scalars(prefix: str, value: Any, depth: int) -> Iterator[tuple[str, float]]:
-    if isinstance(value, dict) and depth < _DEPTH_MAX:
-        for key, item in value.items():
-            yield from _scalars(f"{prefix}.{key}" if prefix else key, item, depth + 1)
-    elif isinstance(value, int | float) and prefix:
+def _scalars(
+    prefix: str, value: Any, depth: int, unread: dict[str, str]
+) -> Iterator[tuple[str, float]]:
+    """Yield the numbers of a message under their names; elements of arrays by their number."""
+    if isinstance(value, int | float):
         number = float(value)
-        yield prefix, number if math.isfinite(number) else math.nan
+        yield prefix or "value", number if math.isfinite(number) else math.nan
+    elif isinstance(value, dict | list):
+        items = list(value.items() if isinstance(value, dict) else enumerate(value))
+        if depth >= _DEPTH_MAX:
+            unread[prefix] = "is nested too deeply"
+        elif isinstance(value, list) and len(items) > _ELEMENTS_MAX:
+            unread[prefix or "value"] = f"is an array of more than {_ELEMENTS_MAX} values"
+        else:
+            for key, item in items:
+                full = f"{prefix}.{key}" if prefix else str(key)
+                yield from _scalars(full, item, depth + 1, unread)
+    elif isinstance(value, str):
+        unread[prefix or "value"] = "is text"
 
 
 def _floats(data: bytes, names: list[str]) -> dict[str, float]:

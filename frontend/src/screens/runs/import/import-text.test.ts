@@ -50,6 +50,7 @@ const FOUND = {
   resampled: null,
   derived: ['M.x.following_error'],
   problems: ['give the rate'],
+  notes: ['line 1 is passed over'],
   channels: { time: 's', 'x.position_reference': 'm' },
   units: { s: ['s', 'ms'], m: ['m', 'mm', 'um'] },
 } as unknown as ImportDocument;
@@ -63,6 +64,7 @@ it('findings name line and column, what has to be corrected first', () => {
     '2 more gaps, 7 samples in all',
     'x: 2 empty, the first at line 12',
     'M.x.following_error is computed',
+    'line 1 is passed over',
     'Note is not read: is text',
   ]);
   expect(findingsOf(FOUND)[0]?.grave).toBe(true);

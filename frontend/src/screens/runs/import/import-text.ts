@@ -112,6 +112,7 @@ export function findingsOf(found: ImportDocument): { text: string; grave: boolea
     ...(more > 0 ? [plain(`${more} more gaps, ${found.missing} samples in all`)] : []),
     ...missing,
     ...found.derived.map((name) => plain(`${name} is computed`)),
+    ...found.notes.map((note) => plain(pretty(note))),
     ...Object.entries(found.ignored).map(([name, why]) => plain(`${name} is not read: ${why}`)),
   ];
 }
