@@ -248,6 +248,11 @@ def test_arrays_are_kept_unless_asked_not_to():
         ({"cases": []}, "cases: needs at least one"),
         ({"cases": [{"plant.force_map": "new-design"}]}, "all or none of them read tables"),
         ({"ticks": 0}, "ticks: .*got 0; allowed 1 to 1024"),
+        ({"ticks": 1.5}, "ticks: is no whole number; got 1.5"),
+        ({"ticks": float("nan")}, "ticks: is no whole number"),
+        ({"duration": -1.0}, "duration: is no length of an episode; got -1"),
+        ({"duration": float("nan")}, "duration: is no length of an episode"),
+        ({"duration": 0.0001}, "duration: .*allowed >= 0.0005 s"),
         ({"reward": {"errors": 1.0}}, "reward: .*got 'errors'; allowed one of error_scale"),
         ({"action_scale": 0.0}, "action_scale: .*allowed > 0 N"),
     ],
@@ -266,6 +271,10 @@ def test_wrong_calls_are_refused():
         envs.step(np.zeros((2, 2), np.float32))
     with pytest.raises(ConfigError, match=r"seed: .*got 2; allowed 3"):
         envs.reset(seed=[1, 2])
+    with pytest.raises(ConfigError, match=r"options\.case: is no whole number; got 0\.5"):
+        envs.reset(options={"case": 0.5})
+    with pytest.raises(ConfigError, match="num_envs: is no whole number"):
+        PlanarMotorVectorEnv(1.5)
 
 
 def test_without_gymnasium_an_import_says_what_to_install(monkeypatch):

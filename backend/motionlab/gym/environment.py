@@ -14,7 +14,7 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from motionlab.errors import ConfigError, FieldError
-from motionlab.gym.motors import Motors, Options
+from motionlab.gym.motors import Motors, Options, whole
 from motionlab.gym.step import ENDED
 
 Observation = NDArray[np.float32]
@@ -95,10 +95,10 @@ class PlanarMotorVectorEnv(VectorEnv[Any, Any, NDArray[Any]]):
     def __init__(
         self, num_envs: int = 1, *, copy: bool = True, render_mode: None = None, **options: Any
     ) -> None:
-        if num_envs < 1:
+        if whole("num_envs", num_envs, ">= 1") < 1:
             raise ConfigError(FieldError("num_envs", "needs at least one", num_envs, ">= 1"))
-        self.num_envs, self.render_mode, self._copy = num_envs, render_mode, copy
-        self._motors = Motors(num_envs, Options(**options))
+        self.num_envs, self.render_mode, self._copy = int(num_envs), render_mode, copy
+        self._motors = Motors(self.num_envs, Options(**options))
         self._randoms: list[np.random.Generator] = []
         self.single_observation_space, self.single_action_space = _spaces(self._motors)
         self.observation_space = batch_space(self.single_observation_space, num_envs)

@@ -167,8 +167,8 @@ class Motors:
         variant = options.variant or list(base.variants)[-1]
         self._variant = _one_of("variant", variant, base.variants)
         self._replaces = _one_of("action", options.action, ("residual", "force")) == "force"
-        self._ticks = options.ticks
-        self._most = None if options.duration is None else to_ticks(options.duration)
+        self._ticks = whole("ticks", options.ticks, f">= 1, of {CONTROL_PERIOD:g} s each")
+        self._most = _episode(options.duration)
         self._motions: WeakValueDictionary[object, _Motion] = WeakValueDictionary()
         plain = self._make({}, "scenario")
         self._tabled = any(reads_tables(plain.lanes))
@@ -334,6 +334,30 @@ class Motors:
             return case
 
 
+def whole(loc: str, value: Any, allowed: str) -> int:
+    """Return a count, which has no fraction.
+
+    Raises
+    ------
+    ConfigError
+        If it is no whole number.
+    """
+    number = isinstance(value, int | float | np.number) and not isinstance(value, bool)
+    if not number or not float(value).is_integer():
+        raise ConfigError(FieldError(loc, "is no whole number", value, allowed))
+    return int(value)
+
+
+def _episode(duration: float | None) -> int | None:
+    """Return the longest episode in control periods."""
+    if duration is None:
+        return None
+    if not CONTROL_PERIOD <= duration < np.inf:
+        message = "is no length of an episode"
+        raise ConfigError(FieldError("duration", message, duration, f">= {CONTROL_PERIOD:g}", "s"))
+    return to_ticks(duration)
+
+
 def _weights(options: Options, action_scale: float) -> Array:
     """Return the fields of `Weights`."""
     weights = WEIGHTS | dict(options.reward or {})
@@ -380,6 +404,7 @@ def _one_of(loc: str, value: str, allowed: Any) -> str:
 
 
 def _below(loc: str, value: int, end: int) -> int:
-    if not 0 <= value < end:
-        raise ConfigError(FieldError(loc, "is out of range", value, f"0 to {end - 1}"))
-    return int(value)
+    allowed = f"0 to {end - 1}"
+    if not 0 <= (number := whole(loc, value, allowed)) < end:
+        raise ConfigError(FieldError(loc, "is out of range", value, allowed))
+    return number

@@ -271,7 +271,7 @@ def _of_pairs(
         return None
     unit = times.partition("[")[2].rstrip("]") or "ms"
     units[::2] = [unit] * (len(units) // 2)
-    used |= set(rows.values() and rows)
+    used |= set(rows)
     layout.notes.append(f"the column left of each name is taken for its time in {unit}")
     return [each for name in rows[keys["name"]][1::2] for each in ("time", name)]
 

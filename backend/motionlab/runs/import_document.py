@@ -80,9 +80,7 @@ class Import(BaseModel):
     missing: int = Field(description="Samples that are missing in all gaps")
     resampled: float | None = Field(description="Sample rate of the file, where another is kept")
     derived: list[str] = Field(description="Channels that are computed from others")
-    notes: list[str] = Field(
-        default_factory=list, description="What was passed over, cut off or guessed"
-    )
+    notes: list[str] = Field(description="What was passed over, cut off or guessed")
     problems: list[str] = Field(description="What must be said before it can be kept")
     channels: dict[str, str] = Field(description="What a column can become: SI unit by channel")
     units: dict[str, list[str]] = Field(description="Units that are understood, by SI unit")

@@ -123,7 +123,7 @@ def _later_decimal(path: Path, encoding: str, delimiter: str) -> str:
         rf"(?:^|[{between}\n\r])[ \"]*[+-]?\d{{0,40}}([.,])\d{{1,40}}(?:[eE][+-]?\d{{1,4}})?[ \"]*"
         rf"(?=[{between}\n\r])"
     )
-    with path.open("rb") as file, codecs.getreader(encoding)(file, errors="replace") as text:
+    with path.open("rb") as file, codecs.getreader(encoding)(file, "replace") as text:
         rest = ""
         while block := text.read(1 << 20):
             if match := number.search(rest + block):

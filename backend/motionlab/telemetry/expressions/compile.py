@@ -25,6 +25,9 @@ CHANNELS_MAX = 8
 """Different channels of an expression."""
 HISTORY_MAX = 200_000
 """Most samples that a mean or a delay reaches back."""
+_WHOLE, _RATE_ERROR = 1e-2, 1e-6
+"""Samples, and share of a time, by which it may be off a whole number of them: periods of
+measurements are fitted."""
 _NEAR_MAX = 3
 """Names that an error suggests."""
 
@@ -164,7 +167,7 @@ class _Compiler:
         if name in _FUNCTIONS:
             return f"{name} is a function: {name}(...)"
         near = get_close_matches(name, self._units, _NEAR_MAX)
-        return f"no channel {name!a}" + (f"; near are {', '.join(near)}" if near else "")
+        return f"no channel {name!r}" + (f"; near are {', '.join(near)}" if near else "")
 
     def _call(self, node: Call) -> Dimension:
         match node.function, node.arguments:
@@ -207,7 +210,7 @@ class _Compiler:
     def _function(self, node: Call, name: str, arguments: tuple[Node, ...]) -> Dimension:
         if name not in _FUNCTIONS:
             raise ExpressionError(
-                f"no function {name!a}; there are {', '.join(_FUNCTIONS)}", node.at
+                f"no function {name!r}; there are {', '.join(_FUNCTIONS)}", node.at
             )
         if len(arguments) != _FUNCTIONS[name]:
             count = _FUNCTIONS[name]
@@ -293,7 +296,16 @@ class _Compiler:
                 f"{name} needs a time from {self._period:g} to {most:g} s; got {seconds:g}",
                 node.span,
             )
-        return round(seconds / self._period)
+        samples = seconds / self._period
+        whole = round(samples)
+        if abs(samples - whole) > _WHOLE + _RATE_ERROR * samples:
+            low, high = (f"{n * self._period:g} s" for n in (int(samples), int(samples) + 1))
+            raise ExpressionError(
+                f"{name} needs a whole number of samples of {self._period:g} s; "
+                f"{seconds:g} s are {samples:.4g}: take {low} or {high}",
+                node.span,
+            )
+        return whole
 
 
 def _bare(node: Node) -> bool:

@@ -135,7 +135,7 @@ def _tokens(text: str) -> list[_Token]:
         if not match:
             at = place + len(text[place:]) - len(text[place:].lstrip())
             raise ExpressionError(
-                f"{text[at]!a} has no meaning here; allowed are numbers, channels, functions and "
+                f"{text[at]!r} has no meaning here; allowed are numbers, channels, functions and "
                 "+ - * / ** ( )",
                 Span(at, at + 1),
             )
@@ -274,4 +274,4 @@ def _joined(sign: _Token, left: Node, right: Node) -> Call:
 
 
 def _said(token: _Token) -> str:
-    return "the end" if token.kind == "end" else f"{token.text!a}"
+    return "the end" if token.kind == "end" else f"{token.text!r}"

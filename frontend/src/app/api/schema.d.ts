@@ -6953,6 +6953,11 @@ export interface components {
              */
             derived: string[];
             /**
+             * Notes
+             * @description What was passed over, cut off or guessed
+             */
+            notes: string[];
+            /**
              * Problems
              * @description What must be said before it can be kept
              */
