@@ -63,6 +63,10 @@ SWITCHES: dict[str, dict[str, Any]] = {
         f"{CONTROLLER}.sharing.law": "force-per-ampere",
     },
     "currents at their limit": {f"{CONTROLLER}.current_limit": 3.5},
+    "residual-k at rest": {
+        f"{CONTROLLER}.compensation.law": "residual-k",
+        "trajectory": {"kind": "dwell", "duration": 1.0},
+    },
     "estimate not added": {
         f"{CONTROLLER}.compensation.law": "lugre-observer",
         f"{CONTROLLER}.compensation.enabled": False,
@@ -81,8 +85,9 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
 
 def passes(objects: list[Path], folder: Path, changes: Mapping[str, Any]) -> str:
     """Export a changed circle, run its check, which has to pass, and return what it printed."""
-    scenario = load_scenario("circle", MOVING | dict(changes))
-    export_controller(scenario, "A", folder, seconds=SECONDS)
+    resting = "trajectory" in changes
+    scenario = load_scenario("circle", dict(changes) if resting else MOVING | dict(changes))
+    export_controller(scenario, "A", folder, seconds=1.0 if resting else SECONDS)
     parameters = folder / "psrm_parameters.c"
     built(compiler("gcc"), *STRICT, "-O2", parameters, *objects, "-lm", "-o", folder / "check")
     done = call("./check", "vectors.bin", cwd=folder)

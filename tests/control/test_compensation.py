@@ -30,13 +30,13 @@ REFERENCE = LUGRE | BOTH | {"compensation.velocity": "reference"}
 TABLE: dict[str, tuple[dict[str, Any], float, float, float]] = {
     "off": ({}, 20.53, 17.54, 22.40),
     "observer": (LUGRE, 2.57, 3.22, 4.02),
-    "residual": (RESIDUAL, 2.15, 2.74, 3.42),
+    "residual": (RESIDUAL, 2.32, 2.91, 3.61),
     "canudas-de-wit": (CANUDAS, 1.33, 2.01, 2.39),
     "disturbance observer": (OBSERVER, 8.29, 7.66, 9.62),
     "feedforward": (FEEDFORWARD, 18.61, 14.94, 19.18),
     "observer, feedforward": (LUGRE | FEEDFORWARD, 0.66, 0.61, 0.76),
     "observer, both": (LUGRE | BOTH, 0.25, 0.22, 0.27),
-    "residual, both": (RESIDUAL | BOTH, 0.15, 0.23, 0.25),
+    "residual, both": (RESIDUAL | BOTH, 0.19, 0.165, 0.195),
     "canudas-de-wit, both": (CANUDAS | BOTH, 0.17, 0.16, 0.18),
     "reference, both at 80 Hz": (
         REFERENCE | {"disturbance_observer.bandwidth": 80.0},

@@ -308,5 +308,5 @@ class Loop:
         self._residual += low_pass(30.0) * (axis.M * a - known - own - self._residual)
         D = axis.sigma_1 * decay - axis.sigma_0
         if self.law == "residual" and D < 0.0:
-            return 100.0 * D * self._residual / (D**2 + (0.3 * axis.sigma_0) ** 2)
+            return 40.0 * D * self._residual / (D**2 + (0.4 * axis.sigma_0) ** 2)
         return -self._residual / axis.sigma_1 if self.law == "reversed" else 0.0

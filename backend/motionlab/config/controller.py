@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Literal
 
 from pydantic import Field
@@ -142,7 +143,9 @@ class CompensationConfig(Config):
         default="measured", description="Velocity that drives the observer"
     )
     gain: float | None = quantity(
-        "Gain of K; left out: 100/s for residual-k, 300/s for canudas-de-wit",
+        "Gain of K; left out: 300/s for canudas-de-wit; for residual-k 40/s, or 0.9 of its limit, "
+        "below which its residual does not feed itself: 2 c sigma_0/sigma_1 of the controller's "
+        "model, 1 + c^2 instead of 2 c from c = 1 on, c being the regularisation",
         label="gain of K",
         unit="1/s",
         source=OURS,
@@ -162,7 +165,7 @@ class CompensationConfig(Config):
         "What keeps e_z finite where D crosses zero, in units of sigma_0 (residual-k)",
         unit="1",
         source=OURS,
-        default=0.3,
+        default=0.4,
         gt=0,
         le=10,
     )
@@ -185,6 +188,31 @@ class CompensationConfig(Config):
         ge=0,
         le=1,
     )
+
+
+_CANUDAS_DE_WIT_GAIN = 300.0  # 1/s
+_RESIDUAL_GAIN, _OF_LIMIT = 40.0, 0.9  # 1/s; of its limit, 1
+
+
+def residual_gain_limit(friction: FrictionConfig, regularisation: float) -> float:
+    """Return the gain, 1/s, from which on the residual of residual-k feeds itself; inf for none.
+
+    Between two measurements ``r += alpha (gain sigma_1 d/(sigma_0 (d^2 + c^2)) - 1) r``, where
+    ``d = abs(D)/sigma_0`` falls from 1 at rest to 0 with velocity: largest at d = c, or at rest.
+    """
+    if not friction.enabled or friction.sigma_1 == 0.0:
+        return math.inf
+    c = regularisation
+    return (2.0 * c if c < 1.0 else 1.0 + c * c) * friction.sigma_0 / friction.sigma_1
+
+
+def gain_of_K(config: CompensationConfig, model: FrictionConfig) -> float:
+    """Return the gain of K on an axis, 1/s."""
+    if config.gain is not None:
+        return config.gain
+    if config.law == "canudas-de-wit":
+        return _CANUDAS_DE_WIT_GAIN
+    return min(_RESIDUAL_GAIN, _OF_LIMIT * residual_gain_limit(model, config.regularisation))
 
 
 class DisturbanceObserverConfig(Config):
@@ -267,3 +295,21 @@ class ControllerConfig(Config):
         le=100,
     )
     model: ModelConfig
+
+    def refusal_of_gain(self, gain: float, regularisation: float) -> tuple[str, float] | None:
+        """Return why a gain of residual-k is refused, and its limit, 1/s; None where it is not."""
+        models = {"x": self.model.x.friction, "y": self.model.y.friction}
+        limits = {
+            axis: residual_gain_limit(friction, regularisation) for axis, friction in models.items()
+        }
+        axis = min(limits, key=lambda name: limits[name])
+        if self.compensation.law != "residual-k" or gain < limits[axis]:
+            return None
+        factor = "2 c" if regularisation < 1.0 else "(1 + c^2)"
+        return (
+            f"is unstable on {axis}: the residual feeds itself from {factor} sigma_0/sigma_1 = "
+            f"{limits[axis]:.4g} 1/s on, with sigma_0 = {models[axis].sigma_0:.4g} N/m and "
+            f"sigma_1 = {models[axis].sigma_1:.4g} N s/m of the controller's model and "
+            f"c = {regularisation:g}, its regularisation; lower the gain or raise c",
+            limits[axis],
+        )

@@ -188,6 +188,26 @@ def _with_defaults(document: dict[str, Any]) -> dict[str, Any]:
 
 def _validate(document: Mapping[str, Any]) -> Scenario:
     try:
-        return Scenario.model_validate(document)
+        scenario = Scenario.model_validate(document)
     except ValidationError as error:
         raise ConfigError(*field_errors(error, Scenario)) from None
+    unstable = _unstable_gains(scenario)
+    if unstable:
+        raise ConfigError(*unstable)
+    return scenario
+
+
+def _unstable_gains(scenario: Scenario) -> list[FieldError]:
+    """Return the gains with which a law is unstable by itself, whatever the loop about it."""
+    errors = []
+    for name, variant in scenario.variants.items():
+        compensation = variant.controller.compensation
+        if compensation.gain is None:  # chosen within its limit
+            continue
+        refusal = variant.controller.refusal_of_gain(compensation.gain, compensation.regularisation)
+        if refusal is not None:
+            reason, limit = refusal
+            path = f"variants.{name}.controller.compensation.gain"
+            ends = {"minimum": 0.0, "exclusive_maximum": limit}
+            errors.append(FieldError(path, reason, compensation.gain, unit="1/s", bounds=ends))
+    return errors

@@ -14,6 +14,7 @@ from motionlab.config.controller import (
     Law,
     ModelConfig,
     SharingConfig,
+    gain_of_K,
 )
 from motionlab.config.planar import AXES
 from motionlab.config.plant import (
@@ -62,8 +63,6 @@ VARIANTS_PER_BLOCK = WIDTH // LANES_PER_VARIANT
 _FRICTIONLESS = LuGre(sigma_0=1.0, sigma_1=0.0, sigma_2=0.0, F_c=1e-60, F_s=1e-60, v_s=1.0)
 """A bristle that gives way at 1e-60 N: below the last bit of any force, and no 0/0."""
 
-_RESIDUAL_GAIN = 100.0  # 1/s
-_CANUDAS_DE_WIT_GAIN = 300.0  # 1/s
 _BRISTLE_LIMIT = 1.2  # of F_s/sigma_0
 _POSITIONS_PER_PITCH = 361
 
@@ -234,9 +233,6 @@ def _position_controller(
 
 
 def _compensation(config: CompensationConfig, model: FrictionConfig) -> Compensation:
-    gain = config.gain
-    if gain is None:
-        gain = _CANUDAS_DE_WIT_GAIN if config.law == "canudas-de-wit" else _RESIDUAL_GAIN
     limit = config.bristle_limit
     if limit is None:
         limit = _BRISTLE_LIMIT if config.law in {"residual-k", "reversed-k"} else math.inf
@@ -244,7 +240,7 @@ def _compensation(config: CompensationConfig, model: FrictionConfig) -> Compensa
         law=_law(config.law),
         enabled=float(config.enabled and config.law != "off" and model.enabled),
         from_reference=float(config.velocity == "reference"),
-        gain=gain,
+        gain=gain_of_K(config, model),
         residual_alpha=_alpha(config.residual_bandwidth),
         regularisation=config.regularisation,
         z_limit=limit * model.F_s / model.sigma_0,
