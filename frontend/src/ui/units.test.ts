@@ -124,3 +124,10 @@ it('writes readings in a unit that they share', () => {
 it('writes ages in words that can be read', () => {
   expect([0.4, 59, 90, 7300].map(ageText)).toEqual(['0 s', '59 s', '1 min', '2 h']);
 });
+
+it('writes no number where there is none', () => {
+  const scale = { factor: 1e6, unit: 'µm' };
+  for (const none of [Number.NaN, Infinity, null as unknown as number]) {
+    expect([among(none, scale), inScale(none, scale), digits(none)]).toEqual(['–', '–', '–']);
+  }
+});

@@ -108,6 +108,7 @@ export function quantity(value: number | null | undefined, unit: string): Quanti
 
 /** Writes an SI value in a unit that others share: three digits, but no more than three decimals. */
 export function inScale(value: number, { factor }: Scale): string {
+  if (!Number.isFinite(value)) return '–';
   const shown = value * factor;
   return Math.abs(shown) < 0.1 ? digits(Number(shown.toFixed(3)), 2) : digits(shown);
 }
@@ -116,6 +117,7 @@ export function inScale(value: number, { factor }: Scale): string {
  * Writes an SI value in the unit of a column: three digits, or fewer of what is small beside others.
  */
 export function among(value: number, { factor }: Scale): string {
+  if (!Number.isFinite(value)) return '–';
   if (Math.abs(value) < LEAST) return '0';
   const shown = value * factor;
   const size = Math.abs(shown);

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from typing import Any
 
@@ -13,6 +14,7 @@ from motionlab.loop.family import LoopFamily
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run
 from motionlab.studies.why.document import WhyDocument
+from motionlab.studies.why.report import report
 from motionlab.studies.why.study import WhyStudy
 
 LAP = {"trajectory.laps": 1}
@@ -62,10 +64,49 @@ def test_it_says_when_nothing_mends_it() -> None:
     assert far.mend is None
     assert far.reached == 0
     assert "None of the" in far.why_not
-    margins = why(limits={"gain_margin": 90.0})
+    # 7.29 as it is
+    margins = why(goal=0.4e-6, limits={"gain_margin": 7.28, "phase_margin": None})
     assert margins.mend is None
     assert margins.reached > 0
     assert "none of them keeps the margins" in margins.why_not
+
+
+def test_a_change_with_which_the_run_diverges_later_mends_nothing() -> None:
+    late = {"divergence_error": 1e-3, "load.steps": [{"time": 8.0, "x": 100.0}]}
+    with_load = why(set=late, time=5.0)
+    assert with_load.mend is None
+    assert with_load.window_peak is None
+    assert with_load.reached == 0
+    json.loads(with_load.model_dump_json(), parse_constant=pytest.fail)
+    assert "nan " not in report(with_load)
+
+
+@pytest.mark.parametrize(("share", "size"), [(0.6, 0.537), (0.9, 0.020)])
+def test_no_smaller_change_of_any_number_mends_it(share: float, size: float) -> None:
+    """Sizes by a search of every number at every per cent."""
+    whole: dict[str, Any] = {"set": {}}
+    peak = why(**whole).peak
+    mend = why(goal=share * peak, **whole).mend
+    assert mend is not None and mend.factor is not None
+    assert abs(math.log(mend.factor)) <= size + 0.005
+
+
+def test_gains_that_break_a_limit_as_they_are_get_a_change_that_makes_nothing_worse() -> None:
+    present = LoopFamily.of(load_scenario("circle"), "B", "y").figures(280.5e3, 1080.0)
+    assert present.phase_margin.value < 0.5236
+    mended = why(set={}, axis="y").mend
+    assert mended is not None and mended.eased
+    assert mended.phase_margin is not None and mended.gain_margin is not None
+    assert mended.phase_margin >= present.phase_margin.value * (1.0 - 1e-5)
+    assert mended.gain_margin >= min(2.0, present.gain_margin.value) * (1.0 - 1e-5)
+    kept = why(set={"variants.B.controller.y.k_d": 3500.0}, axis="y").mend
+    assert kept is not None and not kept.eased
+
+
+def test_a_moment_of_a_motion_that_goes_on_is_that_of_its_period() -> None:
+    early, late = why(time=2.3), why(time=2.3 + 40 * 3.0)
+    assert late.period == pytest.approx(3.0)
+    assert (late.time, late.peak) == (early.time, early.peak)
 
 
 def test_equal_requests_give_equal_documents() -> None:

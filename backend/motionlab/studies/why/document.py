@@ -37,6 +37,9 @@ class Mend(BaseModel):
     factor: float | None = Field(
         description="By which a number of the controller is multiplied; null for a switch"
     )
+    eased: bool = Field(
+        description="Whether a margin stays beyond its limit, where it is now, and gets no worse"
+    )
     error: float = Field(description="Largest error about the peak with it, m")
     window_error: float = Field(description="Largest error over the metrics window with it, m")
     gain_margin: float | None = Field(description="Worst gain margin with it, as a factor")
@@ -51,9 +54,14 @@ class WhyDocument(BaseModel):
     variant: str
     axis: str
     time: float = Field(description="Of the peak, s")
+    period: float | None = Field(
+        description="After which the motion repeats, s; null of one that ends"
+    )
     window: tuple[float, float] = Field(description="Errors about the peak are taken here, s")
     peak: float = Field(description="Largest error there now, m")
-    window_peak: float = Field(description="Largest error over the metrics window now, m")
+    window_peak: float | None = Field(
+        description="Largest error over the metrics window now, m; null where the run diverges"
+    )
     goal: float = Field(description="Error that counts as mended, m")
     causes: list[Cause] = Field(description="Largest share first")
     absent: list[Absent] = Field(description="Causes that are not there")

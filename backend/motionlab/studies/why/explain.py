@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -25,10 +26,13 @@ from motionlab.simulation.inputs import load_force
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.studies.why.causes import CAUSES
 from motionlab.studies.why.document import Absent, Cause, Mend, WhyDocument
-from motionlab.studies.why.mends import Trial, knobs, trial, trials
-from motionlab.studies.why.request import WhyRequest
+from motionlab.studies.why.mends import SWITCH, Knob, Trial, knobs, trial, trials
+from motionlab.studies.why.request import MarginLimits, WhyRequest
 
 Source = str | Path | Mapping[str, Any]
+Errors = tuple[float, float]
+"""Largest about the peak and over the metrics window, m; NaN where the run diverged."""
+_Reaching = tuple[Trial, Errors]
 
 REACH = 0.1
 """Errors about a peak are taken so far before and after it, s."""
@@ -39,7 +43,14 @@ DURATION_MAX = 300.0
 _WORK = 2000.0
 """Simulated time of the changes tried, s: about two seconds of two cores."""
 _STEPS_LEAST, _STEPS_MOST = 3, 14
-_REFINED = 8
+_FINEST = 0.01
+"""Least step of a size at which every number is tried; larger where runs are long."""
+_BLOCK = 8
+"""Sizes that are tried at once, and parts of the last step."""
+_PARTS = 24
+"""Steps between neighbours that are divided, at most."""
+_SAME = 1e-6
+"""Share by which figures of the same loop differ."""
 
 
 @dataclass(frozen=True)
@@ -95,6 +106,7 @@ def plan(request: WhyRequest, source: Source | None = None) -> WhyPlan:
         raise ConfigError(
             FieldError("trajectory", message, whole.duration, unit="s", bounds=bounds)
         )
+    request = _within(request, whole)
     if request.time is not None and request.time >= whole.duration:
         message, bounds = "lies after the end of the run", {"maximum": whole.duration}
         raise ConfigError(FieldError("time", message, request.time, unit="s", bounds=bounds))
@@ -102,14 +114,24 @@ def plan(request: WhyRequest, source: Source | None = None) -> WhyPlan:
     return WhyPlan(request, _alone(whole, variant), variant, axes)
 
 
+def _within(request: WhyRequest, whole: Prepared) -> WhyRequest:
+    """Return a request about a motion that repeats with its time in the last period of the run."""
+    period = whole.reference.period * CONTROL_PERIOD
+    if request.time is None or not period or request.time < whole.duration:
+        return request
+    laps = math.floor((request.time - whole.duration) / period) + 1
+    return request.model_copy(update={"time": request.time - laps * period})
+
+
 def explain(planned: WhyPlan) -> WhyDocument:
     """Return what each cause contributes to a peak, and the smallest change that mends it.
 
     With ``E = max abs(e)`` within `REACH` of the peak, the share of a cause is ``1 - E_without/E``.
     Causes act on one another: shares need not add up to one. A change mends the peak if both E and
-    the largest error over the metrics window reach the goal, and the worst margins from 0.5 to 4
-    Stribeck velocities hold the limits. Of those the smallest is taken, by ``abs(log(factor))``; a
-    switch counts as a doubled number.
+    the largest error over the metrics window reach the goal, and the worst margins, at standstill
+    and from 0.5 to 4 Stribeck velocities, hold the limits. Of those the smallest is taken, by
+    ``abs(log(factor))``; a switch counts as a doubled number. If there is none and the loop breaks
+    a limit as it is, a change is taken that makes no such margin worse.
 
     Raises
     ------
@@ -122,8 +144,6 @@ def explain(planned: WhyPlan) -> WhyDocument:
     look = _Look(AXES.index(axis), _about(tick, base), slice(*base.window))
     here, whole = look.at(errors)
     now = [scenario for first, scenario in base.epochs if first <= tick][-1]
-    if not math.isfinite(whole):
-        whole = here
     goal = planned.request.goal or GOAL * here
     removals = {kind.id: _effective(now, kind.changes(now, variant, axis)) for kind in CAUSES}
     there = [kind for kind in CAUSES if removals[kind.id]]
@@ -140,16 +160,17 @@ def explain(planned: WhyPlan) -> WhyDocument:
         for kind, (without, _) in zip(there, found, strict=True)
     ]
     causes.sort(key=lambda cause: -math.inf if cause.share is None else cause.share, reverse=True)
-    search = _Search(planned, now, axis, look, goal)
+    search = _Search(planned, now, axis, look, goal, present=(here, whole))
     mend = search.smallest()
     return WhyDocument(
         scenario=base.scenario.name,
         variant=variant,
         axis=axis,
         time=round(tick * CONTROL_PERIOD, 7),
+        period=base.reference.period * CONTROL_PERIOD if base.reference.period else None,
         window=(look.near.start * CONTROL_PERIOD, look.near.stop * CONTROL_PERIOD),
         peak=here,
-        window_peak=whole,
+        window_peak=whole if math.isfinite(whole) else None,
         goal=goal,
         causes=causes,
         absent=[Absent(id=kind.id, label=kind.label) for kind in CAUSES if kind not in there],
@@ -178,15 +199,25 @@ class _Look:
 class _Search:
     """The search for the smallest change that mends a peak."""
 
-    def __init__(
-        self, planned: WhyPlan, now: Scenario, axis: str, look: _Look, goal: float
+    def __init__(  # noqa: PLR0913 - what a search is about
+        self,
+        planned: WhyPlan,
+        now: Scenario,
+        axis: str,
+        look: _Look,
+        goal: float,
+        *,
+        present: Errors,
     ) -> None:
         self._base, self._now, self._look, self._goal = planned.base, now, look, goal
         self._variant, self._axis, self._limits = planned.variant, axis, planned.request.limits
         self._loops: dict[str, LoopFamily] = {}
         self.tried = self.reached = 0
+        self.eased = False
         self.notes: list[str] = []
         self._linear = True
+        self._present = max(present) if all(map(math.isfinite, present)) else math.inf
+        self._lines: dict[tuple[str, float], list[tuple[float, float]]] = {}
 
     def smallest(self) -> Mend | None:
         """Return the smallest change that reaches the goal within the margins, if any was found."""
@@ -194,19 +225,37 @@ class _Search:
         values = {path: float(_look_up(self._now, path)) for knob in every for path in knob.paths}
         runs = self._base.duration * 2.0 * len(every)
         steps = min(_STEPS_MOST, max(_STEPS_LEAST, int(_WORK / runs)))
-        found = self._passing([each for knob in every for each in trials(knob, values, steps)])
-        if found is None:
-            return None
-        best, _, _ = found
-        if best.factor is not None:
-            # Between it and the step before, which does not mend it.
-            step = best.knob.most ** (math.copysign(1.0, math.log(best.factor)) / steps)
-            finer = [
-                trial(best.knob, values, best.factor / step ** (k / _REFINED))
-                for k in range(1, _REFINED)
+        coarse = self._reaching([each for knob in every for each in trials(knob, values, steps)])
+        best = self._smallest(coarse, self._limits)
+        # Each number has a grid of its own there, and what mends may lie between its points: every
+        # number is tried at the same sizes below that of the best so far, the smallest first.
+        movable = [knob for knob in every if any(values[path] != 0.0 for path in knob.paths)]
+        most = best[0].size if best else SWITCH
+        step = max(_FINEST, most * runs / _WORK)
+        sizes = [k * step for k in range(1, math.ceil(most / step) + 1)]
+        fine: list[_Reaching] = []
+        for k in range(0, len(sizes), _BLOCK):
+            block = [
+                trial(knob, values, math.exp(sign * size))
+                for size in sizes[k : k + _BLOCK]
+                for knob in movable
+                if size <= math.log(knob.most)
+                for sign in (1.0, -1.0)
             ]
-            found = self._passing(finer) or found
-        return self._document(*found)
+            fine += self._reaching(block, lines=True)
+            better = self._smallest(fine, self._limits)
+            if better and (best is None or better[0].size < best[0].size):
+                best = better
+                break
+        between = self._between(movable, values, best[0].size if best else most)
+        better = self._smallest(self._reaching(between), self._limits)
+        if better and (best is None or better[0].size < best[0].size):
+            best = better
+        if best is None:
+            eased = self._eased()
+            best = self._smallest(coarse + fine, eased) if eased else None
+            self.eased = best is not None
+        return None if best is None else self._document(*best)
 
     def why_not(self, peak: float) -> str:
         """Say why nothing mends the peak."""
@@ -219,21 +268,76 @@ class _Search:
             "keeps the margins."
         )
 
-    def _passing(
-        self, some: list[Trial]
-    ) -> tuple[Trial, tuple[float, float], Figures | None] | None:
+    def _between(self, knobs: list[Knob], values: dict[str, float], most: float) -> list[Trial]:
+        """Return trials between neighbours of the even grid where the goal may be reached.
+
+        Between two errors the least is taken to fall no faster than about them.
+        """
+        parts: list[tuple[float, float, Knob, float]] = []
+        for knob in knobs:
+            for sign in (1.0, -1.0):
+                line = [(0.0, self._present), *self._lines.get((knob.label, sign), ())]
+                slopes = [
+                    abs(after - before) / (end - begin)
+                    for (begin, before), (end, after) in itertools.pairwise(line)
+                ]
+                for k, ((begin, before), (end, after)) in enumerate(itertools.pairwise(line)):
+                    fall = max(slopes[max(k - 1, 0) : k + 2]) * (end - begin)
+                    if begin < most and 0.5 * (before + after - fall) <= self._goal:
+                        parts.append((begin, end, knob, sign))
+        parts.sort(key=lambda part: part[0])
+        return [
+            trial(knob, values, math.exp(sign * (begin + (end - begin) * k / _BLOCK)))
+            for begin, end, knob, sign in parts[:_PARTS]
+            for k in range(1, _BLOCK)
+        ]
+
+    def _reaching(self, some: list[Trial], *, lines: bool = False) -> list[_Reaching]:
+        """Return the changes that reach the goal, with the errors that they leave.
+
+        With `lines` the errors of all are kept by number and direction, in order of size.
+        """
         some = [each for each in some if self._possible(each)]
         peaks = _peaks(self._base, [each.set for each in some], self._look)
         self.tried += len(some)
+        for each, peak in zip(some, peaks, strict=True):
+            if lines and each.factor is not None and all(math.isfinite(error) for error in peak):
+                line = self._lines.setdefault(
+                    (each.knob.label, math.copysign(1.0, math.log(each.factor))), []
+                )
+                line.append((each.size, max(peak)))
+        # Of a run that diverges an error is NaN, which is within no goal.
         good = [
-            (each, peak) for each, peak in zip(some, peaks, strict=True) if max(peak) <= self._goal
+            (each, peak)
+            for each, peak in zip(some, peaks, strict=True)
+            if all(error <= self._goal for error in peak)
         ]
         self.reached += len(good)
-        for each, peak in sorted(good, key=lambda item: (item[0].size, item[1])):
-            holds, figures = self._holds(each)
+        return good
+
+    def _smallest(
+        self, reaching: list[_Reaching], limits: MarginLimits
+    ) -> tuple[Trial, Errors, Figures | None] | None:
+        """Return the smallest change whose loop keeps some limits, and its worst margins."""
+        for each, peak in sorted(reaching, key=lambda item: (item[0].size, item[1])):
+            holds, figures = self._holds(each.set, limits)
             if holds:
                 return each, peak, figures
         return None
+
+    def _eased(self) -> MarginLimits | None:
+        """Return limits that the loop holds as it is; None where it is unstable or holds them."""
+        holds, figures = self._holds({}, self._limits)
+        if holds or figures is None:
+            return None
+        limits = self._limits.model_dump()
+        for name in ("gain_margin", "phase_margin"):
+            least = limits[name]
+            if least is not None:
+                limits[name] = min(least, getattr(figures, name).value * (1.0 - _SAME))
+        if limits["Ms"] is not None:
+            limits["Ms"] = max(limits["Ms"], figures.Ms.value * (1.0 + _SAME))
+        return MarginLimits.model_construct(**limits)
 
     def _possible(self, each: Trial) -> bool:
         """Return whether a change changes something, and to what a controller may be."""
@@ -245,11 +349,13 @@ class _Search:
             return False  # such as stiction below Coulomb friction
         return True
 
-    def _holds(self, each: Trial) -> tuple[bool, Figures | None]:
-        """Return whether the loop with a change keeps every limit, and its worst margins."""
-        scenario = _changed(self._now, each.set)
+    def _holds(
+        self, changes: Mapping[str, Any], limits: MarginLimits
+    ) -> tuple[bool, Figures | None]:
+        """Return whether the loop with changes keeps every limit, and its worst margins."""
+        scenario = _changed(self._now, changes)
         gains = getattr(scenario.variants[self._variant].controller, self._axis)
-        other = {path: x for path, x in each.set.items() if not path.endswith((".k_p", ".k_d"))}
+        other = {path: x for path, x in changes.items() if not path.endswith((".k_p", ".k_d"))}
         try:
             if str(other) not in self._loops:
                 self._loops[str(other)] = LoopFamily.of(scenario, self._variant, self._axis)
@@ -262,7 +368,6 @@ class _Search:
         if family.radius(np.array(gains.k_p), np.array(gains.k_d)) >= 1.0:
             return False, None
         figures = family.figures(gains.k_p, gains.k_d)
-        limits = self._limits
         holds = (
             figures.gain_margin.value >= (limits.gain_margin or 0.0)
             and figures.phase_margin.value >= (limits.phase_margin or 0.0)
@@ -270,7 +375,7 @@ class _Search:
         )
         return holds, figures
 
-    def _document(self, each: Trial, peak: tuple[float, float], figures: Figures | None) -> Mend:
+    def _document(self, each: Trial, peak: Errors, figures: Figures | None) -> Mend:
         margins = {} if figures is None else figures._asdict()
         values = {name: found.value for name, found in margins.items()}
         return Mend(
@@ -279,6 +384,7 @@ class _Search:
             factor=each.factor,
             error=peak[0],
             window_error=peak[1],
+            eased=self.eased,
             **{
                 name: values[name] if math.isfinite(values.get(name, math.inf)) else None
                 for name in ("gain_margin", "phase_margin", "Ms")

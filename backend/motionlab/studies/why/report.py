@@ -46,6 +46,8 @@ def _mend(mend: Mend | None) -> str:
         said.append(f"gain margin {20 * math.log10(mend.gain_margin):.3g} dB")
     if mend.phase_margin is not None:
         said.append(f"phase margin {math.degrees(mend.phase_margin):.3g} degrees")
+    if mend.eased:
+        said.append("no margin worse than now")
     options = " ".join(f"--set {path}={_toml(value)}" for path, value in mend.set.items())
     return f"{mend.label}{times}: {', '.join(said)}\n  {options}"
 

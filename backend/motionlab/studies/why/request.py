@@ -25,7 +25,7 @@ class MarginLimits(Config):
         le=100,
     )
     phase_margin: float | None = quantity(
-        "Least phase margin, from 0.5 to 4 Stribeck velocities",
+        "Least phase margin, at standstill and from 0.5 to 4 Stribeck velocities",
         shown="°",
         unit="rad",
         source=OURS,
@@ -62,7 +62,8 @@ class WhyRequest(Config):
         default=None, description="Axis; left out: the one on which the error is largest"
     )
     time: float | None = quantity(
-        "A moment near the peak; left out: that of the largest error in the metrics window",
+        "A moment near the peak, of a motion that repeats in any of its laps; left out: that of "
+        "the largest error in the metrics window",
         unit="s",
         source=OURS,
         default=None,

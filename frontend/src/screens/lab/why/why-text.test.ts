@@ -28,6 +28,9 @@ it('draws each cause against the peak as it is', () => {
 it('asks and answers in words', () => {
   expect(questionText(WHY)).toBe('Why does B err by 10.0 µm on y at 10.33 s?');
   expect(mendText(WHY)).toEqual({ head: 'Nothing found that reaches 5.00 µm.', rest: WHY.why_not });
+  const live = { ...WHY, time: 4.522, period: 3 };
+  expect(questionText(live, 141)).toBe('Why does B err by 10.0 µm on y at 139.522 s?');
+  expect(questionText({ ...live, period: null }, 141)).toMatch(/ at 4\.522 s\?$/);
   const mend = {
     label: 'k_p y',
     factor: 1.5,
@@ -39,4 +42,6 @@ it('asks and answers in words', () => {
     head: 'k_p y × 1.50',
     rest: '4.00 µm over the window, GM 6.02 dB, PM 45.0°',
   });
+  const eased = { ...WHY, mend: { ...mend, eased: true } } as unknown as Why;
+  expect(mendText(eased).rest).toMatch(/ as now, and no margin is worse$/);
 });

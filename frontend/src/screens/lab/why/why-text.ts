@@ -40,10 +40,21 @@ export function whyRows(why: Why): WhyRow[] {
   }));
 }
 
-/** What is asked: `Why does B err by 11.6 µm on y at 10.3 s?` */
-export function questionText(why: Why): string {
+/** The moment of the peak; of a motion that repeats in the lap that is nearest to another moment. */
+function timeNear({ time, period }: Why, near: number | null): number {
+  if (near === null || !period) return time;
+  return time + Math.max(0, Math.round((near - time) / period)) * period;
+}
+
+/**
+ * What is asked: `Why does B err by 11.6 µm on y at 10.3 s?`
+ *
+ * @param near - a moment that is looked at, s; null: the run is told from its beginning
+ */
+export function questionText(why: Why, near: number | null = null): string {
   const unit = unitOf(why);
-  return `Why does ${why.variant} err by ${among(why.peak, unit)} ${unit.unit} on ${why.axis} at ${digits(why.time, 4)} s?`;
+  const time = timeNear(why, near);
+  return `Why does ${why.variant} err by ${among(why.peak, unit)} ${unit.unit} on ${why.axis} at ${Number(time.toFixed(3))} s?`;
 }
 
 /** The smallest change that mends it, with what it reaches; why there is none. */
@@ -57,5 +68,6 @@ export function mendText({ mend, goal, why_not }: Why): { head: string; rest: st
     mend.phase_margin === null ? '' : `PM ${inDegrees(mend.phase_margin)}°`,
   ].filter((text) => text !== '');
   const reached = `${among(mend.window_error, scale)} ${scale.unit} over the window`;
-  return { head: `${mend.label}${times}`, rest: [reached, ...margins].join(', ') };
+  const eased = mend.eased ? ['beyond a limit as now, and no margin is worse'] : [];
+  return { head: `${mend.label}${times}`, rest: [reached, ...margins, ...eased].join(', ') };
 }
