@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import importlib
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -105,6 +106,10 @@ class Kept(NamedTuple):
         return self.samples[[self.names.index(name) for name in names]]
 
 
+_OPERATORS = re.compile(r"[()*/+^]|^-|\s-\s")
+"""Marks of an expression without a name; no channel's name has one."""
+
+
 class Channels(Mapping[str, Samples]):
     """Channels over common ticks: ``channels["B.x.following_error"]``.
 
@@ -152,11 +157,12 @@ class Channels(Mapping[str, Samples]):
             return Samples(self.record.values([key])[0], key, self.described[key].unit)
         if not isinstance(key, str):
             raise KeyError(key)
-        if not is_math(key):
+        if not is_math(key) and not _OPERATORS.search(key):
             raise KeyError(f"no channel {key!r}{did_you_mean(key, list(self.described))}")
         units = {name: channel.unit for name, channel in self.described.items()}
         try:
-            math = compile_column(key, units, CONTROL_PERIOD)
+            text = key if is_math(key) else f"={key}"
+            math = compile_column(text, units, CONTROL_PERIOD)
         except ExpressionError as error:
             raise ConfigError(FieldError("channel", str(error), key)) from None
         values = values_of(math, lambda name: self.record.values([name])[0])
