@@ -3,19 +3,20 @@
 Run with ``.venv/bin/python examples/compare_controllers.py``; prints the tables of
 docs/compensation.md: largest following error, and where the motion has holds the largest of their
 last fifth, in um. All but the best controller have the gains of Table 1 for the trajectory. Last,
-the margins on the circle while it slides at four Stribeck velocities, and in brackets the least
-over velocities from half of one to four.
+the margins on the circle while it slides at four Stribeck velocities, in brackets the least over
+velocities from half of one to four, and those at standstill; ``--margins`` prints these alone.
 """
 
 from __future__ import annotations
 
 import math
+import sys
 from typing import Any
 
 from motionlab.config.load import load_scenario
 from motionlab.errors import ConfigError
 from motionlab.loop.family import SPEEDS
-from motionlab.loop.linearise import linearise
+from motionlab.loop.linearise import Loop, linearise
 from motionlab.loop.margins import margins
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
@@ -43,6 +44,11 @@ CONTROLLERS = {
     "lugre-reference": "lugre-reference",
     BEST: BEST,
 }
+OTHER_LAWS = {
+    "residual-k": "K from the explicit residual",
+    "canudas-de-wit": "Canudas de Wit, K = 300/s e",
+}
+"""Of whose loops the margins alone are printed."""
 
 
 def compare(scenario: str, plant: str) -> dict[str, dict[str, Any]]:
@@ -73,8 +79,8 @@ def cell(name: str, metrics: dict[str, float | None]) -> str:
     return text if holds is None else f"{text} ({holds * 1e6:.2f})"
 
 
-def loop(plant: str, controller: str, axis: str) -> str:
-    """Return gain and phase margin on the circle: at four Stribeck velocities, and the least."""
+def loops(plant: str, controller: str, axis: str, speeds: tuple[float, ...]) -> list[Loop]:
+    """Return the loops on the circle at velocities in Stribeck velocities; none for a quotient."""
     base = "pd" if controller == "off" else controller
     own = {} if controller == BEST else GAINS
     scenario = load_scenario(
@@ -82,22 +88,55 @@ def loop(plant: str, controller: str, axis: str) -> str:
     )
     v_s = getattr(scenario.plant, axis).friction.v_s
     try:
-        loops = [linearise(scenario, "A", axis, v=factor * v_s) for factor in SPEEDS]
+        return [linearise(scenario, "A", axis, v=factor * v_s) for factor in speeds]
     except ConfigError:
+        return []
+
+
+def figures(loop: Loop) -> tuple[float, float]:
+    """Return gain margin, up or down, dB, and phase margin, degrees."""
+    found = margins(loop.open)
+    factor = min(found.gain_margin or math.inf, 1.0 / (found.gain_reduction or 1e-9))
+    return 20.0 * math.log10(factor), math.degrees(found.phase_margin or math.pi)
+
+
+def sliding(plant: str, controller: str, axis: str) -> str:
+    """Return the margins at four Stribeck velocities, and the least."""
+    known = loops(plant, controller, axis, SPEEDS)
+    if not known:
         return "none: K is a quotient"
-    if not loops[-1].stable:
+    if not known[-1].stable:
         return "unstable"
-    found = [margins(each.open) for each in loops]
-    gain = [min(m.gain_margin or math.inf, 1.0 / (m.gain_reduction or 1e-9)) for m in found]
-    phase = [math.degrees(m.phase_margin or math.pi) for m in found]
-    decibels = [20.0 * math.log10(factor) for factor in gain]
+    decibels, phase = zip(*map(figures, known), strict=True)
     least = f"{min(decibels):.1f} dB, {min(phase):.0f} deg"
-    within = least if all(each.stable for each in loops) else "unstable"
+    within = least if all(each.stable for each in known) else "unstable"
     return f"{decibels[-1]:.1f} dB, {phase[-1]:.0f} deg ({within})"
 
 
+def at_rest(plant: str, controller: str, axis: str) -> str:
+    """Return the margins of the axis that is stuck."""
+    known = loops(plant, controller, axis, (0.0,))
+    if not known:
+        return "none: K is a quotient"
+    if not known[0].stable:
+        return "unstable"
+    decibels, phase = figures(known[0])
+    return f"{decibels:.1f} dB, {phase:.0f} deg".replace(", 180 deg", "")
+
+
+def print_margins() -> None:
+    """Print the two tables of margins."""
+    for head, cell_of in (("sliding", sliding), ("at standstill", at_rest)):
+        places = [(plant, axis) for plant in PLANTS[1:] for axis in "xy"]
+        print(f"\n| {head} | " + " | ".join(f"{axis} {plant}" for plant, axis in places) + " |")
+        print("|---|---|---|---|---|")
+        for name, title in (CONTROLLERS | OTHER_LAWS).items():
+            cells = [cell_of(plant, name, axis) for plant, axis in places]
+            print(f"| {title} | " + " | ".join(cells) + " |")
+
+
 if __name__ == "__main__":
-    for plant in PLANTS:
+    for plant in () if "--margins" in sys.argv else PLANTS:
         print(f"\n| on `{plant}` | " + " | ".join(CONTROLLERS.values()) + " |")
         print("|---|" + "---|" * len(CONTROLLERS))
         for scenario, axes in TRAJECTORIES:
@@ -105,8 +144,4 @@ if __name__ == "__main__":
             for axis in axes:
                 cells = [cell(name, found[name][axis]) for name in CONTROLLERS]
                 print(f"| {scenario}, {axis} | " + " | ".join(cells) + " |")
-    print("\n| margins | x matched | y matched | x matched-resonant | y matched-resonant |")
-    print("|---|---|---|---|---|")
-    for name, title in CONTROLLERS.items():
-        cells = [loop(plant, name, axis) for plant in PLANTS[1:] for axis in "xy"]
-        print(f"| {title} | " + " | ".join(cells) + " |")
+    print_margins()

@@ -14,7 +14,7 @@ import os
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from motionlab.errors import ConfigError, Infeasible, MotionLabError
+    from motionlab.errors import ConfigError, Infeasible, MotionLabError, RunWarning
     from motionlab.scripting.client import Client
     from motionlab.scripting.here import design, identify, montecarlo, run, sweep, tune
     from motionlab.scripting.linear import linearise
@@ -30,6 +30,7 @@ __all__ = [
     "ConfigError",
     "Infeasible",
     "MotionLabError",
+    "RunWarning",
     "design",
     "identify",
     "linearise",
@@ -49,6 +50,7 @@ _HOMES = {
     "ConfigError": "errors",
     "Infeasible": "errors",
     "MotionLabError": "errors",
+    "RunWarning": "errors",
     "linearise": "scripting.linear",
     "trajectory": "scripting.motion",
 }

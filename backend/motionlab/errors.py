@@ -81,6 +81,10 @@ def shown(value: object, length_max: int = LENGTH_MAX) -> object:
     return kind(text if len(text) <= length_max else text[: length_max - 3] + "...")
 
 
+class RunWarning(UserWarning):
+    """A note of a run: what makes its figures worthless, or how they are to be read."""
+
+
 class MotionLabError(Exception):
     """Base of every failure that is reported to the user without a traceback."""
 

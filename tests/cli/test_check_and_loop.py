@@ -78,11 +78,12 @@ def test_the_loops_of_a_scenario(capsys: pytest.CaptureFixture[str]) -> None:
     assert document == loop_document(scenario).model_dump(mode="json")
     assert main(["loop", "circle", *UNSTABLE]) == 0
     heads, units, *rows = capsys.readouterr().out.splitlines()
+    stable = {"A": {"x": "yes", "y": "yes"}, "B": {"x": "NO", "y": "yes"}}
     assert [row.split()[:3] for row in rows] == [
-        ["A", "x", "yes"],
-        ["A", "y", "yes"],
-        ["B", "x", "NO"],
-        ["B", "y", "yes"],
+        cells
+        for variant, axes in stable.items()
+        for axis, word in axes.items()
+        for cells in ([variant, axis, word], ["at", "rest", word])
     ]
     found = document["variants"]["A"]["axes"]["x"]
     assert float(rows[0].split()[3]) == pytest.approx(found["crossover"], rel=1e-3)
@@ -98,5 +99,8 @@ def test_a_law_without_linearisation_is_noted(capsys: pytest.CaptureFixture[str]
 def test_an_unstable_loop_is_told(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", "circle", *QUICK, *UNSTABLE]) == 0
     (line,) = capsys.readouterr().err.splitlines()
-    assert line.startswith("motionlab: variant B on x: its linearised loop is unstable and its ")
+    assert line.startswith(
+        "motionlab: variant B: on x: its linearised loop is unstable while it slides and at "
+        "standstill and its command is at a limit "
+    )
     assert "% of the time" in line

@@ -229,7 +229,7 @@ def test_a_diverged_variant(here: Path, capsys: pytest.CaptureFixture[str]) -> N
     A = result["variants"]["A"]
     assert A["diverged"] is None
     assert A["axes"]["x"]["max_abs_following_error"] == pytest.approx(20.5e-6, rel=0.02)
-    assert "variant B diverged at t = " in printed.err
+    assert "variant B: diverged at t = " in printed.err
     assert "x.following_error" in printed.err
     # and for people
     assert main(["run", "circle", *QUICK, *limp]) == 1

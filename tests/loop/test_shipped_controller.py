@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from motionlab.config.load import load_scenario
-from motionlab.loop.frequency_sweep import frequency_sweep
 from motionlab.loop.linearise import SLIDING, linearise
+from motionlab.loop.margins import margins
+from motionlab.studies.loop.frequency_sweep import frequency_sweep
 from tests.loop.shipped_controller import (
     GAIN_MARGIN,
     PHASE_MARGIN,
@@ -66,6 +67,17 @@ def test_margins_at_every_velocity_with_the_mode_elsewhere(axis: str, detuned: f
     assert GAIN_MARGIN - missing <= found.gain <= GAIN_MARGIN + 3.0
     least = {"x": 29.4, "y": PHASE_MARGIN}[axis]
     assert least <= found.phase <= least + 1.0
+
+
+@pytest.mark.parametrize(("axis", "gain", "phase"), [("x", 11.6, 58.0), ("y", 14.2, 52.0)])
+def test_margins_at_standstill(axis: str, gain: float, phase: float) -> None:
+    loop = linearise(load_scenario(SCENARIO), VARIANT, axis, v=0.0)
+    assert loop.stable
+    found = margins(loop.open)
+    assert found.gain_margin is not None and found.phase_margin is not None
+    assert 20.0 * np.log10(found.gain_margin) == pytest.approx(gain, abs=0.1)
+    assert np.degrees(found.phase_margin) == pytest.approx(phase, abs=0.5)
+    assert found.gain_reduction is None
 
 
 CROSSOVERS, MODES = [8.0, 70.0, 94.0], [160.0, 250.0]

@@ -23,6 +23,7 @@ def test_a_shipped_motion_is_sampled_and_feasible() -> None:
     assert (motion.position.unit, motion.velocity.unit) == ("m", "m/s")
 
 
+@pytest.mark.filterwarnings("ignore::motionlab.RunWarning")  # PD alone takes more than the motion
 def test_what_exceeds_the_motor_says_where_and_how_slow_it_would_have_to_be() -> None:
     motion = motionlab.trajectory(FAST)
     assert not motion.feasible

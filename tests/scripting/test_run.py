@@ -150,14 +150,38 @@ def test_a_notebook_shows_curves_and_the_report(circle: Run) -> None:
 
 
 def test_a_variant_that_diverged_says_when() -> None:
-    run = motionlab.run(
-        "circle", set={"variants.B.controller.x.k_p": 2e7, "divergence_error": 1e-4}
-    )
+    with pytest.warns(motionlab.RunWarning, match="B: diverged at t = "):
+        run = motionlab.run(
+            "circle", set={"variants.B.controller.x.k_p": 2e7, "divergence_error": 1e-4}
+        )
     assert list(run.diverged) == ["B"]
     at = np.searchsorted(run.time, run.diverged["B"])
     assert np.isfinite(run[ERROR][: at - 1]).all()
     assert np.isnan(run[ERROR][at + 1 :]).all()
     assert run.metrics["B"]["x"]["max_abs_following_error"] is None
+
+
+def test_an_unstable_loop_is_warned_of_wherever_a_run_is_read() -> None:
+    at_rest = {"plant": "matched", "variants.B.controller.compensation.law": "canudas-de-wit"}
+    with pytest.warns(motionlab.RunWarning) as caught:
+        run = motionlab.run("stair-x-500nm", set=at_rest)
+    (text,) = (str(each.message) for each in caught if str(each.message).startswith("B: "))
+    assert text.startswith("B: on x: its linearised loop is unstable at standstill and its ")
+    assert text in run.notes
+    assert text.removeprefix("B: ") in run.document["variants"]["B"]["notes"]
+    for shown in (str(run), run._repr_html_()):
+        assert "its linearised loop is unstable at standstill" in shown
+    loop = motionlab.linearise("stair-x-500nm", "B", "x", at_rest)
+    assert loop.stable and not loop.stable_at_rest
+    assert not motionlab.linearise("stair-x-500nm", "B", "x", at_rest, velocity=0.0).stable
+
+
+def test_an_expression_needs_no_name(circle: Run) -> None:
+    unnamed, named = circle["derivative(B.x.position)"], circle["v = derivative(B.x.position)"]
+    np.testing.assert_array_equal(unnamed, named)
+    assert unnamed.unit == "m/s"
+    with pytest.raises(KeyError, match=r"did you mean 'B\.x\.position'"):
+        circle["B.x.positon"]
 
 
 def test_input_is_refused_as_everywhere(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from motionlab.cli.output import show
 from motionlab.studies.options import add_json, add_scenario, add_set, source
 
 if TYPE_CHECKING:
-    from motionlab.loop.document import LoopDocument, LoopOfAxis
+    from motionlab.loop.document import LoopAt, LoopDocument
 
 EXAMPLES = """\
 examples:
@@ -27,8 +27,8 @@ def add(commands: Any) -> None:
     parser = commands.add_parser(
         "loop",
         help="margins and stability limits of every controller",
-        description="Linearise the loop of every controller and axis while the axis slides, and "
-        "give its margins, and the gains at which it becomes unstable.",
+        description="Linearise the loop of every controller and axis while the axis slides and at "
+        "standstill, and give its margins, and the gains at which it becomes unstable.",
         epilog=EXAMPLES,
     )
     add_scenario(parser)
@@ -55,9 +55,10 @@ def _report(found: LoopDocument) -> str:
     from motionlab.tables import table
 
     rows: list[tuple[str, ...]] = [
-        (f"{name} {axis}", *_cells(loop))
+        (label, *_cells(loop))
         for name, variant in found.variants.items()
-        for axis, loop in variant.axes.items()
+        for axis, sliding in variant.axes.items()
+        for label, loop in ((f"{name} {axis}", sliding), ("  at rest", sliding.standstill))
     ]
     heads = ("", "stable", "crossover", "bandwidth", "phase margin", "gain margin", "down to")
     heads += ("Ms", "k_p limit", "k_d limit")
@@ -71,7 +72,7 @@ def _report(found: LoopDocument) -> str:
     )
 
 
-def _cells(loop: LoopOfAxis) -> tuple[str, ...]:
+def _cells(loop: LoopAt) -> tuple[str, ...]:
     margin = None if loop.phase_margin is None else math.degrees(loop.phase_margin)
     figures = (loop.crossover, loop.bandwidth, margin, loop.gain_margin, loop.gain_reduction)
     more = (loop.Ms, loop.k_p_limit, loop.k_d_limit)

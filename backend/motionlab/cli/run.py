@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from motionlab.cli.exit_codes import DONE, FAILED
@@ -18,9 +17,6 @@ from motionlab.studies.options import add_json, add_scenario, add_set, source
 if TYPE_CHECKING:
     from motionlab.config.scenario import Scenario
     from motionlab.simulation.prepare import Prepared
-
-_SATURATED = 0.05
-"""Share of the time at a limit that is worth a word; friction reversals reach a limit at times."""
 
 EXAMPLES = """\
 examples:
@@ -98,8 +94,10 @@ def _run(options: argparse.Namespace) -> int:
         from motionlab.results.report import report
 
         show(report(result))
-    for line in _troubles(scenario, result):
-        print(f"motionlab: {line}", file=sys.stderr)
+    if options.json or not sys.stdout.isatty():  # on a terminal they stand below the table
+        for name, variant in result["variants"].items():
+            for note in variant["notes"]:
+                print(f"motionlab: variant {name}: {note}", file=sys.stderr)
     return FAILED if any(each["diverged"] for each in result["variants"].values()) else DONE
 
 
@@ -125,35 +123,3 @@ def _prepared(scenario: Scenario) -> Prepared:
         if remedy is not None:
             error.args = (f"{error}\n{remedy}",)
         raise
-
-
-def _troubles(scenario: Scenario, result: dict[str, Any]) -> Iterator[str]:
-    """Yield in words what makes the figures of a variant worthless."""
-    for name, variant in result["variants"].items():
-        if variant["diverged"]:
-            where = variant["diverged"]
-            yield f"variant {name} diverged at t = {where['time']:.4f} s: {where['channel']}"
-            continue
-        for axis, metrics in variant["axes"].items():
-            share = metrics["saturated_fraction"] or 0.0
-            saturated = share > _SATURATED
-            unstable = _is_unstable(scenario, name, axis)
-            if saturated or unstable:
-                causes = ["its linearised loop is unstable"] * unstable
-                if saturated:
-                    causes.append(f"its command is at a limit {100 * share:.3g} % of the time")
-                yield (
-                    f"variant {name} on {axis}: {' and '.join(causes)}; "
-                    f"`motionlab loop` shows the margins"
-                )
-
-
-def _is_unstable(scenario: Scenario, variant: str, axis: str) -> bool:
-    """Return whether the loop of an axis is unstable while it slides, where that is known."""
-    from motionlab.loop.linearise import SLIDING, NoLinearisation, linearise
-
-    v = SLIDING * getattr(scenario.plant, axis).friction.v_s
-    try:
-        return not linearise(scenario, variant, axis, v=v).stable
-    except NoLinearisation:
-        return False

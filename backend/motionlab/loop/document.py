@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from pydantic import BaseModel, Field
 
 from motionlab.config.planar import AXES
@@ -15,10 +17,10 @@ from motionlab.loop.linearise import (
 from motionlab.loop.margins import margins
 
 
-class LoopOfAxis(BaseModel):
-    """The loop of one axis while it slides; null where there is no such crossing."""
+class LoopAt(BaseModel):
+    """The loop of one axis at one velocity; null where there is no such crossing."""
 
-    velocity: float = Field(description="Sliding velocity, m/s")
+    velocity: float = Field(description="Sliding velocity, m/s; 0 at standstill")
     stable: bool = Field(description="Whether every pole lies inside the unit circle")
     k_p_limit: float | None = Field(description="Nearest k_p at which stability changes, N/m")
     k_d_limit: float | None = Field(description="Nearest k_d at which stability changes, N s/m")
@@ -28,6 +30,14 @@ class LoopOfAxis(BaseModel):
     gain_reduction: float | None = Field(description="Factor < 1 down to the stability boundary")
     Ms: float = Field(description="Peak of the sensitivity")
     bandwidth: float | None = Field(description="-3 dB of L/(1 + L), Hz")
+
+
+class LoopOfAxis(LoopAt):
+    """The loop of one axis while it slides, and at standstill."""
+
+    standstill: LoopAt = Field(
+        description="Stuck: the bristle is a spring, and the thrust is about that of breakaway"
+    )
 
 
 class LoopOfVariant(BaseModel):
@@ -57,7 +67,18 @@ def _variant(scenario: Scenario, variant: str) -> LoopOfVariant:
 
 
 def _axis(scenario: Scenario, variant: str, axis: str) -> LoopOfAxis:
-    v = SLIDING * getattr(scenario.plant, axis).friction.v_s
+    sliding = _at(scenario, variant, axis, SLIDING)
+    return LoopOfAxis(**sliding, standstill=LoopAt(**_at(scenario, variant, axis, 0.0)))
+
+
+def _at(scenario: Scenario, variant: str, axis: str, speed: float) -> dict[str, Any]:
+    """Return the figures of a loop at a velocity in Stribeck velocities."""
+    v = speed * getattr(scenario.plant, axis).friction.v_s
     loop = linearise(scenario, variant, axis, v=v)
-    limits = {f"{gain}_limit": x for gain, x in stability_limits(scenario, variant, axis).items()}
-    return LoopOfAxis(velocity=v, stable=loop.stable, **limits, **vars(margins(loop.open)))
+    limits = stability_limits(scenario, variant, axis, speed)
+    return {
+        "velocity": v,
+        "stable": loop.stable,
+        **{f"{gain}_limit": limit for gain, limit in limits.items()},
+        **vars(margins(loop.open)),
+    }

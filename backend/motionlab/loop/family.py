@@ -2,7 +2,7 @@
 
 In the force ``u = k_p e + k_d de/dt`` the gains are factors, and everything else of the controller
 is linear: the open loop and the closed loop's matrix are affine in k_p and k_d. Three
-linearisations therefore give every loop of the plane of gains, at each sliding velocity.
+linearisations therefore give every loop of the plane of gains, at each velocity.
 """
 
 from __future__ import annotations
@@ -34,13 +34,16 @@ SLOWEST = 0.5
 SPEEDS = tuple(np.geomspace(SLOWEST, SLIDING, 11).tolist())
 """Sliding velocities at which margins are looked for, in Stribeck velocities: below SLIDING,
 friction falls with velocity. That costs margin, most of all about the Stribeck velocity itself."""
+VELOCITIES = (0.0, *SPEEDS)
+"""Where margins are looked for, in Stribeck velocities: stuck, where the bristle is a spring, and
+sliding."""
 
 
 class VelocityMargin(NamedTuple):
-    """Worst value of a margin over the sliding velocities, and the velocity."""
+    """Worst value of a margin over the velocities, and the velocity."""
 
     value: float
-    velocity: float  # m/s
+    velocity: float  # m/s; 0: stuck
 
 
 class Figures(NamedTuple):
@@ -63,12 +66,12 @@ class Figures(NamedTuple):
 
 @dataclass(frozen=True)
 class LoopFamily:
-    """The loops of one axis of one variant for any gains, at one or several sliding velocities.
+    """The loops of one axis of one variant for any gains, at one or several velocities.
 
     Attributes
     ----------
     velocity : ndarray, shape (v,)
-        m/s, evenly spaced in their logarithms.
+        m/s; the first may be 0, stuck, the others are evenly spaced in their logarithms.
     plants : list of StateSpace
         At each velocity.
     frequency : ndarray, shape (f,)
@@ -95,7 +98,7 @@ class LoopFamily:
         scenario: Scenario,
         variant: str,
         axis: str,
-        speeds: tuple[float, ...] = SPEEDS,
+        speeds: tuple[float, ...] = VELOCITIES,
         *,
         like: LoopFamily | None = None,
     ) -> LoopFamily:
@@ -110,7 +113,7 @@ class LoopFamily:
         axis : str
             ``x`` or ``y``.
         speeds : tuple of float
-            Sliding velocities, in Stribeck velocities of the motor.
+            In Stribeck velocities of the motor; the first may be 0, stuck.
         like : LoopFamily, optional
             Loops of the same motor at the same speeds with other numbers in its observers, whose
             plants and frequencies are taken over.
@@ -203,7 +206,8 @@ class LoopFamily:
         count, last = len(values), len(self.velocity) - 1
         k = values.argmin(axis=1)
         value, velocity = values[np.arange(count), k], self.velocity[k]
-        inside = np.flatnonzero((k > 0) & (k < last))
+        slowest = int(self.velocity[0] == 0.0)  # stuck is no neighbour of sliding
+        inside = np.flatnonzero((k > slowest) & (k < last))
         if not len(inside):
             return value, velocity
         middle = k[inside]

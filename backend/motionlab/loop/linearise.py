@@ -159,11 +159,12 @@ def linearise(scenario: Scenario, variant: str, axis: str, *, v: float) -> Loop:
 
 
 @TABLES.lease()
-def stability_limits(scenario: Scenario, variant: str, axis: str) -> dict[str, float | None]:
+def stability_limits(
+    scenario: Scenario, variant: str, axis: str, speed: float = SLIDING
+) -> dict[str, float | None]:
     """Return the nearest gains of one axis at which its loop changes between stable and unstable.
 
-    Each gain is moved alone, up from a stable loop and down from an unstable one, while the axis
-    slides at `SLIDING`.
+    Each gain is moved alone, up from a stable loop and down from an unstable one.
 
     Parameters
     ----------
@@ -173,6 +174,8 @@ def stability_limits(scenario: Scenario, variant: str, axis: str) -> dict[str, f
         Which controller.
     axis : str
         ``x`` or ``y``.
+    speed : float
+        Sliding velocity, in Stribeck velocities of the motor; 0 is stuck.
 
     Returns
     -------
@@ -185,7 +188,7 @@ def stability_limits(scenario: Scenario, variant: str, axis: str) -> dict[str, f
         As `linearise`.
     """
     par = parameters(scenario, variant, axis)
-    return {gain: _edge(par, gain, SLIDING * par.friction.v_s) for gain in ("k_p", "k_d")}
+    return {gain: _edge(par, gain, speed * par.friction.v_s) for gain in ("k_p", "k_d")}
 
 
 def _edge(par: Parameters, gain: str, v: float) -> float | None:

@@ -102,25 +102,32 @@ def _is_of_a_controller(path: str) -> bool:
     return len(steps) > 3 and steps[0] == "variants" and steps[2] == "controller"
 
 
-def sliding_margins(scenario: Scenario) -> dict[str, Margins | str]:
-    """Return the margins of each loop, by variant and axis, while it slides; or why there are none.
+def margins_at(scenario: Scenario, speed: float) -> dict[str, Margins | str]:
+    """Return the margins of each loop, by variant and axis; a text where there are none.
 
-    The velocity is `SLIDING` times the Stribeck velocity of the axis.
+    Parameters
+    ----------
+    scenario : Scenario
+        Motor and controllers.
+    speed : float
+        Sliding velocity, in Stribeck velocities of the axis; 0 is stuck.
     """
     found: dict[str, Margins | str] = {}
     for variant in scenario.variants:
         for axis in AXES:
-            v = SLIDING * getattr(scenario.plant, axis).friction.v_s
+            v = speed * getattr(scenario.plant, axis).friction.v_s
             try:
-                found[f"{variant}.{axis}"] = margins(linearise(scenario, variant, axis, v=v).open)
+                loop = linearise(scenario, variant, axis, v=v)
             except NoLinearisation as error:
                 found[f"{variant}.{axis}"] = error.errors[0].message
+                continue
+            found[f"{variant}.{axis}"] = margins(loop.open) if loop.stable else "unstable"
     return found
 
 
 def _margins(scenario: Scenario) -> dict[str, LoopMargins]:
     return {
         name: LoopMargins(gain_margin=loop.gain_margin, phase_margin=loop.phase_margin)
-        for name, loop in sliding_margins(scenario).items()
+        for name, loop in margins_at(scenario, SLIDING).items()
         if isinstance(loop, Margins)
     }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import itertools
+import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 
 from motionlab.config.load import load_scenario
 from motionlab.config.scenario import Scenario
-from motionlab.errors import ConfigError, FieldError
+from motionlab.errors import ConfigError, FieldError, RunWarning
 from motionlab.executors.executor import executing
 from motionlab.progress import first_use, has_bars, is_told, share_done, tick_bar, told
 from motionlab.runs.run import check_name
@@ -73,12 +74,20 @@ class Lab(ABC):
         -------
         Run
             Metrics, comparison, and every channel; a variant that diverged is NaN from there on.
+
+        Warns
+        -----
+        RunWarning
+            For each of its notes: a loop that is unstable, a command at its limits, a divergence.
         """
         if keep:
             check_name(name)
         elif name:
             raise ConfigError(FieldError("name", "needs keep=True: it names a kept run", name))
-        return self._run(scenario, tables(set, "set"), keep=keep, name=name)
+        run = self._run(scenario, tables(set, "set"), keep=keep, name=name)
+        for note in run.notes:
+            warnings.warn(note, RunWarning, stacklevel=2)
+        return run
 
     def sweep(
         self,

@@ -54,14 +54,17 @@ class LinearLoop:
         Matrices ``A, B, C, D`` of ``x+ = A x + B u, y = C x + D u`` every 0.5 ms: force command, N,
         to position, m, and position to the opposite of the force command.
     velocity : float
-        Sliding velocity, m/s.
+        Sliding velocity, m/s; 0 is stuck.
     stable : bool
         Whether every pole of the closed loop lies inside the unit circle.
     margins : Margins
         Crossover and bandwidth, Hz; phase margin, rad; gain margin; Ms.
     k_p_limit, k_d_limit : float or None
-        Nearest gains at which stability changes, N/m and N s/m, at `loop.linearise.SLIDING`
-        Stribeck velocities.
+        Nearest gains at which stability changes at that velocity, N/m and N s/m.
+    stable_at_rest : bool
+        As `stable`, of the axis that is stuck.
+    margins_at_rest : Margins
+        As `margins`, of the axis that is stuck: the bristle is a spring.
     """
 
     plant: StateSpace
@@ -71,6 +74,8 @@ class LinearLoop:
     margins: Margins
     k_p_limit: float | None
     k_d_limit: float | None
+    stable_at_rest: bool
+    margins_at_rest: Margins
 
     def to_control(self) -> ControlLoop:
         """Return the loop as systems of python-control.
@@ -135,9 +140,10 @@ def linearise(
         raise ConfigError(
             FieldError("velocity", "is out of range", velocity, unit="m/s", bounds=bounds)
         )
-    v = SLIDING * getattr(found.plant, axis).friction.v_s if velocity is None else velocity
-    loop = linearised(found, name, axis, v=v)
-    limits = stability_limits(found, name, axis)
+    v_s = getattr(found.plant, axis).friction.v_s
+    v = SLIDING * v_s if velocity is None else velocity
+    loop, rest = linearised(found, name, axis, v=v), linearised(found, name, axis, v=0.0)
+    limits = stability_limits(found, name, axis, v / v_s)
     return LinearLoop(
         plant=loop.plant,
         controller=loop.controller,
@@ -146,6 +152,8 @@ def linearise(
         margins=margins(loop.open),
         k_p_limit=limits["k_p"],
         k_d_limit=limits["k_d"],
+        stable_at_rest=rest.stable,
+        margins_at_rest=margins(rest.open),
     )
 
 

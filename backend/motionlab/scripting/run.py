@@ -66,6 +66,12 @@ class Run(Channels):
         return {name: each["time"] for name, each in found.items() if each is not None}
 
     @property
+    def notes(self) -> list[str]:
+        """What to know of its figures, each after its variant, as of an unstable loop."""
+        variants = self.document["variants"].items()
+        return [f"{name}: {note}" for name, variant in variants for note in variant["notes"]]
+
+    @property
     def window(self) -> tuple[float, float]:
         """Start and end of the time that metrics are taken over, s."""
         window = self.document["window"]

@@ -18,6 +18,7 @@ from motionlab.lanes import model_hash
 from motionlab.results.comparison import compare
 from motionlab.results.metrics import variant_metrics
 from motionlab.simulation.prepare import Prepared
+from motionlab.simulation.warnings import warnings_of
 from motionlab.telemetry.recording import Divergence, Recording
 from motionlab.trajectories.feasibility import count_rate_warning
 from motionlab.trajectories.reference import Reference
@@ -86,13 +87,16 @@ def _measure(prepared: Prepared, recording: Recording, window: Window) -> dict[s
         metrics = variant_metrics(
             recording, name, reference, window, settling_band=scenario.settling_band
         )
+        result = {"diverged": None if diverged is None else _divergence(diverged), **metrics}
         variants[name] = {
             "label": variant.label,
             "law": variant.controller.compensation.law,
             "enabled": variant.controller.compensation.enabled,
-            "diverged": None if diverged is None else _divergence(diverged),
-            "notes": _notes(scenario, reference, variant),
-            **metrics,
+            "notes": [
+                *warnings_of(scenario, name, result),
+                *_notes(scenario, reference, variant),
+            ],
+            **result,
         }
     first, *others = variants
     comparison = compare(variants[first], variants[others[0]]) if others else {}

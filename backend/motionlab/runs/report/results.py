@@ -12,7 +12,7 @@ from motionlab.loop.linearise import SLIDING
 from motionlab.loop.margins import MEANINGS, Margins
 from motionlab.results.comparison import RATIOS
 from motionlab.results.metrics import CONTOUR_DEFINITIONS, DEFINITIONS, Definition
-from motionlab.runs.gain_set import sliding_margins
+from motionlab.runs.gain_set import margins_at
 from motionlab.runs.report.chart import spanned
 from motionlab.runs.report.markup import Markup, element, joined, right, symbol, table
 from motionlab.runs.report.quantities import digits, number, scale_for
@@ -102,12 +102,17 @@ def margins(scenario: Scenario | None, run: RunDetail) -> Markup:
     if scenario is None:
         return element("p", "None: its scenario is not valid in this version.")
     rows = []
-    for name, loop in sliding_margins(scenario).items():
-        if isinstance(loop, Margins):
-            rows.append([name.replace(".", " "), *_margin_cells(loop)])
-        else:
-            rows.append([name.replace(".", " "), element("td", loop, colspan=5)])
-    of_scenario = f"Of the open loop L, linearised while it slides at {SLIDING:g} times v_s"
+    for place, speed in (("", SLIDING), (", at rest", 0.0)):
+        for name, loop in margins_at(scenario, speed).items():
+            label = name.replace(".", " ") + place
+            if isinstance(loop, Margins):
+                rows.append([label, *_margin_cells(loop)])
+            elif speed:
+                rows.append([label, element("td", loop, colspan=5)])
+    of_scenario = (
+        f"Of the open loop L, linearised while it slides at {SLIDING:g} times v_s, and at rest, "
+        "where the bristles are springs"
+    )
     live = ", with the gains it began with" if run.kind == "live" else ""
     head = ["phase margin \u00b0", "gain margin", "crossover Hz", "M_s", "bandwidth Hz"]
     keys = ("phase_margin", "gain_margin", "crossover", "Ms", "bandwidth")

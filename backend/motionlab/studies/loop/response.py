@@ -13,9 +13,9 @@ from motionlab.config.load import load_scenario
 from motionlab.config.plant import OURS
 from motionlab.config.quantity import quantity
 from motionlab.config.scenario import Scenario
-from motionlab.loop.frequency_sweep import frequency_sweep
 from motionlab.loop.linearise import linearise
 from motionlab.loop.margins import NYQUIST, sampled
+from motionlab.studies.loop.frequency_sweep import frequency_sweep
 from motionlab.studies.study import Source
 from motionlab.studies.tune.request import AxisRequest, read_request
 

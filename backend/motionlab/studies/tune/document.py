@@ -30,14 +30,14 @@ class GainMetrics(_Document):
 
 
 class WorstMargin(_Document):
-    """Worst value of a margin while the axis slides, and its velocity."""
+    """Worst value of a margin, and the velocity there."""
 
     value: float
-    velocity: float = _si("Sliding velocity", "m/s")
+    velocity: float = _si("Sliding velocity; 0 at standstill", "m/s")
 
 
 class GainMargins(_Document):
-    """Worst margins of the linearised loop on one motor, from 0.5 to 4 Stribeck velocities.
+    """Worst margins of the linearised loop on one motor, stuck and sliding.
 
     Null where the loop is unstable or has no such crossing.
     """

@@ -194,7 +194,7 @@ def _words(name: str, value: float, velocity: float | None, wanted: str) -> str:
 
 
 def _at(velocity: float) -> str:
-    return f" at {velocity * 1e3:.3g} mm/s"
+    return f" at {velocity * 1e3:.3g} mm/s" if velocity else " at standstill"
 
 
 def _number(name: str, value: float) -> str:

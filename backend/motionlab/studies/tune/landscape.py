@@ -160,7 +160,7 @@ def _edge(
     problem: TuningProblem, axis: str, k_p: Array, k_d: Array
 ) -> list[list[tuple[float, float]]]:
     try:
-        family = LoopFamily.of(problem.scenario, problem.variant, axis, (SLIDING,))
+        family = LoopFamily.of(problem.scenario, problem.variant, axis, (0.0, SLIDING))
     except NoLinearisation:
         return []
     return [

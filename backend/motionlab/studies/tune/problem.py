@@ -20,6 +20,7 @@ from motionlab.studies.tune.request import LandscapeRequest, TuneRequest
 from motionlab.studies.tune.trials import TrialSetup
 
 Source = str | Path | Mapping[str, Any]
+_REGULARISATION = "compensation.regularisation"
 
 
 @dataclass(frozen=True)
@@ -107,6 +108,7 @@ def plan(request: TuneRequest | LandscapeRequest, source: Source | None = None) 
     axes = _moving(request, own)
     if isinstance(request, TuneRequest):
         _refuse_what_has_no_effect(request, scenario.variants[variant].controller)
+        _refuse_unstable_gains(request, scenario.variants[variant].controller)
     if "settling" in request.objective:
         _refuse_without_hold(own)
     return TuningProblem(request, scenario, variant, axes, setups)
@@ -114,25 +116,31 @@ def plan(request: TuneRequest | LandscapeRequest, source: Source | None = None) 
 
 def unstable_warnings(problem: TuningProblem) -> list[str]:
     """Return a sentence for each axis whose present gains are unstable, with the gain's limit."""
-    said = []
-    for axis in problem.axes:
-        v = SLIDING * getattr(problem.scenario.plant, axis).friction.v_s
-        try:
-            stable = linearise(problem.scenario, problem.variant, axis, v=v).stable
-        except ConfigError as error:
-            return [f"{error.errors[0].loc} {error.errors[0].message}: margins are not looked at"]
-        if stable:
-            continue
-        gains = getattr(problem.controller, axis)
-        units = {"k_p": "N/m", "k_d": "N s/m"}
-        limits = stability_limits(problem.scenario, problem.variant, axis)
-        named = [
-            f"{problem.path(f'{axis}.{gain}')} = {getattr(gains, gain):.6g} {units[gain]}"
-            + (f" (the stability boundary, moved alone: {limit:.6g})" if limit else "")
-            for gain, limit in limits.items()
+    try:
+        return [
+            warning
+            for axis in problem.axes
+            for speed in (SLIDING, 0.0)
+            if (warning := _unstable_warning(problem, axis, speed))
         ]
-        said.append("the present gains are unstable: " + ", ".join(named))
-    return said
+    except ConfigError as error:
+        return [f"{error.errors[0].loc} {error.errors[0].message}: margins are not looked at"]
+
+
+def _unstable_warning(problem: TuningProblem, axis: str, speed: float) -> str:
+    scenario, variant = problem.scenario, problem.variant
+    v = speed * getattr(scenario.plant, axis).friction.v_s
+    if linearise(scenario, variant, axis, v=v).stable:
+        return ""
+    gains = getattr(problem.controller, axis)
+    units = {"k_p": "N/m", "k_d": "N s/m"}
+    named = [
+        f"{problem.path(f'{axis}.{gain}')} = {getattr(gains, gain):.6g} {units[gain]}"
+        + (f" (the stability boundary, moved alone: {limit:.6g})" if limit else "")
+        for gain, limit in stability_limits(scenario, variant, axis, speed).items()
+    ]
+    where = "" if speed else " at standstill"
+    return f"the present gains are unstable{where}: {', '.join(named)}"
 
 
 def _trials(
@@ -199,6 +207,24 @@ def _refuse_what_has_no_effect(request: TuneRequest, controller: ControllerConfi
     ]
     if idle:
         raise ConfigError(*idle)
+
+
+def _refuse_unstable_gains(request: TuneRequest, controller: ControllerConfig) -> None:
+    """Refuse a range in which residual-k is unstable by itself."""
+    also, own = request.also, controller.compensation
+    searched = [path for path in also if path in {"compensation.gain", _REGULARISATION}]
+    _, gain = also.get("compensation.gain", (0.0, own.gain or 0.0))
+    least, _ = also.get(_REGULARISATION, (own.regularisation, 0.0))
+    refusal = controller.refusal_of_gain(gain, least) if searched else None
+    if refusal is not None:
+        reason, limit = refusal
+        path = searched[0]
+        low, high = also[path]
+        loc, written = f"also.{path}", f"{low:g} to {high:g}"
+        if path == _REGULARISATION:
+            raise ConfigError(FieldError(loc, f"its gain of {gain:g} 1/s {reason}", written))
+        bounds = {"exclusive_maximum": limit}
+        raise ConfigError(FieldError(loc, reason, written, unit="1/s", bounds=bounds))
 
 
 def _refuse_without_hold(trials: TrialSetup) -> None:

@@ -135,6 +135,7 @@ def _places(worst: dict[str, WorstMotor]) -> str:
     of: dict[str, list[str]] = {}
     for quantity, (_, motor, velocity) in worst.items():
         where = "" if velocity is None else f" ({velocity * 1e3:.3g} mm/s)"
+        where = " (standstill)" if velocity == 0.0 else where
         of.setdefault(motor, []).append(f"{quantity.replace('_', ' ')}{where}")
     return "; ".join(f"worst on {motor}: {', '.join(names)}" for motor, names in of.items())
 

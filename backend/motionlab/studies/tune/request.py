@@ -59,7 +59,8 @@ class GainBounds(Config):
 class Constraints(Config):
     """Constraints of a candidate; null disables one.
 
-    Margins are the worst of the loop linearised while it slides, from 0.5 to 4 Stribeck velocities.
+    Margins are the worst of the linearised loop, at standstill and from 0.5 to 4 Stribeck
+    velocities.
     """
 
     gain_margin: float | None = quantity(
@@ -72,7 +73,7 @@ class Constraints(Config):
         le=100,
     )
     phase_margin: float | None = quantity(
-        "Least phase margin, from 0.5 to 4 Stribeck velocities",
+        "Least phase margin, at standstill and from 0.5 to 4 Stribeck velocities",
         shown="°",
         example=0.5236,
         unit="rad",

@@ -3942,7 +3942,7 @@ export interface components {
             velocity: "measured" | "reference";
             /**
              * gain of K
-             * @description Gain of K; left out: 100/s for residual-k, 300/s for canudas-de-wit
+             * @description Gain of K; left out: 300/s for canudas-de-wit; for residual-k 40/s, or 0.9 of its limit, below which its residual does not feed itself: 2 c sigma_0/sigma_1 of the controller's model, 1 + c^2 instead of 2 c from c = 1 on, c being the regularisation
              * @default null
              */
             gain: number | null;
@@ -3955,7 +3955,7 @@ export interface components {
             /**
              * Regularisation
              * @description What keeps e_z finite where D crosses zero, in units of sigma_0 (residual-k)
-             * @default 0.3
+             * @default 0.4
              */
             regularisation: number;
             /**
@@ -3995,7 +3995,8 @@ export interface components {
          * Constraints
          * @description Constraints of a candidate; null disables one.
          *
-         *     Margins are the worst of the loop linearised while it slides, from 0.5 to 4 Stribeck velocities.
+         *     Margins are the worst of the linearised loop, at standstill and from 0.5 to 4 Stribeck
+         *     velocities.
          */
         Constraints: {
             /**
@@ -4007,7 +4008,7 @@ export interface components {
             gain_margin: number | null;
             /**
              * Phase Margin
-             * @description Least phase margin, from 0.5 to 4 Stribeck velocities
+             * @description Least phase margin, at standstill and from 0.5 to 4 Stribeck velocities
              * @default 0.5236
              * @example 0.5236
              */
@@ -4268,7 +4269,7 @@ export interface components {
              *       "velocity": "measured",
              *       "gain": null,
              *       "residual_bandwidth": 30,
-             *       "regularisation": 0.3,
+             *       "regularisation": 0.4,
              *       "bristle_limit": null,
              *       "k_d_share": 0
              *     }
@@ -6291,7 +6292,7 @@ export interface components {
         };
         /**
          * GainMargins
-         * @description Worst margins of the linearised loop on one motor, from 0.5 to 4 Stribeck velocities.
+         * @description Worst margins of the linearised loop on one motor, stuck and sliding.
          *
          *     Null where the loop is unstable or has no such crossing.
          */
@@ -7644,6 +7645,62 @@ export interface components {
             token: string;
         };
         /**
+         * LoopAt
+         * @description The loop of one axis at one velocity; null where there is no such crossing.
+         */
+        LoopAt: {
+            /**
+             * Velocity
+             * @description Sliding velocity, m/s; 0 at standstill
+             */
+            velocity: number;
+            /**
+             * Stable
+             * @description Whether every pole lies inside the unit circle
+             */
+            stable: boolean;
+            /**
+             * K P Limit
+             * @description Nearest k_p at which stability changes, N/m
+             */
+            k_p_limit: number | null;
+            /**
+             * K D Limit
+             * @description Nearest k_d at which stability changes, N s/m
+             */
+            k_d_limit: number | null;
+            /**
+             * Crossover
+             * @description Highest frequency at which abs(L) = 1, Hz
+             */
+            crossover: number | null;
+            /**
+             * Phase Margin
+             * @description rad
+             */
+            phase_margin: number | null;
+            /**
+             * Gain Margin
+             * @description Factor > 1 up to the stability boundary
+             */
+            gain_margin: number | null;
+            /**
+             * Gain Reduction
+             * @description Factor < 1 down to the stability boundary
+             */
+            gain_reduction: number | null;
+            /**
+             * Ms
+             * @description Peak of the sensitivity
+             */
+            Ms: number;
+            /**
+             * Bandwidth
+             * @description -3 dB of L/(1 + L), Hz
+             */
+            bandwidth: number | null;
+        };
+        /**
          * LoopCurve
          * @description A frequency response.
          */
@@ -7762,12 +7819,12 @@ export interface components {
         };
         /**
          * LoopOfAxis
-         * @description The loop of one axis while it slides; null where there is no such crossing.
+         * @description The loop of one axis while it slides, and at standstill.
          */
         LoopOfAxis: {
             /**
              * Velocity
-             * @description Sliding velocity, m/s
+             * @description Sliding velocity, m/s; 0 at standstill
              */
             velocity: number;
             /**
@@ -7815,6 +7872,8 @@ export interface components {
              * @description -3 dB of L/(1 + L), Hz
              */
             bandwidth: number | null;
+            /** @description Stuck: the bristle is a spring, and the thrust is about that of breakaway */
+            standstill: components["schemas"]["LoopAt"];
         };
         /**
          * LoopOfVariant
@@ -8091,7 +8150,7 @@ export interface components {
             gain_margin: number | null;
             /**
              * Phase Margin
-             * @description Least phase margin, from 0.5 to 4 Stribeck velocities
+             * @description Least phase margin, at standstill and from 0.5 to 4 Stribeck velocities
              * @default 0.5236
              */
             phase_margin: number | null;
@@ -8123,6 +8182,11 @@ export interface components {
              * @description By which a number of the controller is multiplied; null for a switch
              */
             factor: number | null;
+            /**
+             * Eased
+             * @description Whether a margin stays beyond its limit, where it is now, and gets no worse
+             */
+            eased: boolean;
             /**
              * Error
              * @description Largest error about the peak with it, m
@@ -14048,6 +14112,11 @@ export interface components {
              */
             time: number;
             /**
+             * Period
+             * @description After which the motion repeats, s; null of one that ends
+             */
+            period: number | null;
+            /**
              * Window
              * @description Errors about the peak are taken here, s
              */
@@ -14062,9 +14131,9 @@ export interface components {
             peak: number;
             /**
              * Window Peak
-             * @description Largest error over the metrics window now, m
+             * @description Largest error over the metrics window now, m; null where the run diverges
              */
-            window_peak: number;
+            window_peak: number | null;
             /**
              * Goal
              * @description Error that counts as mended, m
@@ -14173,14 +14242,14 @@ export interface components {
         };
         /**
          * WorstMargin
-         * @description Worst value of a margin while the axis slides, and its velocity.
+         * @description Worst value of a margin, and the velocity there.
          */
         WorstMargin: {
             /** Value */
             value: number;
             /**
              * Velocity
-             * @description Sliding velocity
+             * @description Sliding velocity; 0 at standstill
              */
             velocity: number;
         };
@@ -19755,7 +19824,7 @@ export interface operations {
                     axis?: ("x" | "y") | null;
                     /**
                      * Time
-                     * @description A moment near the peak; left out: that of the largest error in the metrics window
+                     * @description A moment near the peak, of a motion that repeats in any of its laps; left out: that of the largest error in the metrics window
                      */
                     time?: number | null;
                     /**

@@ -103,6 +103,8 @@ export type AxisMetrics = Schemas['AxisMetrics'];
 /** Of a measurement there is no contour error. */
 export interface VariantMetrics extends Partial<Pick<Schemas['VariantResult'], 'contour'>> {
   diverged: { time: number } | null;
+  /** What to know of its figures; a session has none. */
+  notes?: readonly string[];
   axes: Partial<Record<Axis, Partial<AxisMetrics>>>;
 }
 

@@ -14,6 +14,9 @@ export interface LoopQuestion {
 
 export type LoopFigures = NonNullable<Loops['variants'][string]['axes'][string]>;
 
+/** The figures at one velocity. */
+export type LoopAt = Omit<LoopFigures, 'standstill'>;
+
 export class LoopMargins {
   /** null before the first answer, and where the last question was refused. */
   known = $state.raw<Loops | null>(null);

@@ -1,9 +1,9 @@
 import { describe, expect, it } from 'vitest';
 import type { Loops } from '../api/types';
-import { LoopMargins, type LoopFigures } from './loops.svelte';
-import { inDecibels, leastGainMargin, marginCells } from './margins';
+import { LoopMargins, type LoopAt, type LoopFigures } from './loops.svelte';
+import { inDecibels, instability, leastGainMargin, marginCells } from './margins';
 
-const LOOP: LoopFigures = {
+const SLIDING: LoopAt = {
   velocity: 0.17,
   stable: true,
   k_p_limit: 3.3e6,
@@ -15,6 +15,10 @@ const LOOP: LoopFigures = {
   Ms: 2.2,
   bandwidth: 73,
 };
+const LOOP: LoopFigures = {
+  ...SLIDING,
+  standstill: { ...SLIDING, velocity: 0, phase_margin: 2, gain_margin: 20, Ms: 1.5 },
+};
 const LIMITS = { gain_margin: 2, phase_margin: Math.PI / 5, Ms: null };
 const cells = (loop: Partial<LoopFigures> = {}) =>
   marginCells({ ...LOOP, ...loop }, (name) => LIMITS[name]);
@@ -22,6 +26,17 @@ const cells = (loop: Partial<LoopFigures> = {}) =>
 it('writes margins in decibels', () => {
   expect(inDecibels(2)).toBe('6.02');
   expect(inDecibels(null)).toBe('∞');
+});
+
+it('shows the worse of sliding and standstill, and where it is', () => {
+  const stuck = { ...LOOP.standstill, gain_margin: 1.2 };
+  expect(cells({ standstill: stuck }).map(({ text, place }) => [text, place])).toEqual([
+    ['1.58', 'at standstill'],
+    ['30.0', 'sliding at 170 mm/s'],
+    ['2.20', 'sliding at 170 mm/s'],
+  ]);
+  expect(instability(LOOP)).toBe('');
+  expect(instability({ ...LOOP, standstill: { ...stuck, stable: false } })).toBe('at standstill');
 });
 
 describe('margins against their limits', () => {

@@ -136,7 +136,8 @@ export function bestSoFar(cost: readonly (number | null)[]): (number | null)[] {
 
 /** Where a quantity is worst: `matched`, or `matched at 17.6 mm/s`. */
 export function placeOf({ motor, velocity }: Worst): string {
-  return velocity === null ? motor : `${motor} at ${digits(velocity * 1e3)} mm/s`;
+  if (velocity === null) return motor;
+  return `${motor} at ${velocity === 0 ? 'standstill' : `${digits(velocity * 1e3)} mm/s`}`;
 }
 
 /** Says on which motor each quantity of a line is worst. */

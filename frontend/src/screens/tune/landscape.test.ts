@@ -42,9 +42,21 @@ it('draws the way of a start only of the axis that is shown', () => {
 });
 
 it('names the edge of gains that are unstable', () => {
-  const figures = { stable: false, k_p_limit: 3.254e6, k_d_limit: null } as LoopFigures;
+  const standstill = { velocity: 0, stable: true };
+  const figures = {
+    velocity: 0.17,
+    stable: false,
+    k_p_limit: 3.254e6,
+    k_d_limit: null,
+    standstill,
+  } as LoopFigures;
   expect(limitWarnings(figures, 'x')).toEqual([
     'The chosen gains of x are unstable. The stability boundary, each gain moved alone: k_p = 3254 N/mm.',
   ]);
-  expect(limitWarnings({ ...figures, stable: true }, 'x')).toEqual([]);
+  const stable = { ...figures, stable: true };
+  expect(limitWarnings(stable, 'x')).toEqual([]);
+  const stuck = { ...figures.standstill, stable: false, k_p_limit: null, k_d_limit: null };
+  expect(limitWarnings({ ...stable, standstill: stuck }, 'x')).toEqual([
+    'The chosen gains of x are unstable at standstill.',
+  ]);
 });

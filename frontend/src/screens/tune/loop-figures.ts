@@ -3,7 +3,7 @@
 import { at } from '../../app/api/scenario-paths';
 import type { Scenario } from '../../app/api/types';
 import { digits, scaleFor } from '../../ui/units';
-import type { LoopFigures } from '../../app/loop/loops.svelte';
+import type { LoopAt } from '../../app/loop/loops.svelte';
 import { inDecibels, inDegrees } from '../../app/loop/margins';
 import type { LookedAt } from './loop-store.svelte';
 
@@ -18,7 +18,7 @@ const MARGINS: readonly {
   name: string;
   unit: string;
   title: string;
-  read: (figures: LoopFigures) => string;
+  read: (figures: LoopAt) => string;
 }[] = [
   {
     name: 'stable',
@@ -52,6 +52,9 @@ const MARGINS: readonly {
   },
 ];
 
+/** Those of the rows that are shown at standstill too. */
+const AT_REST: ReadonlySet<string> = new Set(['stable', 'gain margin', 'phase margin']);
+
 function number(value: number | null, factor = 1): string {
   return value === null ? '–' : digits(value * factor);
 }
@@ -60,18 +63,29 @@ function number(value: number | null, factor = 1): string {
 export function marginRows(present: LookedAt | null, chosen: LookedAt | null): FigureRow[] {
   const figures = (chosen ?? present)?.figures;
   const speed = figures ? ` at ${digits(figures.velocity * 1e3)} mm/s` : '';
-  return MARGINS.map(({ name, unit, title, read }) => ({
+  const sliding = MARGINS.map(({ name, unit, title, read }) => ({
     name: name.endsWith('margin') ? `${name}${speed}` : name,
     unit,
     title,
     values: [present, chosen].map((looked) => (looked?.figures ? read(looked.figures) : '–')),
   }));
+  const atRest = MARGINS.filter(({ name }) => AT_REST.has(name)).map(
+    ({ name, unit, title, read }) => ({
+      name: `${name} at standstill`,
+      unit,
+      title: `${title}, while the axis is stuck and its bristle is a spring`,
+      values: [present, chosen].map((looked) =>
+        looked?.figures ? read(looked.figures.standstill) : '–',
+      ),
+    }),
+  );
+  return [...sliding, ...atRest];
 }
 
 /** Says at which velocity the margins hold. */
 export function marginNote({ figures }: LookedAt): string {
   if (!figures) return '';
-  return `Sliding at ${digits(figures.velocity * 1e3)} mm/s, four Stribeck velocities; the candidates’ margins are the worst from 0.5 to 4.`;
+  return `Sliding at ${digits(figures.velocity * 1e3)} mm/s, four Stribeck velocities; the candidates’ margins are the worst from 0.5 to 4 and at standstill.`;
 }
 
 /** Errors of one loop by the equations, and simulated without and with friction. */

@@ -1,0 +1,51 @@
+"""What makes the figures of a run worthless, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from motionlab.config.scenario import Scenario
+from motionlab.errors import ConfigError
+from motionlab.loop.linearise import SLIDING, linearise
+
+_SATURATED = 0.05
+"""Share of the time at a limit that is worth a word; friction reversals reach a limit at times."""
+
+
+def warnings_of(scenario: Scenario, name: str, result: Mapping[str, Any]) -> Iterator[str]:
+    """Yield warnings of one variant: that it diverged, is unstable, or at its limits.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Parameters at the end of the window.
+    name : str
+        The variant.
+    result : mapping
+        ``diverged`` and ``axes`` of its result.
+    """
+    if result["diverged"]:
+        where = result["diverged"]
+        yield f"diverged at t = {where['time']:.4f} s: {where['channel']}"
+        return
+    for axis, metrics in result["axes"].items():
+        causes = _instability(scenario, name, axis)
+        share = metrics["saturated_fraction"] or 0.0
+        if share > _SATURATED:
+            causes.append(f"its command is at a limit {100 * share:.3g} % of the time")
+        if causes:
+            yield f"on {axis}: {' and '.join(causes)}"
+
+
+def _instability(scenario: Scenario, name: str, axis: str) -> list[str]:
+    """Return where the linearised loop of an axis is unstable, as far as that is known."""
+    v_s = getattr(scenario.plant, axis).friction.v_s
+    speeds = {"while it slides": SLIDING * v_s, "at standstill": 0.0}
+    try:
+        where = [
+            words for words, v in speeds.items() if not linearise(scenario, name, axis, v=v).stable
+        ]
+    except ConfigError:  # the law has no linearisation, or its map no gain at this force
+        return []
+    return [f"its linearised loop is unstable {' and '.join(where)}"] if where else []
