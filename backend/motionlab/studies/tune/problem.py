@@ -211,7 +211,7 @@ def _refuse_what_has_no_effect(request: TuneRequest, controller: ControllerConfi
 
 def _refuse_unstable_gains(request: TuneRequest, controller: ControllerConfig) -> None:
     """Refuse a range in which residual-k is unstable by itself."""
-    also, own = request.also, controller.compensation
+    also, own = {str(path): ends for path, ends in request.also.items()}, controller.compensation
     searched = [path for path in also if path in {"compensation.gain", _REGULARISATION}]
     _, gain = also.get("compensation.gain", (0.0, own.gain or 0.0))
     least, _ = also.get(_REGULARISATION, (own.regularisation, 0.0))
