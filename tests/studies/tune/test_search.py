@@ -109,7 +109,7 @@ def test_the_simulation_runs_away_beyond_the_edge_and_not_within_it(axis: str) -
     changes = {**IDEAL, "divergence_error": 3e-6, "variants.B.controller": "pd"}
     changes |= {"variants.B.controller.force_limit": 1000.0}
     scenario = load_scenario(f"stair-{axis}-500nm", changes)
-    family = LoopFamily.of(scenario, "B", axis)
+    family = LoopFamily.of(scenario, "B", axis, SPEEDS)
     edge = stability_edge(family, np.geomspace(1e4, 3e7, 24), np.geomspace(1e2, 1e5, 24))
     judged: set[bool] = set()
     for k_p, k_d in np.concatenate(edge)[2:-2:10]:
@@ -127,6 +127,32 @@ def test_the_simulation_runs_away_beyond_the_edge_and_not_within_it(axis: str) -
 
 
 # -- the search -----------------------------------------------------------------------------------
+
+
+def test_gains_that_oscillate_at_rest_do_not_hold_the_limits() -> None:
+    """Ample while it slides, Canudas de Wit's law with these gains has 3 degrees at rest."""
+    law = {"plant": "matched", "variants.B.controller": "canudas-de-wit"}
+    present = searched(axis="y", set=law, starts=1, evaluations=10).groups[0].present
+    margin = present.axes["y"].margins["matched"].phase_margin
+    assert margin is not None and margin.velocity == 0.0
+    assert math.degrees(margin.value) == pytest.approx(3.2, abs=0.2)
+    assert any("at standstill" in violation for violation in present.violations)
+
+
+@pytest.mark.parametrize(
+    ("also", "place"),
+    [
+        ({"compensation.gain": [10.0, 60.0]}, "also.compensation.gain"),
+        ({"compensation.regularisation": [0.2, 1.0]}, "also.compensation.regularisation"),
+    ],
+)
+def test_no_range_of_residual_k_is_searched_in_which_it_is_unstable(
+    also: dict[str, list[float]], place: str
+) -> None:
+    law = {"variants.B.controller": "residual-k", "variants.B.controller.compensation.gain": 40.0}
+    with pytest.raises(ConfigError, match="residual feeds itself") as refusal:
+        searched(set=law, also=also)
+    assert refusal.value.errors[0].loc == place
 
 
 def test_where_none_holds_a_constraint_the_one_that_violates_it_least_comes_first() -> None:
@@ -184,7 +210,14 @@ def test_gains_found_keep_their_margins_at_any_velocity_on_every_motor(law: str)
             v_s = getattr(scenario.plant, axis).friction.v_s
             loops = [linearise(scenario, "B", axis, v=speed * v_s) for speed in between]
             assert all(loop.stable for loop in loops)
-            least[plant] = worst(loops)
+            stuck = linearise(scenario, "B", axis, v=0.0)
+            assert stuck.stable
+            at_rest = margins(stuck.open)
+            gain, phase = worst(loops)
+            least[plant] = (
+                min(gain, factor(at_rest)),
+                min(phase, at_rest.phase_margin or math.inf),
+            )
         for plant, (gain, phase) in least.items():
             # as near as the figures come that the search reads off: docs/tune.md
             assert gain >= 2.0 * (1.0 - TOLD_GAIN)
@@ -276,9 +309,11 @@ def test_an_observer_is_tuned_with_both_axes_together() -> None:
 
 def test_an_unstable_start_is_told_with_its_limit_and_left() -> None:
     found = searched(axis="x", set={"variants.B.controller.x.k_p": 6e6})
-    (warning,) = found.warnings
-    assert "variants.B.controller.x.k_p = 6e+06 N/m" in warning
-    assert "stability boundary" in warning
+    sliding, stuck = found.warnings
+    for warning in (sliding, stuck):
+        assert "variants.B.controller.x.k_p = 6e+06 N/m" in warning
+        assert "stability boundary" in warning
+    assert "at standstill" in stuck and "at standstill" not in sliding
     group = found.groups[0]
     assert any("unstable" in violation for violation in group.present.violations)
     assert group.candidates[0].violations == []

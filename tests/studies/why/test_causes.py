@@ -117,7 +117,7 @@ def test_the_time_chooses_the_peak() -> None:
     ("request_", "loc"),
     [
         ({"variant": "Z"}, "variant"),
-        ({"time": 1e3}, "time"),
+        ({"scenario": "stair-x-500nm", "set": {}, "axis": "x", "time": 1e3}, "time"),
         ({"goal": -1.0}, "goal"),
         ({"scenario": "stair-x-500nm", "set": {}, "axis": "y"}, "axis"),
     ],
