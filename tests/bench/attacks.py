@@ -20,6 +20,14 @@ from typing import Any
 PATIENCE = 120.0  # s
 _JOIN = 2.0  # s that a thread gets to end; its last request may take longer
 VARIANTS = string.ascii_uppercase
+BODIES = {
+    "of paths": json.dumps({"set": {f"variants.A.controller.x.k_p{i}": 1 for i in range(6500)}}),
+    "of numbers": json.dumps({"set": {"window": [0.123456789012] * 16_000}}),
+    "of tables": json.dumps({"set": {"window": [{"a": 1} for _ in range(25_000)]}}),
+    "with a key twice": json.dumps({"set": {f"k{i}": 1 for i in range(20_000)}})[:-1] + ',"set":1}',
+}
+"""Bodies of 250 kB that are refused."""
+EQUAL_HEADERS = ",".join(["x"] * 30_000) + "\n1\n"
 BOMB = "a." * 20_000 + "a=1"  # 40 kB of one dotted key
 
 

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import asyncio
+import contextlib
 import importlib
+import inspect
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
+import anyio.to_thread
 import httpx
 import pytest
+from fastapi.dependencies.models import Dependant
+from fastapi.routing import APIRoute, iter_route_contexts
 
 from motionlab.errors import ConfigError, FieldError
+from motionlab.service.http import compression, strict_json
 from motionlab.service.settings import Settings
 from tests.service.conftest import MakeLive, MakeServer
 from tests.service.live import API, Live, Stream, until
@@ -77,6 +84,86 @@ def test_a_stop_does_not_wait_for(
         finally:
             gate.let_through.set()
         pending.result(PATIENCE)
+
+
+@contextlib.contextmanager
+def without_threads(server: Server) -> Iterator[None]:
+    """Occupy every thread that requests share: AnyIO's, asyncio's and those of sessions."""
+    over = threading.Event()
+
+    async def occupy() -> list[asyncio.Future[Any]]:
+        loop = asyncio.get_running_loop()
+        limiter = anyio.to_thread.current_default_thread_limiter()
+        tokens = int(limiter.total_tokens)
+        taken = [asyncio.ensure_future(anyio.to_thread.run_sync(over.wait)) for _ in range(tokens)]
+        pools = (None, server.app.state.sessions.threads, strict_json._READER)
+        taken += [loop.run_in_executor(pool, over.wait) for pool in pools for _ in range(64)]
+        while limiter.available_tokens:
+            await asyncio.sleep(0.001)
+        return taken
+
+    async def end(taken: list[asyncio.Future[Any]]) -> None:
+        await asyncio.gather(*taken)
+
+    taken = server.call(occupy())
+    try:
+        yield
+    finally:
+        over.set()
+        server.call(end(taken))
+
+
+def test_a_stop_needs_no_thread_of_requests(make_live: MakeLive, server: Server) -> None:
+    stopped, deleted = make_live(), make_live()
+    for live in (stopped, deleted):
+        live.do("play")
+    with without_threads(server):
+        assert stopped.do("stop")["state"] == "stopping"
+        assert stopped.client.delete(deleted.path).status_code == 204
+        assert stopped.client.get(f"{API}/health").status_code == 200
+        assert stopped.client.post(f"{API}/drive/stop").status_code == 404  # has no link
+    until(lambda: stopped.state == "stopped")
+
+
+def test_the_answer_to_a_stop_is_not_compressed_in_its_turn(
+    make_live: MakeLive, server: Server, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    live = make_live()
+    monkeypatch.setattr("motionlab.service.http.compression._IN_THREAD", 0)
+    gate = Gate(monkeypatch, "motionlab.service.http.compression", "_gzip")
+    with ThreadPoolExecutor(8) as clients:
+        pending = [clients.submit(live.client.get, f"{API}/schema") for _ in range(2)]
+        until(lambda: not compression._places._value)
+        try:
+            answer = live.post("stop")
+            assert (answer.status_code, "content-encoding" in answer.headers) == (200, False)
+        finally:
+            gate.let_through.set()
+        for each in pending:
+            assert each.result(PATIENCE).headers["content-encoding"] == "gzip"
+
+
+def dependencies(dependant: Dependant) -> Iterator[Callable[..., Any]]:
+    for each in dependant.dependencies:
+        if each.call is not None:
+            yield each.call
+        yield from dependencies(each)
+
+
+def test_no_request_waits_for_a_thread_to_find_what_it_is_about(server: Server) -> None:
+    contexts = list(iter_route_contexts(server.app.routes))
+    routes = [each.original_route for each in contexts if isinstance(each.original_route, APIRoute)]
+    calls = {call for route in routes for call in dependencies(route.dependant)}
+    assert {call.__name__ for call in calls} >= {"find_session", "find_drives"}
+    assert [call for call in calls if not inspect.iscoroutinefunction(call)] == []
+    stops = {
+        each.path: each.endpoint
+        for each in contexts
+        if str(each.path).endswith("/stop")
+        or (each.path == f"{API}/sessions/{{session_id}}" and "DELETE" in (each.methods or ()))
+    }
+    assert len(stops) == 3
+    assert all(map(inspect.iscoroutinefunction, stops.values()))
 
 
 def test_a_stop_ends_a_step(make_live: MakeLive, server: Server) -> None:

@@ -8,8 +8,8 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 from typing import Any
 
+from anyio.to_thread import current_default_thread_limiter
 from fastapi import FastAPI
-from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import PlainTextResponse
 from prometheus_client import CONTENT_TYPE_LATEST
 
@@ -17,6 +17,7 @@ from motionlab import __version__
 from motionlab.config.shipped import data_root
 from motionlab.service.drive_friction import FrictionStep
 from motionlab.service.drives import Drives
+from motionlab.service.garbage_collection import GarbageCollection
 from motionlab.service.http import openapi, page, problems
 from motionlab.service.http.access_log import AccessLog
 from motionlab.service.http.compression import CompressedJson
@@ -106,6 +107,9 @@ _MODULES = (
 )
 """Routes of the API, in the order of its documentation."""
 
+_THREADS = 4
+"""Threads of routes that are not coroutines: more would take the interpreter's lock from STOP."""
+
 _DESCRIPTION = """\
 Runs a simulated planar switched reluctance motor under several controllers on the same noise. All
 numbers are SI. Errors are RFC 9457 problem documents."""
@@ -120,6 +124,7 @@ def asyncapi() -> dict[str, Any]:
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     """Start what a server has beside its routes, and end it."""
     settings: Settings = app.state.settings
+    current_default_thread_limiter().total_tokens = _THREADS
     app.state.memory = MemoryBudget(settings.memory_max)
     app.state.writing = asyncio.Lock()  # of files, so that the other workers are free
     app.state.downloads = asyncio.Semaphore(settings.downloads_max)
@@ -149,7 +154,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     async def warm() -> None:
         await app.state.workers.forks.settled.wait()  # it compiles; here it is only loaded
         try:
-            await run_in_threadpool(warm_up)
+            await asyncio.to_thread(warm_up)
         except Exception:
             _LOG.exception("not everything could be loaded beforehand")
         kernels.start()
@@ -159,7 +164,8 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     if app.state.drives is not None:
         friction = FrictionStep(app.state.drives, app.state.sessions, app.state.workers)
         app.state.drives.torque_steps["friction"] = friction
-    yield
+    async with _collecting_garbage(app):
+        yield
     if app.state.drives is not None:
         await app.state.drives.close()
     for evictor in evictors:
@@ -173,6 +179,27 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     await app.state.jobs.close()
     await app.state.workers.close()
     kernels.close()
+
+
+@asynccontextmanager
+async def _collecting_garbage(app: FastAPI) -> AsyncIterator[None]:
+    """Collect garbage where it delays no STOP, if this process serves nothing else."""
+    if not app.state.owns_process:
+        yield
+        return
+    garbage = GarbageCollection(lambda: _moving(app), lambda: app.state.memory.taken)
+    garbage.begin()
+    collecting = asyncio.create_task(garbage.keep_collecting())
+    yield
+    collecting.cancel()
+    garbage.end()
+
+
+def _moving(app: FastAPI) -> bool:
+    """Return whether a session runs, or drives have torque."""
+    drives: Drives | None = app.state.drives
+    sessions: Sessions = app.state.sessions
+    return any(each.runs for each in sessions.all()) or (drives is not None and drives.active)
 
 
 def create_app(settings: Settings | None = None) -> FastAPI:
@@ -202,6 +229,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         responses=problems.responses(400, 401, 403),
     )
     app.state.settings = settings
+    app.state.owns_process = False  # `serve` says otherwise
     app.state.logins = Logins(settings.token)
     monitor = app.state.monitor = Monitor()
     app.add_middleware(CompressedJson)

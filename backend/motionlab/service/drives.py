@@ -7,6 +7,8 @@ import contextlib
 import logging
 import time
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 from pydantic import BaseModel, Field
 
@@ -45,6 +47,7 @@ _LOG = logging.getLogger(__name__)
 
 _WATCH = 0.2  # s
 _TEXT_MAX = 1000
+_THREADS = 4  # an order, a step of commissioning, its document, a link that is brought up
 TORQUE_STEPS: dict[StepName, Callable[[StepRun], Finding]] = {
     "currents": phase_currents,
     "commutation": commutation_offset,
@@ -89,6 +92,8 @@ class Drives:
     def __init__(self, config: DriveConfig) -> None:
         self.commissioning = Commissioning(config, data_root() / "commissioning.json")
         self.link = DriveLink(self.config)
+        # Not the loop's own threads, where an order would wait for the disk of other requests.
+        self._threads = ThreadPoolExecutor(_THREADS, thread_name_prefix="drives")
         self.lease = Lease()
         self.running: RunningStep | None = None
         self.torque_steps = dict(TORQUE_STEPS)
@@ -105,6 +110,11 @@ class Drives:
         """The link in effect: its file with the changes that commissioning took."""
         return self.commissioning.config
 
+    @property
+    def active(self) -> bool:
+        """Whether the drives have torque, or a step of commissioning goes on."""
+        return self.running is not None or self.link.state in _ACTIVE
+
     async def order(self, order: Order, token: str) -> None:
         """Give an order in the name of who holds the lease.
 
@@ -120,7 +130,7 @@ class Drives:
         if order is Order.DISARM:
             self.note_stop("disarmed", self.lease.holder)
         try:
-            await asyncio.to_thread(self.link.order, order)
+            await self._in_thread(self.link.order, order)
         finally:
             if order is Order.DISARM:  # what was asked for before it, and is on its way, too
                 self.stop("disarmed")
@@ -160,7 +170,7 @@ class Drives:
             link.order(Order.ARM, stops)
 
         with self.ordering():
-            await asyncio.to_thread(arm)
+            await self._in_thread(arm)
 
     @contextlib.contextmanager
     def ordering(self) -> Iterator[None]:
@@ -212,14 +222,14 @@ class Drives:
             if self.link.state in _ACTIVE:
                 raise LinkError(f"not possible while the link is {self.link.state.name.lower()}")
             before = self.config
-            await asyncio.to_thread(change)
+            await self._in_thread(change)
             if self.config != before:
                 await self._begin_anew()
 
     async def _begin_anew(self) -> None:
         """End the loop and begin another one, with the configuration in effect."""
-        await asyncio.to_thread(self.link.close)
-        self.link = await asyncio.to_thread(DriveLink, self.config)
+        await self._in_thread(self.link.close)
+        self.link = await self._in_thread(DriveLink, self.config)
         self._history.follow(self.link)
 
     async def do_step(self, name: StepName) -> None:
@@ -249,7 +259,7 @@ class Drives:
             self._begin_step(name)
             return
         judge = {"drives": find_drives, "identity": compare_identity}[name]
-        await asyncio.to_thread(commissioning.put, name, judge(self.config, found))
+        await self._in_thread(commissioning.put, name, judge(self.config, found))
 
     def check_free(self) -> None:
         """Refuse during a step of commissioning, another order, or a link that is brought up.
@@ -288,7 +298,7 @@ class Drives:
     async def _finish_step(self, name: StepName, run: StepRun) -> None:
         """Do a step with torque to its end, and keep what it found."""
         try:
-            finding = await asyncio.to_thread(self.torque_steps[name], run)
+            finding = await self._in_thread(self.torque_steps[name], run)
         except Stopped as error:
             finding = Finding(at=time.time(), holds=False, text=f"ended before its end: {error}")
         except MotionLabError as error:
@@ -299,7 +309,7 @@ class Drives:
             _LOG.exception("step %s of commissioning", name)
             finding = Finding(at=time.time(), holds=False, text="it failed: see the server's log")
         try:
-            await asyncio.to_thread(self.commissioning.put, name, finding)
+            await self._in_thread(self.commissioning.put, name, finding)
         except MotionLabError as error:  # it is shown, and kept with the next step
             _LOG.warning("step %s of commissioning: %s", name, error)
         finally:
@@ -317,7 +327,7 @@ class Drives:
         if by_hand.complete:
             finding = judge_encoders(self.config, by_hand)
             with contextlib.suppress(StoreError, LinkError):  # kept with the next step; begun anew
-                await asyncio.to_thread(self.commissioning.put, "encoders", finding)
+                await self._in_thread(self.commissioning.put, "encoders", finding)
 
     def note_stop(self, cause: str, by: str = "") -> None:
         """Keep who or what is about to switch the torque off, where it is on."""
@@ -331,7 +341,7 @@ class Drives:
 
     def _end_control(self, cause: str, why: str) -> None:
         """Stop what moves, and whatever is about to; the lease is free once nothing does."""
-        active = self.running is not None or self.link.state in _ACTIVE
+        active = self.active
         self.note_stop(cause, self.lease.holder)
         self.stop(why)
         if active:
@@ -352,11 +362,15 @@ class Drives:
         if self._doing is not None:
             self.stop("the server ended")
             await self._doing
-        await asyncio.to_thread(self.link.close)
+        await self._in_thread(self.link.close)
+        self._threads.shutdown(wait=False)
 
     def status(self) -> DriveStatus:
         """Return what a person needs to know of the link at the moment."""
         return drive_status(self.config, self.link, self.lease, self._history)
+
+    async def _in_thread(self, work: Callable[..., Any], *arguments: Any) -> Any:
+        return await asyncio.get_running_loop().run_in_executor(self._threads, work, *arguments)
 
     async def _watch(self) -> None:
         """Stop what moves when the heartbeat of the lease ends; then free it."""

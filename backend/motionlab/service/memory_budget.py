@@ -32,6 +32,11 @@ class MemoryBudget:
         self._taken = 0
         self._lock = threading.Lock()
 
+    @property
+    def taken(self) -> int:
+        """Bytes that are reserved."""
+        return self._taken
+
     def check(self, wanted: int) -> None:
         """Refuse a run larger than the whole budget.
 

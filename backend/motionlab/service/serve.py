@@ -119,7 +119,9 @@ def serve(loaded: Loaded, *, opens: bool = False) -> None:
         download.remove_leftovers()
         make_private(_ours(data_root()))
         _log_from(given.log_level)
-        config = configuration(create_app(settings), given.log_level)
+        app = create_app(settings)
+        app.state.owns_process = True
+        config = configuration(app, given.log_level)
         local = "127.0.0.1" if given.host in _EVERY_ADDRESS else shown
         with contextlib.suppress(KeyboardInterrupt):  # how it is meant to end
             _Server(config, f"http://{local}:{taken}/" if opens else None).run(sockets=[listener])

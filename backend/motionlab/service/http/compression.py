@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import asyncio
 import re
+import threading
 import zlib
+from concurrent.futures import ThreadPoolExecutor
 
-from fastapi.concurrency import run_in_threadpool
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
@@ -17,6 +19,10 @@ _REFUSED = re.compile(r"\s*q=0(\.0*)?\s*")
 _GZIP = 16 + zlib.MAX_WBITS
 _IN_THREAD = 32 * 1024
 """Bytes from which compression takes a thread, so that it does not delay streams."""
+
+_PACKING = 2
+_PACKERS = ThreadPoolExecutor(_PACKING, thread_name_prefix="gzip")
+_places = threading.Semaphore(_PACKING)
 
 
 def accepts_gzip(headers: Headers) -> bool:
@@ -74,7 +80,15 @@ async def _pack(start: Message, message: Message, accepted: bool) -> Message:
     if not accepted:
         return message
     body = message["body"]
-    packed = await run_in_threadpool(_gzip, body) if len(body) >= _IN_THREAD else _gzip(body)
+    if len(body) < _IN_THREAD:
+        packed = _gzip(body)
+    elif _places.acquire(blocking=False):
+        try:
+            packed = await asyncio.get_running_loop().run_in_executor(_PACKERS, _gzip, body)
+        finally:
+            _places.release()
+    else:  # the answer to a STOP, which is long with many variants, waits for no other one
+        return message
     headers["Content-Encoding"] = "gzip"
     headers["Content-Length"] = str(len(packed))
     return {**message, "body": packed}

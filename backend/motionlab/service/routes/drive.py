@@ -81,8 +81,8 @@ class ArmRequest(MotionRequest):
     )
 
 
-def find_drives(request: Request) -> Drives:
-    """Return the drive link, or answer 404."""
+async def find_drives(request: Request) -> Drives:
+    """Return the drive link, or answer 404."""  # a coroutine, as `find_session`
     drives: Drives | None = request.app.state.drives
     if drives is None:
         raise HTTPException(404, "this server has no drive link: start it with --drive FILE")

@@ -111,8 +111,9 @@ class TickAnswer(BaseModel):
     tick: int = Field(description="First tick at which it holds")
 
 
-def find_session(request: Request, session_id: SessionId) -> Session:
+async def find_session(request: Request, session_id: SessionId) -> Session:
     """Return a session, or answer 404."""
+    # A coroutine: what is none runs in AnyIO's threads, and STOP would wait there for a turn.
     return request.app.state.sessions.find(session_id)
 
 
