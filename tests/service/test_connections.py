@@ -6,6 +6,7 @@ import base64
 import contextlib
 import json
 import os
+import resource
 import socket
 import tempfile
 from collections.abc import Iterator
@@ -15,6 +16,7 @@ import pytest
 from websockets.frames import Frame, Opcode
 
 from motionlab.service.http import connection_limits, download
+from motionlab.service.serve import _within_open_files
 from motionlab.service.settings import Settings
 from tests.service.conftest import Connect, MakeServer
 from tests.service.live import API, Live, until
@@ -234,3 +236,25 @@ def test_a_full_temporary_folder_is_told_apart(
     assert answer.status_code == 507
     assert str(tmp_path) not in answer.text
     assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize(
+    ("soft", "hard", "most", "raised"),
+    [
+        (1024, 4096, 800, None),
+        (256, 4096, 800, 1024),
+        (256, resource.RLIM_INFINITY, 800, 1024),
+        (64, 64, 32, None),
+        (128, 512, 288, 512),
+    ],
+)
+def test_a_limit_of_open_files_lowers_that_of_connections(
+    soft: int, hard: int, most: int, raised: int | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    limits = []
+    monkeypatch.setattr(resource, "getrlimit", lambda _: (soft, hard))
+    monkeypatch.setattr(resource, "setrlimit", lambda _, pair: limits.append(pair[0]))
+    settings = _within_open_files(Settings(connections_max=800, websockets_max=512))
+    assert settings.connections_max == most
+    assert settings.websockets_max == (512 if most == 800 else most // 2)
+    assert limits == ([] if raised is None else [raised])

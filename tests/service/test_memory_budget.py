@@ -113,3 +113,40 @@ def test_a_container_has_less_than_the_machine(
     assert memory_budget.recordable(10**18) == machine
     (tmp_path / "memory.max").write_text("2000000\n")
     assert memory_budget.recordable(10**18) == 1_000_000
+
+
+@pytest.mark.parametrize(
+    ("groups", "limits", "expected"),
+    [
+        ("0::/\n", {"memory.max": "6000"}, 3000),
+        ("0::/a.slice/lab.service\n", {"a.slice/lab.service/memory.max": "4000"}, 2000),
+        (
+            "0::/a.slice/lab.service\n",
+            {"a.slice/lab.service/memory.max": "max", "a.slice/memory.max": "5000"},
+            2500,
+        ),
+        (
+            "3:cpu,cpuacct:/x\n4:memory:/docker/abc\n0::/\n",
+            {"memory/docker/abc/memory.limit_in_bytes": "8000", "cpu/x/memory.max": "1"},
+            4000,
+        ),
+        ("4:memory:/docker/abc\n", {"memory/memory.limit_in_bytes": "2000"}, 1000),  # a container
+        ("0::/nowhere\n", {}, 10_000),
+    ],
+)
+def test_the_limit_of_any_group_counts(
+    groups: str,
+    limits: dict[str, str],
+    expected: int,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    own = tmp_path / "own"
+    own.write_text(groups)
+    root = tmp_path / "cgroup"
+    for name, limit in limits.items():
+        (root / name).parent.mkdir(parents=True, exist_ok=True)
+        (root / name).write_text(f"{limit}\n")
+    monkeypatch.setattr(memory_budget, "_OWN_CGROUPS", own)
+    monkeypatch.setattr(memory_budget, "_CGROUPS", root)
+    assert memory_budget.recordable(10_000) == expected

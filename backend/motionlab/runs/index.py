@@ -19,6 +19,7 @@ from sqlalchemy.exc import ArgumentError, DBAPIError
 
 from motionlab.config.bounds import check_text
 from motionlab.errors import ConfigError, FieldError, StoreError, StoreFull
+from motionlab.runs.postgresql import Deadline, connect_arguments
 from motionlab.runs.query import find
 from motionlab.runs.run import CHANGEABLE, Page, Run, RunDetail
 from motionlab.runs.search import HEADLINE, LIMIT_MAX, Search
@@ -31,6 +32,7 @@ VERSION = "0005"
 _MAPPED = 1 << 30  # bytes of SQLite's file that are read without a copy
 _BACKUP, _BACKUPS = ".backup", 3  # copies of the index from before it was migrated
 _BUSY_SECONDS = 10.0  # for another process's write to SQLite
+_POSTGRESQL = {"postgresql", "postgresql+psycopg"}
 _NARROW = {column.name for column in RUNS.columns}
 _ENTRY = set(Run.model_fields) - _NARROW
 _RECORD = set(RunDetail.model_fields) - set(Run.model_fields)
@@ -55,6 +57,7 @@ class Index:
         self._file = _sqlite_file(self._engine)
         self._alone = self._engine.execution_options(begin="IMMEDIATE")  # of SQLite's writers
         self._sqlite = self._engine.dialect.name == "sqlite"
+        self._deadline = None if self._sqlite else Deadline(self._engine)
         if self._sqlite:
             event.listen(self._engine, "connect", _set_up_sqlite)
             event.listen(self._engine, "begin", _begin_sqlite)
@@ -80,15 +83,23 @@ class Index:
         StoreError
             If the index cannot be reached; `StoreFull` where its disk is full.
         """
-        with _failures(), self._alone.begin() as connection:
+        with self._reached(), self._alone.begin() as connection:
             yield connection
+
+    @contextlib.contextmanager
+    def _reached(self) -> Iterator[None]:
+        """Fail in words, and in time."""
+        with _failures(), contextlib.ExitStack() as bounded:
+            if self._deadline is not None:
+                bounded.enter_context(self._deadline.running())
+            yield
 
     def put(self, *runs: RunDetail) -> None:
         """Insert runs, or replace what is known of them."""
         documents = [run.model_dump(mode="json") for run in runs]
         check_text(documents, loc="run")
         rows = [{name: each[name] for name in _NARROW} for each in documents]
-        with _failures(), self._engine.begin() as connection:
+        with self._reached(), self._engine.begin() as connection:
             self._upsert(connection, RUNS, rows)
             self._upsert(connection, WORDS, [{"run": run.id, "words": _words(run)} for run in runs])
             self._upsert(
@@ -119,13 +130,13 @@ class Index:
 
     def get(self, run_id: str) -> RunDetail | None:
         """Return a run, also a deleted one; None if there is none of that identifier."""
-        with _failures(), self._engine.connect() as connection:
+        with self._reached(), self._engine.connect() as connection:
             return _read(connection, run_id)
 
     def named(self, name: str) -> list[str]:
         """Return the runs of that very name, two at most; no deleted ones."""
         wanted = sa.select(RUNS.c.id).where(RUNS.c.name == name, RUNS.c.deleted.is_(None))
-        with _failures(), self._engine.connect() as connection:
+        with self._reached(), self._engine.connect() as connection:
             return list(connection.execute(wanted.limit(2)).scalars())
 
     def page(
@@ -155,7 +166,7 @@ class Index:
         ConfigError
             If it cannot be sorted that way, or the cursor is none.
         """
-        with _failures(), self._engine.connect() as connection:
+        with self._reached(), self._engine.connect() as connection:
             found = find(connection, search, sort, limit, cursor)
             rows = connection.execute(
                 sa.select(RUNS, DOCUMENTS.c.entry).join(DOCUMENTS).where(RUNS.c.id.in_(found.ids))
@@ -169,7 +180,7 @@ class Index:
         check_text(
             {name: changes[name] for name in ("name", "note", "tags") if name in changes}, loc="run"
         )
-        with _failures(), self._alone.begin() as connection:
+        with self._reached(), self._alone.begin() as connection:
             run = _read(connection, run_id, lock=not self._sqlite)
             if run is None:
                 return None
@@ -204,20 +215,20 @@ class Index:
         """
         which = [RUNS.c.id == run_id]
         which.append(RUNS.c.pinned.is_(False) if before == math.inf else RUNS.c.deleted < before)
-        with _failures(), self._engine.begin() as connection:
+        with self._reached(), self._engine.begin() as connection:
             return bool(
                 connection.execute(sa.update(RUNS).where(*which).values(deleted=0.0)).rowcount
             )
 
     def drop(self, run_id: str) -> None:
         """Forget a run."""
-        with _failures(), self._engine.begin() as connection:
+        with self._reached(), self._engine.begin() as connection:
             connection.execute(sa.delete(RUNS).where(RUNS.c.id == run_id))
 
     def deleted_before(self, instant: float) -> list[str]:
         """Return the runs that were deleted before an instant, s since 1970."""
         query = sa.select(RUNS.c.id).where(RUNS.c.deleted < instant)
-        with _failures(), self._engine.connect() as connection:
+        with self._reached(), self._engine.connect() as connection:
             return list(connection.execute(query).scalars())
 
     def unpinned(self) -> list[tuple[str, int]]:
@@ -227,7 +238,7 @@ class Index:
             .where(RUNS.c.pinned.is_(False), RUNS.c.state != "recording")
             .order_by(RUNS.c.deleted.is_(None), RUNS.c.created)
         )
-        with _failures(), self._engine.connect() as connection:
+        with self._reached(), self._engine.connect() as connection:
             return [(row.id, row.size) for row in connection.execute(query)]
 
     def sizes(self) -> tuple[int, int]:
@@ -236,7 +247,7 @@ class Index:
         query = sa.select(
             sa.func.coalesce(sa.func.sum(RUNS.c.size), 0), sa.func.coalesce(pinned, 0)
         )
-        with _failures(), self._engine.connect() as connection:
+        with self._reached(), self._engine.connect() as connection:
             held, kept = connection.execute(query).one()
         return int(held), int(kept)
 
@@ -259,7 +270,7 @@ class Index:
             .order_by(sa.func.count().desc(), TAGS.c.tag)
             .limit(LIMIT_MAX)
         )
-        with _failures(), self._engine.connect() as connection:
+        with self._reached(), self._engine.connect() as connection:
             numbers = connection.execute(sums).mappings().one()
             result: dict[str, Any] = {name: int(value) for name, value in numbers.items()}
             result["tags"] = {tag: count for tag, count in connection.execute(tags)}
@@ -285,7 +296,7 @@ class Index:
 
     def _migrate(self) -> None:
         """Bring the tables to `VERSION`, one process at a time; quick where they are there."""
-        with self._engine.connect() as connection:
+        with self._reached(), self._engine.connect() as connection:
             if sa.inspect(connection).has_table("alembic_version"):
                 found = connection.execute(
                     sa.text("SELECT version_num FROM alembic_version")
@@ -300,6 +311,7 @@ class Index:
         config.set_main_option("script_location", str(Path(__file__).parent / "migrations"))
         with self._alone.begin() as connection:
             if not self._sqlite:
+                connection.execute(sa.text("SET LOCAL statement_timeout = 0"))  # it takes its time
                 connection.execute(sa.text("SELECT pg_advisory_xact_lock(7212019)"))
             rows = []
             if sa.inspect(connection).has_table("alembic_version"):
@@ -412,7 +424,9 @@ def _begin_sqlite(connection: sa.Connection) -> None:
 
 def _engine(url: str) -> sa.Engine:
     try:
-        return sa.create_engine(url, pool_pre_ping=True)
+        address = sa.make_url(url)
+        arguments = connect_arguments(address) if address.drivername in _POSTGRESQL else {}
+        return sa.create_engine(address, pool_pre_ping=True, connect_args=arguments)
     except (ArgumentError, ValueError):  # which may quote it, with its password
         raise _no_address(url) from None
     except ModuleNotFoundError:

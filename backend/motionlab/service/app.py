@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import os
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 from typing import Any
@@ -132,7 +133,10 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     app.state.broadcast = Broadcast()
     app.state.scenes = Scenes(most=settings.scenes_max)
     app.state.workers = Workers(
-        count=settings.workers, waiting_max=settings.waiting_max, memory=app.state.memory
+        count=settings.workers,
+        waiting_max=settings.waiting_max,
+        memory=app.state.memory,
+        index_share=max(1, settings.workers // 2) if _index_is_remote() else None,
     )
     app.state.workers.start()
     recorder = app.state.recorder = RunRecorder(data_root(), app.state.workers)
@@ -179,6 +183,10 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     await app.state.jobs.close()
     await app.state.workers.close()
     kernels.close()
+
+
+def _index_is_remote() -> bool:
+    return os.environ.get("MOTIONLAB_DATABASE_URL", "").startswith("postgres")
 
 
 @asynccontextmanager

@@ -15,7 +15,8 @@ from motionlab.errors import ConfigError, FieldError
 SHARE = 0.5
 """Share of the machine's memory for recordings."""
 
-_CGROUP = Path("/sys/fs/cgroup/memory.max")
+_CGROUPS = Path("/sys/fs/cgroup")
+_OWN_CGROUPS = Path("/proc/self/cgroup")
 
 
 class MemoryBudget:
@@ -90,6 +91,30 @@ class MemoryBudget:
 def recordable(most: int) -> int:
     """Return how many bytes recordings may take on this machine, `most` at most."""
     machine = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    with contextlib.suppress(OSError, ValueError):  # no container, or none with a limit
-        machine = min(machine, int(_CGROUP.read_text()))
-    return min(most, int(SHARE * machine))
+    return min(most, int(SHARE * min([machine, *_limits()])))
+
+
+def _limits() -> Iterator[int]:
+    """Yield the memory limits of this process's control groups and of all above them, bytes.
+
+    Lines of ``/proc/self/cgroup`` are ``0::/path`` of version 2 and ``4:memory:/path`` of version
+    1. In a container the path may be that of the host, where its own group is at the root.
+    """
+    try:
+        lines = _OWN_CGROUPS.read_text().splitlines()
+    except OSError:  # a kernel without control groups
+        return
+    for line in lines:
+        _, _, rest = line.partition(":")
+        controllers, _, path = rest.partition(":")
+        if controllers and "memory" not in controllers.split(","):
+            continue
+        root, name = (
+            (_CGROUPS / "memory", "memory.limit_in_bytes")
+            if controllers
+            else (_CGROUPS, "memory.max")
+        )
+        group = root / path.strip("/")
+        for folder in {root, group, *group.parents} - set(root.parents):
+            with contextlib.suppress(OSError, ValueError):  # "max", or no such group here
+                yield int((folder / name).read_text())

@@ -113,7 +113,7 @@ def serve(loaded: Loaded, *, opens: bool = False) -> None:
         for warning in loaded.warnings:
             _say(f"motionlab: {warning}")
         _keep_freed_memory()
-        _allow_connections(settings.connections_max)
+        settings = _within_open_files(settings)
         sys.setswitchinterval(_SWITCH_SECONDS)
         remove_leftovers(data_root())
         download.remove_leftovers()
@@ -231,13 +231,27 @@ def _open(page: str) -> None:
         _say(f"There is no browser here: open {page} in one")
 
 
-def _allow_connections(count: int) -> None:
-    """Raise the process's limit of open files where connections need it."""
+def _within_open_files(settings: Settings) -> Settings:
+    """Raise the process's limit of open files for its connections, or lower their number to it.
+
+    A connection beyond the limit could not be accepted: none would make place for it.
+    """
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    wanted = count + _OTHER_FILES
-    if soft < wanted:
+    needed = settings.connections_max + _OTHER_FILES
+    limit = needed if hard == resource.RLIM_INFINITY else min(needed, hard)
+    if soft < limit:
         with contextlib.suppress(ValueError, OSError):
-            resource.setrlimit(resource.RLIMIT_NOFILE, (min(wanted, hard), hard))
+            resource.setrlimit(resource.RLIMIT_NOFILE, (limit, hard))
+            soft = limit
+    if soft >= needed:
+        return settings
+    most = soft - min(_OTHER_FILES, soft // 2)
+    _say(
+        f"motionlab: {most} connections instead of {settings.connections_max} (connections_max): "
+        f"the process may open {soft} files (ulimit -Hn), and {needed} are needed"
+    )
+    sockets = min(settings.websockets_max, most // 2)
+    return settings.model_copy(update={"connections_max": most, "websockets_max": sockets})
 
 
 def _keep_freed_memory() -> None:

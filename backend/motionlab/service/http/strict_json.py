@@ -11,6 +11,7 @@ from typing import Any
 import pydantic_core
 from fastapi import HTTPException, Request, Response
 from fastapi.routing import APIRoute
+from starlette.exceptions import HTTPException as AnyHTTPException
 
 from motionlab.config.bounds import DEPTH_MAX, check_depth, check_text
 from motionlab.errors import ConfigError
@@ -35,7 +36,12 @@ class JsonRoute(APIRoute):
         handler = super().get_route_handler()
 
         async def handle(request: Request) -> Response:
-            return await handler(_JsonRequest(request.scope, request.receive))
+            try:
+                return await handler(_JsonRequest(request.scope, request.receive))
+            except AnyHTTPException as error:
+                if isinstance(error.__cause__, ConfigError):  # FastAPI took it for broken JSON
+                    raise error.__cause__ from None
+                raise
 
         return handle
 
@@ -56,8 +62,6 @@ def _read(body: bytes) -> Any:
         check_depth(content, loc="body")
         if not body.isascii() or b"\\u" in body or b"\0" in body:  # of UTF-16
             check_text(content, loc="body")
-    except ConfigError as error:  # which FastAPI takes for broken JSON
-        raise HTTPException(422, str(error)) from None
     except RecursionError:
         raise HTTPException(422, "the body is nested too deeply") from None
     except json.JSONDecodeError:

@@ -30,7 +30,7 @@ from motionlab.problems import plain
 from motionlab.runs.library import FREE_LEAST, library, quota, spools
 from motionlab.runs.new_run import live_run
 from motionlab.runs.run import Event, RunDetail, new_id
-from motionlab.service.workers.pool import Workers
+from motionlab.service.workers.pool import Workers, indexed
 from motionlab.service.workers.worker import Call
 from motionlab.simulation.result import metadata
 from motionlab.telemetry.channels import Channel
@@ -455,10 +455,12 @@ def _has_spools(root: Path) -> bool:
     return roomy and any(spools(root).glob("r-*"))
 
 
+@indexed
 def _put(_: Call, run: RunDetail) -> None:
     library().index.put(run)
 
 
+@indexed
 def _listed_again(_: Call, run: RunDetail) -> None:
     """Put a run into the index that lacks it, unless it has ended meanwhile."""
     if library().index.get(run.id) is None and any(library().spools.glob(f"{run.id}*")):
@@ -466,6 +468,7 @@ def _listed_again(_: Call, run: RunDetail) -> None:
         library().list_changes(run.id)
 
 
+@indexed
 def _changes_listed(_: Call, run_id: str) -> None:
     library().list_changes(run_id)
 
@@ -478,5 +481,6 @@ def _recovered(_: Call) -> None:
     library().recover()
 
 
+@indexed
 def _purged(_: Call) -> None:
     library().purge()

@@ -16,6 +16,7 @@ from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute
 from motionlab.service.routes.simulate import ChangedScenario
 from motionlab.service.worker_answers import ComputedResponse, called, computed
+from motionlab.service.workers.pool import indexed
 from motionlab.service.workers.worker import Call
 
 router = APIRouter(prefix="/gain-sets", tags=["gain sets"], route_class=JsonRoute)
@@ -90,12 +91,14 @@ async def delete_gain_set(request: Request, name: SetName) -> Response:
     return Response(status_code=204)
 
 
+@indexed
 def _listed() -> list[GainSet]:
     from motionlab.runs.gain_sets import all_sets
 
     return all_sets(library().index)
 
 
+@indexed
 def _saved(name: str, body: GainSetRequest) -> GainSet:
     from motionlab.runs.gain_sets import save_set
 
@@ -105,12 +108,14 @@ def _saved(name: str, body: GainSetRequest) -> GainSet:
     return found
 
 
+@indexed
 def _as_toml(_: Call, name: str) -> bytes:
     from motionlab.runs.gain_sets import find_set
 
     return tomli_w.dumps(tables_of(find_set(library().index, name))).encode()
 
 
+@indexed
 def _deleted(_: Call, name: str) -> None:
     from motionlab.runs.gain_sets import delete_set
 

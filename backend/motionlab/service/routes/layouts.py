@@ -13,6 +13,7 @@ from motionlab.service.http.openapi_input import examples
 from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute
 from motionlab.service.worker_answers import called, computed
+from motionlab.service.workers.pool import indexed
 from motionlab.service.workers.worker import Call
 
 router = APIRouter(prefix="/layouts", tags=["layouts"], route_class=JsonRoute)
@@ -61,12 +62,14 @@ async def delete_one(request: Request, name: LayoutName) -> Response:
     return Response(status_code=204)
 
 
+@indexed
 def _listed() -> list[ScopeLayout]:
     from motionlab.runs.layouts import all_layouts
 
     return all_layouts(library().index)
 
 
+@indexed
 def _saved(name: str, body: LayoutRequest) -> ScopeLayout:
     from motionlab.runs.layouts import save_layout
 
@@ -75,6 +78,7 @@ def _saved(name: str, body: LayoutRequest) -> ScopeLayout:
     return layout
 
 
+@indexed
 def _deleted(_: Call, name: str) -> None:
     from motionlab.runs.layouts import delete_layout
 

@@ -33,6 +33,7 @@ from motionlab.service.http.problems import responses
 from motionlab.service.http.strict_json import JsonRoute
 from motionlab.service.live.run_recorder import RunRecorder
 from motionlab.service.worker_answers import ComputedResponse, called, computed
+from motionlab.service.workers.pool import indexed
 from motionlab.service.workers.worker import Call
 from motionlab.telemetry.expressions.columns import compile_columns, split_columns
 
@@ -216,10 +217,12 @@ async def get_glitches(request: Request, run_id: RunId) -> Response:
     return await computed(request, _glitches, run_id)
 
 
+@indexed
 def _page(q: str, sort: str, limit: int, cursor: str | None) -> Page:
     return library().index.page(parse(q), sort=sort, limit=limit, cursor=cursor)
 
 
+@indexed
 def _storage() -> Storage:
     return Storage(
         **library().index.totals(),
@@ -230,22 +233,27 @@ def _storage() -> Storage:
     )
 
 
+@indexed
 def _get(run_id: str) -> RunDetail:
     return library().get(run_id)
 
 
+@indexed
 def _glitches(run_id: str) -> RunGlitches:
     return run_glitches(run_id)
 
 
+@indexed
 def _change(run_id: str, changes: dict[str, Any]) -> Run:
     return _entry(library().change(run_id, changes))
 
 
+@indexed
 def _delete(run_id: str) -> Run:
     return _entry(library().delete(run_id))
 
 
+@indexed
 def _restore(run_id: str) -> Run:
     return _entry(library().restore(run_id))
 

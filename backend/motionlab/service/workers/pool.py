@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 from collections import deque
-from collections.abc import Callable, Coroutine
-from typing import Any
+from collections.abc import AsyncIterator, Callable, Coroutine
+from typing import Any, TypeVar
 
 from fastapi import HTTPException
 
@@ -25,6 +26,14 @@ _AGAIN_AFTER = 0.5  # s until another fork is tried
 _RETRY = {"Retry-After": "1"}
 
 _Turn = asyncio.Future[Worker]
+_F = TypeVar("_F", bound=Callable[..., Any])
+_INDEXED: set[Callable[..., Any]] = set()
+
+
+def indexed(function: _F) -> _F:
+    """Mark a call that does little but read or write the index of runs."""
+    _INDEXED.add(function)
+    return function
 
 
 class Workers:
@@ -38,9 +47,18 @@ class Workers:
         Calls that may wait, and as many light ones; one more is answered 429.
     memory : MemoryBudget
         Memory for the calls.
+    index_share : int, optional
+        Calls at once that are marked as `indexed`: a database that hangs occupies no more workers.
     """
 
-    def __init__(self, *, count: int, waiting_max: int, memory: MemoryBudget) -> None:
+    def __init__(
+        self,
+        *,
+        count: int,
+        waiting_max: int,
+        memory: MemoryBudget,
+        index_share: int | None = None,
+    ) -> None:
         self.forks = Forks(memory)
         self._count = count
         self._waiting_max = waiting_max
@@ -48,6 +66,8 @@ class Workers:
         self._alive: set[Worker] = set()
         self._stale: set[Worker] = set()
         self._heavy = 0
+        self._index = None if index_share is None else asyncio.Semaphore(index_share)
+        self._index_waiting = 0
         self._turns: dict[bool, deque[_Turn]] = {True: deque(), False: deque()}
         self._tasks: set[asyncio.Task[None]] = set()
 
@@ -92,6 +112,12 @@ class Workers:
         HTTPException
             429 if too many calls wait, 503 if it takes too long or its process ends.
         """
+        async with self._index_place(function, *arguments[:1]):
+            return await self._run(function, *arguments, light=light, seconds=seconds)
+
+    async def _run(
+        self, function: Callable[..., Any], *arguments: Any, light: bool, seconds: float
+    ) -> CallResult:
         worker = await self._turn(light=light)
         try:
             async with asyncio.timeout(seconds):
@@ -109,6 +135,28 @@ class Workers:
             else:
                 self._free(worker, light=light)
         raise HTTPException(503, detail, _RETRY)
+
+    @contextlib.asynccontextmanager
+    async def _index_place(self, *functions: Any) -> AsyncIterator[None]:
+        """Hold a place among the calls that use the index, if one of the functions does."""
+        if self._index is None or not any(callable(f) and f in _INDEXED for f in functions):
+            yield
+            return
+        if self._index.locked() and self._index_waiting >= self._waiting_max:
+            raise HTTPException(429, f"{self._waiting_max} calls wait already", _RETRY)
+        self._index_waiting += 1
+        try:
+            async with asyncio.timeout(WAIT_SECONDS):
+                await self._index.acquire()
+        except TimeoutError:
+            detail = f"the index of runs was not free within {WAIT_SECONDS:g} s"
+            raise HTTPException(429, detail, _RETRY) from None
+        finally:
+            self._index_waiting -= 1
+        try:
+            yield
+        finally:
+            self._index.release()
 
     async def _turn(self, *, light: bool) -> Worker:
         """Return a worker that is free, when it is one's turn."""
