@@ -271,6 +271,7 @@ NONSENSE = {
         "t;x\n0,1;1\n0,2;2\n0,3;1.000,5\n0,4;4\n",
         "line 4, column 'x': is no finite number \\(decimal comma\\); got '1.000,5'",
     ),
+    "a field without end": ("t,x\n0," + 200_000 * "1" + "x\n1,2\n", "is no table: field larger"),
     "binary": ("t,x\n0,1\0\n", "is neither a text nor"),
     "no Parquet": ("PAR1 but not for long", "is no Parquet file"),
     "no MAT": ("MATLAB 5.0 MAT-file" + 200 * " ", "is no MAT file"),

@@ -52,7 +52,7 @@ class Form:
 
     def split(self, line: str) -> list[str]:
         """Return the fields of a line."""
-        return [f.strip() for f in next(csv.reader([line], delimiter=self.delimiter), [])]
+        return [f.strip() for f in _fields(line, self.delimiter)]
 
     def number(self, text: str) -> bool:
         """Return whether a field is a finite number, but for its size."""
@@ -98,6 +98,13 @@ class Layout:
     notes: list[str] = field(default_factory=list)
 
 
+def _fields(line: str, delimiter: str) -> list[str]:
+    try:
+        return next(csv.reader([line], delimiter=delimiter), [])
+    except csv.Error as error:
+        raise _refused(f"is no table: {error}", line[:80]) from None
+
+
 def missing(text: str) -> bool:
     """Return whether a field stands for no number."""
     return text.lower() in MISSING
@@ -107,8 +114,8 @@ def form_of(lines: Sequence[str], delimiters: Sequence[str], decimals: Sequence[
     """Return the form in which most fields are numbers."""
     forms = []
     for delimiter in delimiters:
-        rows = [next(csv.reader([line], delimiter=delimiter), []) for line in lines]
-        for decimal in [d for d in decimals if d != delimiter] or decimals:
+        rows = [_fields(line, delimiter) for line in lines]
+        for decimal in decimals:
             trial = Form(delimiter, decimal, 0)
             split = [[f.strip() for f in row] for row in rows]
             data = [row for row in split if trial.is_data(row)]
@@ -198,6 +205,12 @@ def _refuse_widths(form: Form, rows: Sequence[Sequence[str]], first: int) -> Non
     filled = [f for f in before if not missing(f)]
     if len(before) != form.width and len(filled) > 1 and all(map(form.counts, filled)):
         raise _refused(f"line {first + 1}: {form.width} fields instead of {len(before)}")
+    names = len(before) > 1 and all(before) and not any(map(form.counts, before))
+    if names and form.delimiter == "," and form.width == 2 * len(before):
+        message = "commas between the columns and in the numbers: write it with semicolons"
+        raise _refused(
+            f"line {first + 1}: {form.width} fields under {len(before)} names; {message}"
+        )
 
 
 def _refuse_thousands(form: Form, rows: Sequence[Sequence[str]], layout: Layout) -> None:
