@@ -10,6 +10,7 @@ from motionlab.trajectories.exchange.svg_path import NUMBER
 
 _GEOMETRY = frozenset("x y cx cy r rx ry width height transform".split())
 _HIDING = frozenset({"display", "visibility"})
+_CLIPPING = frozenset({"clip-path", "mask"})
 _UNREAD = frozenset(
     "d translate rotate scale transform-origin transform-box zoom offset offset-path".split()
 )
@@ -77,7 +78,7 @@ def geometry(style: str) -> dict[str, str]:
     for name, value in declarations(style):
         if name == "transform":
             attributes[name] = _transform(value)
-        elif name in _GEOMETRY or name in _HIDING:
+        elif name in _GEOMETRY or name in _HIDING or name in _CLIPPING:
             attributes[name] = value
         elif name in _UNREAD and not _harmless(value):
             raise StyleError(f"style: {name} is not read; give it as an attribute", value)
