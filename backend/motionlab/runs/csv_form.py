@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from motionlab.errors import ConfigError, FieldError
 from motionlab.runs import clock_text
 from motionlab.runs.column_guess import si_of
+from motionlab.runs.import_document import COLUMNS_MAX
 
 DELIMITERS = {"\t": "tab", ";": "semicolon", ",": "comma"}
 DECIMALS = {".": "point", ",": "comma"}
@@ -125,7 +126,11 @@ def form_of(lines: Sequence[str], delimiters: Sequence[str], decimals: Sequence[
             score = sum(1 if trial.counts(f) else -1 for f in fields) if data else _NO_DATA
             signs = any("." in f or "," in f for f in fields if trial.number(f))
             forms.append(Form(delimiter, decimal, width, score, plain=not signs))
-    return max(forms, key=lambda form: form.score)
+    best = max(forms, key=lambda form: form.score)
+    if best.width > COLUMNS_MAX:  # before names and kinds are made of them
+        bounds: dict[str, float] = {"maximum": COLUMNS_MAX}
+        raise ConfigError(FieldError("file", "has too many columns", best.width, bounds=bounds))
+    return best
 
 
 def layout_of(form: Form, lines: Sequence[str]) -> Layout:
@@ -312,7 +317,7 @@ def _different(names: Sequence[str]) -> list[str]:
         header = text or f"column {index}"
         if header in seen or (not text and header in taken):
             number = next_number[header] or 2
-            while f"{text or 'column'} ({number})" in seen | taken:
+            while (name := f"{text or 'column'} ({number})") in seen or name in taken:
                 number += 1
             next_number[header] = number + 1
             header = f"{text or 'column'} ({number})"

@@ -108,15 +108,31 @@ def read_file(path: Path, said: ImportOptions = GUESSED) -> MeasuredFile:
     file.ignored |= {column.header: "has no number" for column in empty}
     if not file.columns or len(file.columns[0].values) < 2:
         raise refused("has no column of two numbers or more")
-    if (count := len(file.columns)) > COLUMNS_MAX:
-        bounds: dict[str, float] = {"maximum": COLUMNS_MAX}
-        raise ConfigError(FieldError("file", "has too many columns", count, bounds=bounds))
+    _bounded_columns(len(file.columns))
     return file
+
+
+def numbers_in(path: Path) -> int:
+    """Return how many numbers a packed file says that it holds; 0 where only reading it tells."""
+    with path.open("rb") as stream:
+        if _MAGIC.get(stream.read(4)) != "parquet":
+            return 0
+    try:
+        with parquet.ParquetFile(path) as file:
+            return file.metadata.num_rows * file.metadata.num_columns
+    except (OSError, pa.ArrowException):  # said by `read_file`
+        return 0
 
 
 def refused(message: str, value: object = None) -> ConfigError:
     """Return the error of a file that cannot be imported."""
     return ConfigError(FieldError("file", message, value))
+
+
+def _bounded_columns(count: int) -> None:
+    if count > COLUMNS_MAX:
+        bounds: dict[str, float] = {"maximum": COLUMNS_MAX}
+        raise ConfigError(FieldError("file", "has too many columns", count, bounds=bounds))
 
 
 def _bounded(count: int) -> None:
@@ -143,6 +159,7 @@ def _read_parquet(path: Path) -> MeasuredFile:
             numbers = [f.name for f in schema if _numeric(f.type)]
             groups = [file.metadata.row_group(i) for i in range(file.metadata.num_row_groups)]
             rows = max(file.metadata.num_rows, sum(group.num_rows for group in groups))
+            _bounded_columns(len(numbers))  # each is looked for among all
             _bounded(rows * len(numbers))
             counts = Counter(schema.names)
             _refuse_repeated(counts)

@@ -33,6 +33,7 @@ router = APIRouter(prefix="/runs", tags=["runs"], route_class=JsonRoute)
 _IMPORT_SECONDS = 120.0
 _EXPANSION = 8  # memory for reading a file, in sizes of it
 _NUMBER_BYTES = 24  # at most, for each number that is read
+_PACKED_BYTES = 40  # for each number of a packed file, whose size says little
 _EXAMPLE = "time [s],x_ref [mm],x_act [mm]\n0.0000,0.000,0.001\n0.0005,0.010,0.009\n"
 
 
@@ -202,11 +203,17 @@ async def _receive(request: Request, path: Path, held: contextlib.ExitStack) -> 
 
 
 def _import(call: Call, path: str, size: int, options: ImportOptions, preview: bool) -> Import:
+    from motionlab.runs.measured_file import numbers_in
     from motionlab.runs.measurements import import_file
 
-    call.hold(min(_EXPANSION * size, _NUMBER_BYTES * VALUES_MAX))
+    packed = _PACKED_BYTES * min(numbers_in(Path(path)), VALUES_MAX)
+    call.hold(max(min(_EXPANSION * size, _NUMBER_BYTES * VALUES_MAX), packed))
     kept_in = None if preview else library()
-    document, _ = import_file(Path(path), options, library=kept_in, name="measurement")
+    try:
+        document, _ = import_file(Path(path), options, library=kept_in, name="measurement")
+    except MemoryError:
+        text = "takes more memory than one import may have: leave columns out, or import a part"
+        raise ConfigError(FieldError("file", text)) from None
     if document.problems and not preview:
         raise ConfigError(*(FieldError("file", problem) for problem in document.problems))
     return document
