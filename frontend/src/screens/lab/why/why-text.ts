@@ -68,6 +68,6 @@ export function mendText({ mend, goal, why_not }: Why): { head: string; rest: st
     mend.phase_margin === null ? '' : `PM ${inDegrees(mend.phase_margin)}°`,
   ].filter((text) => text !== '');
   const reached = `${among(mend.window_error, scale)} ${scale.unit} over the window`;
-  const eased = mend.eased ? ['beyond a limit as now, and no margin is worse'] : [];
+  const eased = mend.eased ? ['beyond a limit, as now'] : [];
   return { head: `${mend.label}${times}`, rest: [reached, ...margins, ...eased].join(', ') };
 }
