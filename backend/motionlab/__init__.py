@@ -16,9 +16,23 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from motionlab.errors import ConfigError, Infeasible, MotionLabError, RunWarning
     from motionlab.scripting.client import Client
-    from motionlab.scripting.here import design, identify, montecarlo, run, sweep, tune
+    from motionlab.scripting.here import (
+        design,
+        identify,
+        kept,
+        kept_runs,
+        montecarlo,
+        run,
+        sweep,
+        tune,
+    )
+    from motionlab.scripting.kept import KeptRun
+    from motionlab.scripting.lab_server import ServerRefused
     from motionlab.scripting.linear import linearise
     from motionlab.scripting.motion import trajectory
+    from motionlab.scripting.run import Run
+    from motionlab.scripting.session import Session
+    from motionlab.scripting.study_result import StudyResult
 
 try:
     from motionlab._version import __version__
@@ -29,10 +43,17 @@ __all__ = [
     "Client",
     "ConfigError",
     "Infeasible",
+    "KeptRun",
     "MotionLabError",
+    "Run",
     "RunWarning",
+    "ServerRefused",
+    "Session",
+    "StudyResult",
     "design",
     "identify",
+    "kept",
+    "kept_runs",
     "linearise",
     "montecarlo",
     "run",
@@ -49,8 +70,13 @@ _HOMES = {
     "Client": "scripting.client",
     "ConfigError": "errors",
     "Infeasible": "errors",
+    "KeptRun": "scripting.kept",
     "MotionLabError": "errors",
+    "Run": "scripting.run",
     "RunWarning": "errors",
+    "ServerRefused": "scripting.lab_server",
+    "Session": "scripting.session",
+    "StudyResult": "scripting.study_result",
     "linearise": "scripting.linear",
     "trajectory": "scripting.motion",
 }
@@ -66,4 +92,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted({*__all__, "__version__", "__doc__"})

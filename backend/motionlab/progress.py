@@ -118,7 +118,10 @@ def watch_compilation() -> None:
 
     class Listener(event.Listener):
         def on_start(self, event: Any) -> None:
-            compiling()
+            dispatcher = (event.data or {}).get("dispatcher")
+            module = getattr(getattr(dispatcher, "py_func", None), "__module__", None) or ""
+            if module.startswith(_LONG_COMPILATION):
+                compiling()
 
         def on_end(self, event: Any) -> None:
             pass
@@ -140,6 +143,8 @@ def compiling() -> None:
 
 
 _COMPILING = "compiling, once on this machine; `motionlab precompile` compiles everything"
+_LONG_COMPILATION = ("motionlab.kernel", "motionlab.trajectories.time_optimal")
+"""Modules whose functions take long enough to be worth a word."""
 _said: set[str] = set()
 _first_use: ContextVar[contextlib.ExitStack | None] = ContextVar("first_use", default=None)
 

@@ -264,3 +264,25 @@ def test_a_run_outlives_a_pickle_and_draws_what_there_is(circle: Run) -> None:
     assert len({line.get_color() for line in panel.lines}) == 3
     with pytest.raises(motionlab.MotionLabError):
         motionlab.design().save("/proc/design.json")
+
+
+def test_a_kept_run_is_read_back_here(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, circle: Run
+) -> None:
+    monkeypatch.setenv("MOTIONLAB_DATA", str(tmp_path))
+    made = motionlab.run("circle", set=GAIN, keep=True, name="stiff")
+    (listed,) = motionlab.kept_runs("stiff B.x.max<3um")
+    assert listed["id"] == made.id
+    assert motionlab.kept_runs("tag:none") == []
+    for name in (made.id, "stiff"):
+        assert name is not None
+        again = motionlab.kept(name)
+        np.testing.assert_array_equal(again[ERROR], circle[ERROR])
+        np.testing.assert_array_equal(again[RADIAL], circle[RADIAL])
+    largest = circle.metrics["B"]["x"]["max_abs_following_error"]
+    assert again.metrics["B.x.max_abs_following_error"] == largest
+    assert again.scenario == circle.scenario
+    assert "stiff" in repr(again)
+    assert again.id == made.id and again.name == "stiff"
+    with pytest.raises(motionlab.ConfigError, match="no kept run of that name"):
+        motionlab.kept("soft")

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import inspect
 import json
+import re
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +15,7 @@ import pytest
 
 import motionlab
 from motionlab.cli import main
+from motionlab.studies.table import BY_KIND
 
 K_P = "variants.B.controller.x.k_p"
 SHORT = {"trajectory.laps": 2, "window": None}
@@ -63,6 +68,55 @@ def test_plausible_motors_are_rows() -> None:
     assert len(frame) == 4
     worst = found.document.worst[0]
     assert frame[f"{worst.variant}.{worst.axis}.max_abs_following_error"][worst.case] == worst.value
+    # Whoever wants to draw a metric over what was drawn has both.
+    case = {path: frame[path][2] for path in frame if path.startswith("plant.x.friction.")}
+    assert len(case) == 6
+    alone = motionlab.run("circle", set=motions(found, 2))
+    for name, variant in alone.metrics.items():
+        for metric in ("rms_following_error", "rms_force", "itae"):
+            expected = pytest.approx(variant["y"][metric], rel=1e-5)
+            assert frame[f"{name}.y.{metric}"][2] == expected
+    peaks = motionlab.montecarlo("circle", cases=4, table=False).rows()[0]
+    assert len(peaks) == 1 + 4
+
+
+def motions(found: Any, case: int) -> dict[str, Any]:
+    """Return the changes that make a motor of a Monte Carlo study."""
+    plan = found.study.plan({"scenario": "circle", "cases": found.document.cases})
+    return plan.changes(case)
+
+
+@pytest.mark.parametrize("kind", ["tune", "identify", "monte-carlo", "design", "sweep"])
+def test_a_call_names_every_field_of_its_request(kind: str) -> None:
+    """So that an editor completes them and a type checker knows them, with their defaults."""
+    model = BY_KIND[kind].request_model
+    call = getattr(motionlab, kind.replace("-", ""))
+    parameters = inspect.signature(call).parameters
+    here = set() if kind == "design" else {"scheduler"}
+    assert set(parameters) == set(model.model_fields) | here
+    for name, field in model.model_fields.items():
+        default = parameters[name].default
+        if name not in {"scenario", "set", "grid", "table"} and default not in (None, ()):
+            assert default == field.default, name
+        assert re.search(rf"^{name} :|^scenario, set$", inspect.cleandoc(call.__doc__), re.M), name
+
+
+def test_worker_processes_do_not_run_the_script_again(tmp_path: Path) -> None:
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import motionlab\n"
+        "print('begun')\n"
+        "short = {'trajectory.laps': 2}\n"
+        "found = motionlab.montecarlo('circle', short, cases=4, scheduler='processes:2')\n"
+        "print(found.document.cases)\n"
+    )
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["begun", "4"]
+
+
+def test_a_scheduler_that_is_none_is_refused() -> None:
+    with pytest.raises(motionlab.ConfigError, match="scheduler"):
+        motionlab.sweep("circle", {K_P: [1e5]}, scheduler="foo")
 
 
 def test_identified_friction_has_points() -> None:
@@ -86,7 +140,7 @@ def test_a_design_is_a_document_with_a_report() -> None:
 def test_what_is_wrong_is_named() -> None:
     with pytest.raises(motionlab.ConfigError, match=r"variants\.B\.controller\.x\.k_q"):
         motionlab.sweep("circle", {"variants.B.controller.x.k_q": [1.0]})
-    with pytest.raises(motionlab.ConfigError, match="objectiv"):
-        motionlab.tune("circle", objectiv={"rms": 1.0})
+    with pytest.raises(TypeError, match="objectiv"):
+        motionlab.tune("circle", objectiv={"rms": 1.0})  # type: ignore[call-arg]
     with pytest.raises(motionlab.ConfigError, match="cases"):
         motionlab.montecarlo(cases=1)

@@ -104,7 +104,7 @@ def test_a_reset_without_its_map_is_refused_and_changes_nothing(
 def weaken(path: Path, share: float) -> None:
     """Let the file of a map hold another one: that share of every force."""
     tables = json.loads(path.read_text())
-    for name in ("coenergy", "normal_force"):
+    for name in ("coenergy", "linkage", "thrust", "normal_force"):
         tables[name] = [[share * value for value in row] for row in tables[name]]
     path.write_text(json.dumps(tables))
 

@@ -17,6 +17,7 @@ from motionlab.errors import ConfigError, StoreError
 from motionlab.force_sharing.tables import share_cells
 from motionlab.lanes.bank import Bank
 from motionlab.loop.linearise import linearise
+from motionlab.motor_design.fem.force_map import ForceMap, ForceMapDocument
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document, metadata
 from motionlab.simulation.run import run
@@ -38,11 +39,16 @@ def refusal(changes: dict[str, Any]) -> str:
 def own_map(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Return the file of a map that a user keeps under a name of their own: half the forces."""
     monkeypatch.setenv("MOTIONLAB_DATA", str(tmp_path))
-    half = np.array(SHIPPED["coenergy"]) / 2
     path = tmp_path / "maps" / "mine.json"
     path.parent.mkdir()
-    path.write_text(json.dumps(SHIPPED | {"coenergy": half.tolist()}))
+    path.write_text(json.dumps(scaled(1 / 2)))
     return path
+
+
+def scaled(factor: float) -> dict[str, Any]:
+    """Return the shipped map with other forces."""
+    names = ("coenergy", "linkage", "thrust")
+    return SHIPPED | {name: (factor * np.array(SHIPPED[name])).tolist() for name in names}
 
 
 def test_a_name_stands_for_a_table_on_one_axis_or_both() -> None:
@@ -113,8 +119,7 @@ def test_a_result_names_its_maps_by_their_numbers(own_map: Path) -> None:
 def test_another_file_under_a_name_is_another_map(own_map: Path) -> None:
     scenario = load_scenario("circle", SHORT | {"plant.force_map": "mine"})
     first = run(prepare(scenario))
-    weaker = np.array(SHIPPED["coenergy"]) / 3
-    own_map.write_text(json.dumps(SHIPPED | {"coenergy": weaker.tolist()}, indent=1))
+    own_map.write_text(json.dumps(scaled(1 / 3), indent=1))
     second = run(prepare(scenario))
     assert (first.variants["A"].samples != second.variants["A"].samples).any()
 
@@ -140,6 +145,32 @@ def test_absurd_numbers_in_a_file_are_told_and_harm_no_list(own_map: Path, value
     assert own_map.stem not in [entry.name for entry in map_entries()]
 
 
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("thrust", ("thrust.", "contradicts coenergy: dW'/dx is ", "within 5% of the largest")),
+        ("linkage", ("linkage.", "contradicts coenergy: dW'/di is ")),
+        ("coenergy", ("contradicts coenergy",)),
+    ],
+)
+def test_tables_that_contradict_each_other_are_refused(
+    own_map: Path, name: str, words: tuple[str, ...]
+) -> None:
+    tables = json.loads(own_map.read_text())
+    tables[name] = (1.2 * np.array(tables[name])).tolist()
+    own_map.write_text(json.dumps(tables))
+    refused = refusal({"plant.force_map": "mine"})
+    assert all(word in refused for word in words)
+
+
+def test_the_hash_of_another_geometry_is_refused(own_map: Path) -> None:
+    right = SHIPPED["content_hash"]
+    own_map.write_text(json.dumps(scaled(1 / 2) | {"content_hash": "0123456789abcdef"}))
+    refused = refusal({"plant.force_map": "mine"})
+    assert "content_hash: is not that of its geometry and preset" in refused
+    assert f"got '0123456789abcdef'; allowed {right}" in refused
+
+
 def test_a_map_that_gives_no_thrust_is_told(own_map: Path) -> None:
     tables = json.loads(own_map.read_text())
     tables["coenergy"] = [tables["coenergy"][0]] * len(tables["coenergy"])
@@ -150,8 +181,7 @@ def test_a_map_that_gives_no_thrust_is_told(own_map: Path) -> None:
 def test_a_place_without_thrust_one_way_is_no_crash(own_map: Path) -> None:
     tables = json.loads(own_map.read_text())
     tables["coenergy"][10][10] = 0.0
-    own_map.write_text(json.dumps(tables))
-    found = named_map(own_map.stem)
+    found = ForceMap(ForceMapDocument.model_validate(tables))
 
     def thrust(turns: Any, i: Any) -> Any:
         return found.thrust((turns - 0.5) * found.tau, i)

@@ -5,7 +5,9 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import sys
 import threading
+import types
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -38,7 +40,7 @@ class Processes(Pool):
 
     def submit(self, function: Callable[..., Any], tasks: Sequence[Any]) -> list[Future[Any]]:
         """Return a future for each task."""
-        with _one_thread_each():
+        with _one_thread_each(), _without_main():
             return [self._pool.submit(_carry_out, function, task) for task in tasks]
 
     def result(self, future: Future[Any]) -> Any:
@@ -70,6 +72,7 @@ class _Stopped(Exception):
     """Raised in a task that was cancelled."""
 
 
+_main_lock = threading.Lock()
 _stop: Event | None = None
 
 
@@ -95,6 +98,22 @@ def _carry_out(function: Callable[..., Any], task: Any) -> Any:
 def _tell(_: float) -> None:
     if _stop is not None and _stop.is_set():
         raise _Stopped
+
+
+@contextmanager
+def _without_main() -> Iterator[None]:
+    """Let processes that start here not run the caller's script again.
+
+    `multiprocessing` has each import it for functions defined there; tasks are of our modules, and
+    a script without ``if __name__ == "__main__"`` would start its studies once more.
+    """
+    with _main_lock:
+        main = sys.modules["__main__"]
+        sys.modules["__main__"] = types.ModuleType("__main__")
+        try:
+            yield
+        finally:
+            sys.modules["__main__"] = main
 
 
 @contextmanager

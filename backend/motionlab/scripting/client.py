@@ -9,12 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from motionlab.config.load import load_scenario
-from motionlab.errors import MotionLabError
-from motionlab.scripting.channels import Channels, Record
-from motionlab.scripting.lab import Changes, Lab, Source, readable, shown_share, tables
+from motionlab.errors import ConfigError, FieldError, MotionLabError
+from motionlab.scripting.channels import Record
+from motionlab.scripting.kept import KeptRun
+from motionlab.scripting.lab import Changes, Lab, Source, present, readable, shown_share, tables
 from motionlab.scripting.lab_server import ADDRESS, LabServer, ServerRefused
 from motionlab.scripting.run import Run
-from motionlab.scripting.session import Session, from_parquet
+from motionlab.scripting.session import Session, parquet_of
 from motionlab.scripting.study_result import StudyResult
 from motionlab.studies.table import BY_KIND
 
@@ -52,7 +53,7 @@ class Client(Lab):
         Parameters
         ----------
         scenario, set
-            As of `run`.
+            As for `run`.
         """
         body = {"scenario": _sendable(scenario), "set": tables(set, "set")}
         return Session(self._server, self._server.call("POST", "/sessions", body))
@@ -62,16 +63,35 @@ class Client(Lab):
         given = urllib.parse.urlencode(query)
         return self._server.call("GET", f"/runs?{given}")["runs"]
 
-    def kept(self, run_id: str) -> Channels:
-        """Return the channels of a kept run; a session's about a second after it has ended."""
-        path = f"/runs/{urllib.parse.quote(run_id, safe='')}/telemetry?format=parquet"
-        return from_parquet(self._server.fetch("GET", path))
+    def kept(self, run: str) -> KeptRun:
+        """Return a kept run; a session's about a second after it has ended.
 
-    def _study(self, kind: str, scenario: Source | None, set: Changes, **request: Any) -> Any:
+        Parameters
+        ----------
+        run : str
+            Its identifier.
+        """
+        path = f"/runs/{urllib.parse.quote(run, safe='')}"
+        return KeptRun(
+            self._server.call("GET", path),
+            lambda: parquet_of(self._server.fetch("GET", f"{path}/telemetry?format=parquet")),
+        )
+
+    def _study(
+        self,
+        kind: str,
+        scenario: Source | None,
+        set: Changes,
+        scheduler: str | None,
+        **request: Any,
+    ) -> Any:
+        if scheduler is not None:
+            message = "belongs to the server: motionlab serve --scheduler"
+            raise ConfigError(FieldError("scheduler", message, scheduler))
         study = BY_KIND[kind]
         if scenario is not None:
             request |= {"scenario": _sendable(scenario), "set": tables(set, "set")}
-        found = self._answer(study.path, tables(request, kind), kind)
+        found = self._answer(study.path, tables(present(request), kind), kind)
         return StudyResult(study, study.document_model.model_validate(found))
 
     def _answer(self, path: str, body: dict[str, Any], title: str) -> dict[str, Any]:

@@ -10,3 +10,5 @@ tune = _LAB.tune
 identify = _LAB.identify
 montecarlo = _LAB.montecarlo
 design = _LAB.design
+kept = _LAB.kept
+kept_runs = _LAB.kept_runs

@@ -26,6 +26,7 @@ from motionlab.studies.table import BY_KIND
 
 if TYPE_CHECKING:
     from motionlab.motor_design.document import DesignDocument
+    from motionlab.scripting.kept import KeptRun
     from motionlab.studies.identify.document import IdentificationDocument
     from motionlab.studies.montecarlo.document import MonteCarloDocument
     from motionlab.studies.sweep.document import SweepDocument
@@ -39,6 +40,12 @@ Changes = Mapping[str, Any] | None
 
 Values = Sequence[Any] | NDArray[Any] | Mapping[str, Any]
 """Values of a swept field, or ``{"start": ..., "stop": ..., "count": ..., "scale": "log"}``."""
+
+
+Table = Mapping[str, Any] | None
+Axis = Literal["x", "y"]
+AxisChoice = Literal["x", "y", "both"]
+Objective = Literal["peak", "rms", "itae", "settling", "effort"]
 
 
 class Lab(ABC):
@@ -96,103 +103,286 @@ class Lab(ABC):
         set: Changes = None,
         *,
         combine: Literal["grid", "list"] = "grid",
+        scheduler: str | None = None,
     ) -> StudyResult[SweepDocument]:
         """Run a scenario over a grid, or a list, of values of any fields (docs/sweep.md).
 
         Parameters
         ----------
         scenario, set
-            As of `run`.
+            As for `run`.
         grid : mapping of str to values
             Dotted path to a sequence of values, SI or names, or to a range such as
             ``{"start": 1e5, "stop": 1e6, "count": 10, "scale": "log"}``.
         combine : str
             ``grid``: every combination; ``list``: first values together, then second ones.
+        scheduler : str
+            As for `tune`.
         """
         if not isinstance(grid, Mapping):
             raise ConfigError(FieldError("grid", "is no mapping of paths to values", grid))
         fields = [{"path": path} | _dimension(path, values) for path, values in grid.items()]
-        return self._study("sweep", scenario, set, grid=fields, combine=combine)
+        return self._study("sweep", scenario, set, scheduler, grid=fields, combine=combine)
 
-    def tune(
-        self, scenario: Source = "circle", set: Changes = None, **request: Any
+    def tune(  # noqa: PLR0913 - the fields of its request
+        self,
+        scenario: Source = "circle",
+        set: Changes = None,
+        *,
+        variant: str | None = None,
+        axis: AxisChoice = "both",
+        objective: Mapping[Objective, float] | None = None,
+        bounds: Table = None,
+        window: Table = None,
+        plants: Sequence[str] = (),
+        constraints: Table = None,
+        also: Mapping[str, tuple[float, float]] | None = None,
+        starts: int = 4,
+        evaluations: int = 200,
+        scheduler: str | None = None,
     ) -> StudyResult[TuneDocument]:
         """Search gains of one variant by the simplex, under constraints (docs/tune.md).
 
         Parameters
         ----------
         scenario, set
-            As of `run`.
-        **request
-            ``variant``, ``axis`` (x, y, both), ``objective`` (metric to weight), ``constraints``,
-            ``bounds`` (gain to low and high), ``also``, ``starts``, ``evaluations``, ``plants``,
-            ``window``: the fields of ``POST /tune``.
+            As for `run`.
+        variant : str
+            Whose gains; the second variant, or the only one, when left out.
+        axis : str
+            ``x``, ``y`` or ``both``.
+        objective : mapping of str to float
+            Weights of ``peak``, ``rms`` (um), ``itae`` (um s^2), ``settling`` (10 ms) and
+            ``effort`` (N); ``{"rms": 1.0}`` when left out.
+        bounds : mapping
+            ``k_p`` (N/m) and ``k_d`` (N s/m), each low and high.
+        window : mapping
+            ``start`` and ``end`` of the metrics, s; the second lap when left out.
+        plants : sequence of str
+            Shipped motors on which the gains must do as well; the worst one counts.
+        constraints : mapping
+            ``gain_margin`` (1), ``phase_margin`` (rad), ``Ms`` (1), ``saturated`` (1), ``force``
+            (N); None switches one off.
+        also : mapping of str to (low, high)
+            Further numbers of the controller to search, such as ``compensation.gain``.
+        starts : int
+            Starts of the simplex, the first from the present gains.
+        evaluations : int
+            Most evaluations of a start.
+        scheduler : str
+            Who computes: ``threads``, ``processes``, ``processes:N`` or a Dask scheduler
+            (docs/cluster.md); that of MOTIONLAB_SCHEDULER when left out.
 
         Returns
         -------
         StudyResult
             ``result.set`` puts the best gains into the scenario.
         """
-        return self._study("tune", scenario, set, **request)
+        request = {
+            "variant": variant,
+            "axis": axis,
+            "objective": objective,
+            "bounds": bounds,
+            "window": window,
+            "plants": plants,
+            "constraints": constraints,
+            "also": also,
+            "starts": starts,
+            "evaluations": evaluations,
+        }
+        return self._study("tune", scenario, set, scheduler, **request)
 
-    def identify(
-        self, scenario: Source = "circle", set: Changes = None, **request: Any
+    def identify(  # noqa: PLR0913 - the fields of its request
+        self,
+        scenario: Source = "circle",
+        set: Changes = None,
+        *,
+        axis: AxisChoice = "both",
+        speeds: Sequence[float] | NDArray[Any] | None = None,
+        time_max: float = 20.0,
+        pitches_max: int | None = None,
+        presliding: Table = None,
+        variant: str | None = None,
+        apply_to: str | None = None,
+        run: str | None = None,
+        record: Table = None,
+        compare: bool = False,
+        scheduler: str | None = None,
     ) -> StudyResult[IdentificationDocument]:
         """Identify friction by an experiment on the motor, or from a run (docs/identify.md).
 
         Parameters
         ----------
         scenario, set
-            As of `run`.
-        **request
-            ``axis``, ``speeds`` (m/s), ``time_max`` (s), ``pitches_max``, ``presliding``,
-            ``variant``, ``apply_to``, ``compare``; of a run ``run`` and ``record``: the fields of
-            ``POST /identify``.
+            As for `run`.
+        axis : str
+            ``x``, ``y`` or ``both``.
+        speeds : sequence of float
+            Speeds of the uniform motions, m/s, each run both ways; 32 from 0.5 to 150 mm/s when
+            left out.
+        time_max : float
+            Time after which a uniform motion takes no further pole pitch, s.
+        pitches_max : int
+            Most pole pitches that a force is averaged over.
+        presliding : mapping
+            ``enabled``, ``rates`` (N/s), ``share`` (of the stiction) and ``places`` of the force
+            ramps.
+        variant : str
+            Whose gains and force map drive the motor; the first when left out.
+        apply_to : str
+            Whose model the result is for; the second, or the only one, when left out.
+        run : str
+            Identifier of a kept run to identify from; nothing moves then.
+        record : mapping
+            What of that run: ``position``, ``force``, ``mass`` (kg), ``bandwidth`` (Hz), ``start``
+            and ``end`` (s).
+        compare : bool
+            Whether to run the circle with the old model and the new one.
+        scheduler : str
+            As for `tune`.
 
         Returns
         -------
         StudyResult
             ``result.set`` puts what was identified into the controller's model.
         """
-        return self._study("identify", scenario, set, **request)
+        request = {
+            "axis": axis,
+            "speeds": speeds,
+            "time_max": time_max,
+            "pitches_max": pitches_max,
+            "presliding": presliding,
+            "variant": variant,
+            "apply_to": apply_to,
+            "run": run,
+            "record": record,
+            "compare": compare,
+        }
+        return self._study("identify", scenario, set, scheduler, **request)
 
-    def montecarlo(
-        self, scenario: Source = "circle", set: Changes = None, **request: Any
+    def montecarlo(  # noqa: PLR0913 - the fields of its request
+        self,
+        scenario: Source = "circle",
+        set: Changes = None,
+        *,
+        cases: int = 300,
+        seed: int | None = None,
+        vary: Sequence[Mapping[str, Any]] | None = None,
+        spec: Mapping[Axis, float] | None = None,
+        table: bool = True,
+        scheduler: str | None = None,
     ) -> StudyResult[MonteCarloDocument]:
         """Run a scenario on many plausible motors (docs/montecarlo.md).
 
         Parameters
         ----------
         scenario, set
-            As of `run`.
-        **request
-            ``cases`` (300), ``seed``, ``spec`` (axis to largest following error, m), ``vary``: the
-            fields of ``POST /montecarlo``.
+            As for `run`.
+        cases : int
+            Motors to draw, 2 to 5000.
+        seed : int
+            Of the draws; the scenario's when left out.
+        vary : sequence of mapping
+            How the motors differ: ``path``, ``kind`` and ``sigma``, ``low`` and ``high``, or
+            ``value``.
+        spec : mapping of str to float
+            Largest following error allowed on an axis, m.
+        table : bool
+            Whether `rows` has every metric and drawn number, or the largest errors alone.
+        scheduler : str
+            As for `tune`.
         """
-        return self._study("monte-carlo", scenario, set, **request)
+        request = {"cases": cases, "seed": seed, "vary": vary, "spec": spec, "table": table}
+        return self._study("monte-carlo", scenario, set, scheduler, **request)
 
-    def design(self, **request: Any) -> StudyResult[DesignDocument]:
+    def design(
+        self,
+        *,
+        preset: Literal["paper", "previous"] = "paper",
+        requirements: Table = None,
+        dimensions: Table = None,
+    ) -> StudyResult[DesignDocument]:
         """Size a motor by equations (1) to (14), as printed beside corrected (docs/design.md).
 
         Parameters
         ----------
-        **request
-            ``preset`` (paper, previous), ``requirements``, ``dimensions``: tables, SI. Nothing is
-            the paper's example.
+        preset : str
+            ``paper``, its example, or ``previous``, the design before it.
+        requirements : mapping
+            ``f_max`` (N), ``v_max`` (m/s), ``i`` (A), ``tau`` (m) and others, from which dimensions
+            follow.
+        dimensions : mapping
+            Dimensions from which limits follow; the preset's when left out.
         """
-        return self._study("design", None, None, **request)
+        request = {"preset": preset, "requirements": requirements, "dimensions": dimensions}
+        return self._study("design", None, None, None, **request)
+
+    @abstractmethod
+    def kept(self, run: str) -> KeptRun:
+        """Return a kept run: its metrics, its scenario, and every channel.
+
+        Parameters
+        ----------
+        run : str
+            Its identifier; in this process also a name that no other run has.
+        """
 
     @abstractmethod
     def _run(self, scenario: Source, changes: dict[str, Any], *, keep: bool, name: str) -> Run:
         """Return a run."""
 
     @abstractmethod
-    def _study(self, kind: str, scenario: Source | None, set: Changes, **request: Any) -> Any:
-        """Return the result of a study."""
+    def _study(
+        self,
+        kind: str,
+        scenario: Source | None,
+        set: Changes,
+        scheduler: str | None,
+        **request: Any,
+    ) -> Any:
+        """Return the result of a study; fields of the request that are None are left out."""
 
 
 class Local(Lab):
-    """A lab in this process."""
+    """A lab in this process, with the runs of MOTIONLAB_DATA."""
+
+    def kept(self, run: str) -> KeptRun:
+        """Return a kept run: its metrics, its scenario, and every channel.
+
+        Parameters
+        ----------
+        run : str
+            Its identifier, or a name that no other run has.
+
+        Raises
+        ------
+        ConfigError
+            If there is none.
+        """
+        from motionlab.runs.library import library
+        from motionlab.scripting.kept import KeptRun
+
+        ours = library()
+        detail = ours.complete(ours.named(run, "run"))
+        return KeptRun(detail.model_dump(mode="json"), lambda: ours.files.open(detail.id))
+
+    def kept_runs(self, search: str = "", *, limit: int = 50) -> list[dict[str, Any]]:
+        """Return the kept runs that a search finds, the newest first (docs/runs.md).
+
+        Parameters
+        ----------
+        search : str
+            Such as ``circle tag:good B.x.max<1um``; all runs when left out.
+        limit : int
+            At most so many.
+        """
+        from motionlab.runs.library import library
+        from motionlab.runs.search import parse
+
+        ours = library()
+        ours.recover()  # what a server that was killed has left
+        page = ours.index.page(parse(search), limit=limit)
+        return [run.model_dump(mode="json") for run in page.runs]
 
     @first_use()
     def _run(self, scenario: Source, changes: dict[str, Any], *, keep: bool, name: str) -> Run:
@@ -211,17 +401,29 @@ class Local(Lab):
         return Run(found, lambda: record_of(recording, prepared.scenario))
 
     @first_use()
-    def _study(self, kind: str, scenario: Source | None, set: Changes, **request: Any) -> Any:
+    def _study(
+        self,
+        kind: str,
+        scenario: Source | None,
+        set: Changes,
+        scheduler: str | None,
+        **request: Any,
+    ) -> Any:
         study = BY_KIND[kind]
         source = None if scenario is None else readable(scenario)
         if scenario is not None:
-            request |= {"set": tables(set, "set")}
-        plan = study.plan(tables(request, kind), source)
+            request["set"] = tables(set, "set")
+        plan = study.plan(tables(present(request), kind), source)
         if study.direct:
             return StudyResult(study, study.document(study.run(plan, lambda *_: None)))
-        with executing(None), shown_share(kind) as progress:
+        with executing(scheduler), shown_share(kind) as progress:
             found = study.run(plan, lambda share, _partial=None: progress(share))
         return StudyResult(study, study.document(found))
+
+
+def present(request: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the fields of a request that are not left out."""
+    return {name: value for name, value in request.items() if value is not None}
 
 
 def readable(scenario: Source) -> str | Path | dict[str, Any]:

@@ -275,15 +275,20 @@ def _streamed(
 
 def from_parquet(data: bytes) -> Channels:
     """Return the channels of a Parquet file of telemetry; read when they are asked for."""
+    file = parquet_of(data)
+    return Channels(described_in(column_descriptions(file.schema_arrow)), lambda: record_in(file))
+
+
+def parquet_of(data: bytes) -> parquet.ParquetFile:
+    """Return the bytes of a Parquet file as one that can be read."""
     from pyarrow import parquet
 
-    file = parquet.ParquetFile(io.BytesIO(data))
-    schema = file.schema_arrow
-    described = {
-        each["name"]: Channel(each["name"], each["unit"], each["meaning"])
-        for each in column_descriptions(schema)
-    }
-    return Channels(described, lambda: record_in(file))
+    return parquet.ParquetFile(io.BytesIO(data))
+
+
+def described_in(columns: Sequence[Mapping[str, str]]) -> dict[str, Channel]:
+    """Return unit and meaning of each column by its name."""
+    return {each["name"]: Channel(each["name"], each["unit"], each["meaning"]) for each in columns}
 
 
 def record_in(file: parquet.ParquetFile) -> Record:

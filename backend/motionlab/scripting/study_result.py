@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from pydantic import BaseModel
 
-from motionlab.config.planar import AXES
 from motionlab.runs.report.markup import element
 from motionlab.scripting.channels import in_notebook, optional
 from motionlab.store.files import check_target, complete_file
@@ -55,6 +54,8 @@ class StudyResult(Generic[Document]):
 
     def rows(self) -> list[Row]:
         """Return one mapping a case (sweep, montecarlo), candidate (tune) or point (identify), SI.
+
+        Of `montecarlo` with every metric and every drawn number.
 
         Raises
         ------
@@ -135,14 +136,13 @@ def _of_tuning(found: TuneDocument) -> Iterator[Row]:
 
 
 def _of_cases(found: MonteCarloDocument) -> Iterator[Row]:
+    columns = found.table or {
+        f"{name}.{axis}.max_abs_following_error": each.peaks
+        for name, variant in found.variants.items()
+        for axis, each in variant.axes.items()
+    }
     for case in range(found.cases):
-        row: Row = {"case": case}
-        for name, variant in found.variants.items():
-            for axis in AXES:
-                if axis in variant.axes:
-                    peak = variant.axes[axis].peaks[case]
-                    row[f"{name}.{axis}.max_abs_following_error"] = peak
-        yield row
+        yield {"case": case, **{name: values[case] for name, values in columns.items()}}
 
 
 def _of_points(found: IdentificationDocument) -> Iterator[Row]:

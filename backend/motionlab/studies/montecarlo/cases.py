@@ -192,6 +192,7 @@ def run_cases(
         improvement={axis: _improvement(metrics, AXES.index(axis)) for axis in moving}
         if len(scenario.variants) > 1
         else {},
+        table=_table(planned, metrics) if planned.request.table else None,
         worst=_worst(planned, metrics[PEAK], feasible),
     )
 
@@ -307,6 +308,26 @@ def _improvement(metrics: dict[str, Array], axis: int) -> dict[str, Quantiles | 
         with np.errstate(divide="ignore", invalid="ignore"):
             found[name] = _quantiles(np.where(a == 0.0, np.nan, 1.0 - b / a))
     return found
+
+
+def _table(planned: MonteCarloPlan, metrics: dict[str, Array]) -> dict[str, list[float | None]]:
+    """Return every number that differs from case to case, and every metric, by case."""
+    columns: dict[str, list[float | None]] = {}
+    constant = {variation.path for variation in planned.request.vary if variation.kind == "value"}
+    for path in planned.draws[0]:
+        if path.split(".", 2)[2] in constant:
+            continue
+        values = np.array([case[path] for case in planned.draws], dtype=float)
+        if values.ndim == 1:
+            columns[path] = values.tolist()
+        else:
+            columns |= {f"{path}.{k}": item.tolist() for k, item in enumerate(values.T)}
+    for v, name in enumerate(planned.base.scenario.variants):
+        for axis in planned.base.reference.moving:
+            for metric in DEFINITIONS:
+                values = metrics[metric][:, v, AXES.index(axis)].tolist()
+                columns[f"{name}.{axis}.{metric}"] = list(map(_number, values))
+    return columns
 
 
 def _worst(planned: MonteCarloPlan, peaks: Array, feasible: NDArray[np.int64]) -> list[WorstCase]:

@@ -142,6 +142,12 @@ class MonteCarloDocument(_Document):
     improvement: dict[str, dict[str, Quantiles | None]] = Field(
         description="By axis and metric: 1 - B/A of each case, of the first two variants"
     )
+    table: dict[str, list[float | None]] | None = Field(
+        default=None,
+        description="Values of each case, SI, where the request wants them: drawn numbers by "
+        "dotted path, metrics by variant, axis and name, as in B.x.rms_following_error; null where "
+        "a case has no such value",
+    )
     worst: list[WorstCase] = Field(
         description="The worst of each variant and axis, the worst first"
     )

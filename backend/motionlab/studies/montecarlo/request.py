@@ -123,6 +123,9 @@ class MonteCarloRequest(Config):
         Field(default=DEFAULT, description="How the plants differ; left out: docs/montecarlo.md")
     )
     spec: Spec = Spec()
+    table: bool = Field(
+        default=False, description="Whether to answer every metric and drawn number of each case"
+    )
 
     @model_validator(mode="after")
     def _paths_differ(self) -> Self:

@@ -8351,6 +8351,13 @@ export interface components {
                 };
             };
             /**
+             * Table
+             * @description Values of each case, SI, where the request wants them: drawn numbers by dotted path, metrics by variant, axis and name, as in B.x.rms_following_error; null where a case has no such value
+             */
+            table?: {
+                [key: string]: (number | null)[];
+            } | null;
+            /**
              * Worst
              * @description The worst of each variant and axis, the worst first
              */
@@ -19470,6 +19477,12 @@ export interface operations {
                     vary?: components["schemas"]["Variation"][];
                     /** @default {} */
                     spec?: components["schemas"]["Spec"];
+                    /**
+                     * Table
+                     * @description Whether to answer every metric and drawn number of each case
+                     * @default false
+                     */
+                    table?: boolean;
                 };
             };
         };
