@@ -13,6 +13,7 @@ import motionlab
 from motionlab.cli.main import _parser
 from motionlab.config.fields import fields_of
 from motionlab.config.scenario import Scenario
+from motionlab.config.trajectory import EXAMPLES, KINDS
 from motionlab.service.app import create_app
 from motionlab.telemetry.channels import CHANNELS, REFERENCES
 
@@ -66,11 +67,28 @@ def fields():
     head = ("field", "unit", "range or choices", "default", "meaning")
     return "\n".join(
         f"## {f'`{table}`' if table else 'The scenario'}\n\n{_table(head, each)}"
+        if table != "trajectory"
+        else _kinds(head)
         for table, each in tables.items()
     )
 
 
-_SI = {"nm": "m", "µm": "m", "mm": "m", "mm/s": "m/s", "°": "rad", "% of pitch": "1"}
+def _kinds(head):
+    """Return a table for each kind of trajectory, with an example."""
+    parts = ["## `trajectory`\n\n`trajectory.kind` says which of these it is.\n"]
+    for kind, model in KINDS.items():
+        rows = {}
+        for path, entry in fields_of(model).items():
+            if "." not in re.sub(r"\.[xy]$", "", path):  # deeper tables follow
+                rows.setdefault(re.sub(r"\.[xy]$", ".AXIS", path), []).append(entry)
+        described = [_field(f"trajectory.{path}", entries) for path, entries in rows.items()]
+        motion = f"trajectory = {{ kind = '{kind}', {EXAMPLES[kind]} }}"
+        about = " ".join((model.__doc__ or "").split("\n\n")[0].split())
+        parts.append(f"### {kind}\n\n{about}\n\n    {motion}\n\n{_table(head, described)}")
+    return "\n".join(parts)
+
+
+_SI = {"nm": "m", "µm": "m", "mm": "m", "mm/s": "m/s", "°": "rad", "% of pitch": "1", "%": "1"}
 _SI |= {"N/mm": "N/m", "N s/mm": "N s/m"}
 
 
@@ -198,7 +216,7 @@ def python():
     return "\n".join(found)
 
 
-_RETURNED = ("run.Run", "channels.Samples", "study_result.StudyResult", "session.Session")
+_RETURNED = ("channels.Samples",)
 
 
 def _documented(kind, path):

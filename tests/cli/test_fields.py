@@ -17,6 +17,7 @@ from motionlab.config.controller import LAW_PARAMETERS, CompensationConfig, Law
 from motionlab.config.load import load_scenario
 from motionlab.config.shipped import names
 from motionlab.config.template import template
+from motionlab.config.trajectory import KINDS, example
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run
 from tests.paths import ROOT
@@ -117,3 +118,21 @@ def test_a_new_scenario_in_a_checkout_names_its_schema() -> None:
     assert not Path(schema[1]).is_absolute()
     path = Path(os.path.normpath(folder / schema[1]))
     assert json.loads(path.read_text())["type"] == "object"
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_kind_of_trajectory_has_its_fields_and_an_example(
+    kind: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = printed(capsys, "fields", "--kind", kind)
+    motion = tomllib.loads(text.splitlines()[-1])["trajectory"]
+    assert motion["kind"] == kind
+    assert load_scenario("circle", {"trajectory": motion}).trajectory == example(kind)
+    assert prepare(load_scenario("circle", {"trajectory": motion})).reference.ticks > 1
+    for name in KINDS[kind].model_fields:
+        assert f"trajectory.{name}" in text
+
+
+def test_an_unknown_kind_is_refused_with_those_that_are(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["fields", "--kind", "waypoint"]) == 2
+    assert "did you mean 'waypoints'" in capsys.readouterr().err

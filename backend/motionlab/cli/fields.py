@@ -21,6 +21,7 @@ examples:
   motionlab fields coulomb
   motionlab fields 'variants.B.controller.*.k_p'
   motionlab fields trajectory --scenario fig5
+  motionlab fields --kind waypoints
 
 `motionlab docs scenarios` explains them.
 """
@@ -50,6 +51,11 @@ def add(commands: Any) -> None:
         default="circle",
         help="path of a .toml file, - for stdin, or a shipped scenario (default: %(default)s)",
     )
+    parser.add_argument(
+        "--kind",
+        metavar="KIND",
+        help="the fields of a trajectory of this kind, such as waypoints, with an example",
+    )
     add_set(parser, "change a field (repeatable, all applied together)")
     add_json(parser)
     parser.set_defaults(command=_fields)
@@ -70,15 +76,42 @@ def _fields(options: argparse.Namespace) -> int:
     from motionlab.config.load import load_scenario
     from motionlab.tables import table
 
-    scenario = load_scenario(source(options), parse_assignments(options.assignments))
-    found = _matching(list(values_of(scenario)), options.pattern)
+    if options.kind is None:
+        scenario = load_scenario(source(options), parse_assignments(options.assignments))
+        found = _matching(list(values_of(scenario)), options.pattern)
+    else:
+        found = _matching(_of_kind(options.kind), options.pattern)
     if options.json:
         print(json.dumps([each._asdict() for each in found], allow_nan=False))
         return DONE
     heads = ("field", "value", "unit", "allowed", "meaning")
     rows = [(f.path, _text(f.value), f.unit, f.range, f.description) for f in found]
     show(table(heads, rows))
+    if options.kind is not None:
+        from motionlab.config.trajectory import EXAMPLES
+
+        print(f"\ntrajectory = {{ kind = '{options.kind}', {EXAMPLES[options.kind]} }}")
     return DONE
+
+
+def _of_kind(kind: str) -> list[FieldValue]:
+    """Return the fields of a kind of trajectory, with the values of its example.
+
+    Raises
+    ------
+    ConfigError
+        If there is no such kind.
+    """
+    from motionlab.config.fields import values_of
+    from motionlab.config.shipped import did_you_mean
+    from motionlab.config.trajectory import KINDS, example
+    from motionlab.errors import ConfigError, FieldError
+
+    if kind not in KINDS:
+        message = f"no such kind of trajectory{did_you_mean(kind, list(KINDS))}"
+        raise ConfigError(FieldError("--kind", message, kind, f"one of {', '.join(KINDS)}"))
+    fields = values_of(example(kind))
+    return [each._replace(path=f"trajectory.{each.path}") for each in fields]
 
 
 def _matching(fields: list[FieldValue], pattern: str) -> list[FieldValue]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import tomllib
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, TypeAdapter, model_validator
 
 from motionlab.config.drawn_path import DrawnPath
 from motionlab.config.moves import (
@@ -23,6 +24,7 @@ from motionlab.config.moves import (
 )
 from motionlab.config.quantity import Config, quantity
 from motionlab.config.shapes import Circle, Polygon, Sine, Star
+from motionlab.config.validation_errors import members
 
 Part = Annotated[
     PointTarget
@@ -69,3 +71,33 @@ class Sequence(Config):
 
 TrajectoryConfig = Annotated[Part | Sequence, Field(discriminator="kind")]
 """Any motion."""
+
+KINDS: dict[str, type[Config]] = {
+    model.model_fields["kind"].default: model for model in members(TrajectoryConfig)
+}
+"""The model of each kind of motion."""
+
+EXAMPLES: dict[str, str] = {
+    "point": "position = { x = 0.01 }, duration = 1.0",
+    "dwell": "duration = 0.5",
+    "step": "height = { x = 5e-6 }",
+    "ramp": "velocity = { x = 0.02 }",
+    "parabola": "coefficient = { y = 0.05 }",
+    "sine": "amplitude = { x = 0.01 }, frequency = 0.5",
+    "circle": "radius = 0.015, frequency = 0.333",
+    "line": "end = { x = 0.03, y = 0.01 }, v_max = 0.1, a_max = 2.0",
+    "trapezoid": "end = { y = 0.1 }, v_max = 0.1, a_max = 1.0",
+    "staircase": "step = { x = 5e-7 }",
+    "polygon": "vertices = [[0.01, 0], [0, 0.01], [-0.01, 0]], frequency = 0.1",
+    "star": "circumradius = 0.03, frequency = 0.05",
+    "waypoints": "points = [[0, 0], [0.02, 0], [0.02, 0.03]], v_max = 0.1, a_max = 2.0",
+    "path": "points = [[0, 0], [0.02, 0.02], [0.04, 0]], geometry = 'spline', lap_time = 2.0",
+    "sequence": "parts = [{ kind = 'step', height = { x = 5e-6 } }, { kind = 'dwell' }]",
+}
+"""A motion of each kind, in TOML, as `{ kind = "line", ... }` of a scenario has it."""
+
+
+def example(kind: str) -> TrajectoryConfig:
+    """Return the example of a kind."""
+    tables = tomllib.loads(f"motion = {{ kind = '{kind}', {EXAMPLES[kind]} }}")
+    return TypeAdapter(TrajectoryConfig).validate_python(tables["motion"])
