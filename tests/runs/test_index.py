@@ -16,6 +16,7 @@ import sqlalchemy as sa
 from sqlalchemy import event
 
 from motionlab.errors import ConfigError, StoreError
+from motionlab.runs import index as index_module
 from motionlab.runs.index import VERSION, Index, index_url
 from motionlab.runs.run import RunDetail
 from motionlab.runs.search import LIMIT_MAX, SORTS, parse, quoted
@@ -239,14 +240,14 @@ def test_deletion_hides_and_can_be_undone_until_it_is_carried_out(index: Index) 
     index.change(run.id, {"deleted": 500.0})
     assert found(index) == []
     assert found(index, "is:deleted") == ["gone"]
-    assert index.deleted_before(500.0) == []
-    assert index.deleted_before(501.0) == [run.id]
+    assert index.deleted() == [(run.id, 500.0)]
     index.change(run.id, {"deleted": None})
     assert found(index) == ["gone"]
-    assert not index.condemn(run.id, 1000.0)  # restored in time
-    index.change(run.id, {"deleted": 500.0})
-    assert index.condemn(run.id, 1000.0)
-    assert index.deleted_before(1.0) == [run.id]
+    assert not index.condemn(run.id, 500.0)  # restored in time
+    index.change(run.id, {"deleted": 600.0})
+    assert not index.condemn(run.id, 500.0)  # and deleted anew
+    assert index.condemn(run.id, 600.0)
+    assert index.deleted() == [(run.id, 0.0)]
     index.change(run.id, {"pinned": True})
     assert not index.condemn(run.id)
 
@@ -256,30 +257,54 @@ def test_totals(index: Index) -> None:
     index.put(sample(size=10, tags=["a", "b"], pinned=True))
     index.put(sample(size=20, tags=["a"], scenario="rhombus", kind="live"))
     index.put(sample(size=40, tags=["a"], deleted=1.0))
+    index.put(sample(size=80, kept=True))
+    index.put(sample(size=160, kept=True, deleted=1.0))
     assert index.totals() == {
-        "runs": 2,
-        "size": 30,
+        "runs": 3,
+        "size": 110,
         "pinned_size": 10,
+        "kept_size": 90,
         "tags": {"a": 2, "b": 1},
-        "scenarios": {"circle": 1, "rhombus": 1},
-        "kinds": {"live": 1, "simulation": 1},
-        "states": {"complete": 2},
+        "scenarios": {"circle": 2, "rhombus": 1},
+        "kinds": {"simulation": 2, "live": 1},
+        "states": {"complete": 3},
     }
-    assert index.sizes() == (70, 10)
+    assert index.sizes() == (310, 90)
 
 
 def test_what_is_evicted_first(index: Index) -> None:
     runs = {
-        "new": sample(created=3.0),
-        "old": sample(created=1.0),
+        "first": sample(created=3.0),
+        "second, after the clock was set back": sample(created=1.0),
         "deleted": sample(created=4.0, deleted=5.0),
+        "kept and deleted": sample(created=4.0, kept=True, deleted=5.0),
         "pinned": sample(created=0.0, pinned=True),
+        "kept": sample(created=0.0, kept=True),
         "recording": sample(created=0.0, state="recording"),
     }
     for run in runs.values():
         index.put(run)
-    order = [run_id for run_id, _ in index.unpinned()]
-    assert order == [runs[name].id for name in ("deleted", "old", "new")]
+    index.put(runs["first"].model_copy(update={"size": 2000}))  # its place stays
+    names = {run.id: name for name, run in runs.items()}
+    order = [names[run_id] for run_id, _ in index.evictable()]
+    assert set(order[:2]) == {"deleted", "kept and deleted"}
+    assert order[2:] == ["first", "second, after the clock was set back"]
+    for name in ("pinned", "kept"):
+        assert not index.condemn(runs[name].id)
+
+
+def test_evictions_are_noted_and_the_latest_stay(
+    index: Index, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(index_module, "_EVICTIONS", 3)
+    runs = [sample(name=str(i), size=i) for i in range(5)]
+    for run in runs:
+        index.note_eviction(run)
+    latest = index.evictions(10)
+    assert [(e.run, e.name, e.size) for e in latest] == [
+        (run.id, run.name, run.size) for run in runs[:1:-1]
+    ]
+    assert [e.name for e in index.evictions(1)] == ["4"]
 
 
 def test_no_page_is_longer_than_allowed_when_everything_matches(index: Index) -> None:

@@ -13,10 +13,9 @@ from motionlab.config.load import load_scenario
 from motionlab.errors import Busy, ConfigError, StoreFull, Unknown
 from motionlab.runs import library as library_module
 from motionlab.runs import spool
-from motionlab.runs.library import UNDO_SECONDS, Library
+from motionlab.runs.library import Library
 from motionlab.runs.new_run import live_run
 from motionlab.runs.run import Event, RunDetail, new_id
-from motionlab.runs.search import parse
 from motionlab.runs.spool import Spool
 from motionlab.runs.telemetry import recording
 from motionlab.simulation.prepare import prepare
@@ -169,37 +168,81 @@ def test_deletion_and_its_end(library: Library, simulated, monkeypatch: pytest.M
             library.complete(run.id)
         with pytest.raises(Unknown):
             library.delete(run.id)
-    library.purge()
+    deletions = library.index.deleted()
     library.restore(restored.id)
-    assert library.files.names() == sorted([kept.id, restored.id])
-    later = time.time() + UNDO_SECONDS + 1
-    monkeypatch.setattr(time, "time", lambda: later)
     library.purge()
+    assert library.files.names() == sorted([kept.id, restored.id])
+    library.purge(*deletions)
     assert library.files.names() == [restored.id]
     with pytest.raises(Unknown):
         library.restore(kept.id)
     assert library.complete(restored.id).deleted is None
 
 
-def test_the_oldest_that_are_not_pinned_make_room(
-    library: Library, simulated, monkeypatch: pytest.MonkeyPatch
+def automatic(library: Library, simulated, **changes) -> RunDetail:
+    """Keep what the lab records by itself."""
+    prepared, samples, result = simulated
+    run = live_run(prepared.scenario, new_id(), time.time())
+    run = run.model_copy(update={"state": "complete", "ticks": samples.ticks, "result": result})
+    about = metadata(prepared.scenario)
+    kept = library.keep_file(run, lambda part: recorder.write(samples, part, metadata=about))
+    return library.change(kept.id, changes) if changes else kept
+
+
+@pytest.mark.parametrize(
+    "change", [{"pinned": True}, {"name": "mine"}, {"note": "odd"}, {"tags": ["rig"]}]
+)
+def test_what_a_person_keeps_is_not_evicted_by_what_the_lab_records(
+    library: Library, simulated, monkeypatch: pytest.MonkeyPatch, change: dict, caplog
 ) -> None:
-    runs = [keep(library, simulated, name=str(i)) for i in range(3)]
-    library.change(runs[0].id, {"pinned": True})
-    monkeypatch.setenv("MOTIONLAB_RUNS_MAX", str(int(3.5 * runs[0].size)))
-    runs.append(keep(library, simulated, name="3"))
-    assert [run.name for run in library.index.page(parse("")).runs] == ["3", "2", "0"]
-    assert library.files.names() == sorted(runs[i].id for i in (0, 2, 3))
-    for run in runs[2:]:
-        library.change(run.id, {"pinned": True})
-    before = library.files.names()
-    with pytest.raises(StoreFull, match=r"pinned ones take \d+; .*delete or unpin"):
+    by_hand = [keep(library, simulated, name="kept"), automatic(library, simulated, **change)]
+    by_itself = [automatic(library, simulated) for _ in range(3)]
+    size = by_hand[0].size
+    monkeypatch.setenv("MOTIONLAB_RUNS_MAX", str(int(4.5 * size)))
+    library.room.balance()
+    by_itself.append(automatic(library, simulated))
+    left = [*by_hand, *by_itself[2:]]
+    assert library.files.names() == sorted(run.id for run in left)
+    gone = library.index.evictions(10)
+    assert [each.run for each in gone] == [by_itself[1].id, by_itself[0].id]
+    assert all(f"{each.run} 'circle' was evicted" in caplog.text for each in gone)
+    for _ in range(2):
         keep(library, simulated)
+    before = library.files.names()
+    assert set(before) > {run.id for run in by_hand}
+    for kept in (keep, automatic):
+        with pytest.raises(StoreFull, match=r"kept or pinned take \d+, .*: delete some"):
+            kept(library, simulated)
     assert library.files.names() == before
     assert list(library.spools.iterdir()) == []
     monkeypatch.setenv("MOTIONLAB_RUNS_MAX", "10 GB")
     with pytest.raises(ConfigError, match="MOTIONLAB_RUNS_MAX"):
         keep(library, simulated)
+
+
+def test_a_change_that_names_nothing_keeps_nothing(library: Library, simulated) -> None:
+    run = automatic(library, simulated)
+    for change in ({"tags": []}, {"note": ""}, {"deleted": None}, {"pinned": False}):
+        assert not library.change(run.id, change).kept
+    assert library.change(run.id, {"note": "odd"}).kept
+    assert library.change(run.id, {"note": ""}).kept
+
+
+def test_recordings_count_and_are_made_runs_where_kept_ones_leave_little(
+    library: Library, simulated, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run_id = spooled(library, simulated)
+    recorded = library.room.recorded()
+    assert recorded > 100_000
+    old = automatic(library, simulated)
+    monkeypatch.setenv("MOTIONLAB_RUNS_MAX", str(recorded + old.size // 2))
+    assert library.room.balance(run_id) == recorded + old.size // 2
+    assert library.files.names() == []
+    monkeypatch.setenv("MOTIONLAB_RUNS_MAX", str(recorded))
+    finished = library.finish(run_id)
+    assert finished is not None
+    assert not finished.kept
+    assert library.room.recorded() == 0
 
 
 def test_a_nearly_full_disk_refuses(

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from motionlab.config.load import load_scenario
 from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.errors import StoreError
 from motionlab.runs.description import thumbnail
+from motionlab.runs.files import read_ticks
+from motionlab.runs.in_effect import scenario_of
 from motionlab.runs.library import Library
 from motionlab.runs.new_run import live_run
 from motionlab.runs.run import NOTE_MAX, RunDetail, new_id
@@ -33,12 +38,53 @@ class About(NamedTuple):
         What it is called, and what is said of it besides where it comes from.
     drive : str
         Title of the drive link that moves; empty for a simulated session.
+    automatic : bool
+        Whether a program kept it as it came; then it may be evicted.
     """
 
     origin: str
     name: str
     note: str
     drive: str
+    automatic: bool = False
+
+
+def recorded_stretch(
+    library: Library, run_id: str, start: int, stop: int
+) -> tuple[Scenario, NDArray[np.float32]] | None:
+    """Return ticks [start, stop) of what is or was recorded, and the scenario in effect there.
+
+    Returns
+    -------
+    Scenario and ndarray of float32, shape (columns, ticks), or None
+        None where the recording does not hold all of them.
+
+    Raises
+    ------
+    StoreError
+        If it cannot be read.
+    """
+    from motionlab.runs import spool  # noqa: PLC0415 - slow to load: a server starts without it
+
+    run, data = None, spool.samples(library.spools, run_id, start, stop)
+    if data is not None:
+        with contextlib.suppress(StoreError):  # it has just been made a run
+            run, events = spool.begun(library.spools, run_id)
+            run = run.model_copy(update={"events": events})
+    if run is None or data is None:
+        run = library.index.get(run_id)
+        if run is None or run.state == "recording":
+            return None
+        first, names = run.first_tick, [column["name"] for column in run.columns]
+        with library.files.open(run_id) as file:
+            if start < first or stop - first > file.metadata.num_rows:
+                return None
+            data = read_ticks(file, names, start - first, stop - first)
+    at = start - run.first_tick
+    scenario = scenario_of(run, at, at + 1, lambda _: False)
+    if isinstance(scenario, str):  # a motor or map that is gone
+        scenario = load_scenario(run.scenario_document or {})
+    return scenario, data
 
 
 def keep_capture(
@@ -79,6 +125,7 @@ def keep_capture(
             "name": about.name or f"{scenario.name} at {first * CONTROL_PERIOD:.8g} s",
             "note": f"{about.note}\n{where}".strip()[:NOTE_MAX],
             "tags": [TAG],
+            "kept": not about.automatic,
             "ticks": recording.ticks,
             "thumbnail": thumbnail(recording, (first, stop)),
             "scenario_document": None,

@@ -30,6 +30,7 @@ def scenario_of(
     document = dict(run.scenario_document)
     changes = [(round(one["time"] / run.period), one["set"]) for one in document["schedule"]]
     changes += [(event.tick, event.set) for event in run.events if event.kind == "change"]
+    start, stop = start + run.first_tick, stop + run.first_tick
     for tick, paths in sorted(changes, key=lambda change: change[0]):
         if tick <= start:
             document = apply_changes(document, paths)

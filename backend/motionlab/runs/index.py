@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import contextlib
-import glob
-import math
 import os
-import sqlite3
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -19,18 +17,18 @@ from sqlalchemy.exc import ArgumentError, DBAPIError
 
 from motionlab.config.bounds import check_text
 from motionlab.errors import ConfigError, FieldError, StoreError, StoreFull
+from motionlab.runs.index_file import back_up, make_private, sqlite_file
 from motionlab.runs.postgresql import Deadline, connect_arguments
 from motionlab.runs.query import find
-from motionlab.runs.run import CHANGEABLE, Page, Run, RunDetail
+from motionlab.runs.run import CHANGEABLE, Evicted, Page, Run, RunDetail
 from motionlab.runs.search import HEADLINE, LIMIT_MAX, Search
-from motionlab.runs.tables import DOCUMENTS, METRICS, RUNS, TAGS, WORDS
-from motionlab.store.files import complete_file, private_file
+from motionlab.runs.tables import DOCUMENTS, EVICTIONS, METRICS, RUNS, TAGS, WORDS
 
-VERSION = "0005"
+VERSION = "0006"
 """Version of the tables; migrations/versions has the way there."""
 
 _MAPPED = 1 << 30  # bytes of SQLite's file that are read without a copy
-_BACKUP, _BACKUPS = ".backup", 3  # copies of the index from before it was migrated
+_EVICTIONS = 1000  # of which the index knows
 _BUSY_SECONDS = 10.0  # for another process's write to SQLite
 _POSTGRESQL = {"postgresql", "postgresql+psycopg"}
 _NARROW = {column.name for column in RUNS.columns}
@@ -54,7 +52,7 @@ class Index:
 
     def __init__(self, url: str) -> None:
         self._engine = _engine(url)
-        self._file = _sqlite_file(self._engine)
+        self._file = sqlite_file(self._engine)
         self._alone = self._engine.execution_options(begin="IMMEDIATE")  # of SQLite's writers
         self._sqlite = self._engine.dialect.name == "sqlite"
         self._deadline = None if self._sqlite else Deadline(self._engine)
@@ -63,7 +61,7 @@ class Index:
             event.listen(self._engine, "begin", _begin_sqlite)
         try:
             if self._file is not None:
-                _make_private(self._file)
+                make_private(self._file)
             with _failures():
                 self._migrate()
         except StoreError:
@@ -185,7 +183,7 @@ class Index:
             if run is None:
                 return None
             run = run.model_copy(update={name: changes[name] for name in CHANGEABLE & set(changes)})
-            row = {name: getattr(run, name) for name in ("name", "pinned", "deleted")}
+            row = {name: getattr(run, name) for name in ("name", "pinned", "kept", "deleted")}
             entry = run.model_dump(mode="json", include=_ENTRY)
             connection.execute(sa.update(RUNS).where(RUNS.c.id == run_id).values(**row))
             connection.execute(
@@ -198,54 +196,75 @@ class Index:
                 _replace(connection, TAGS, {run_id: [{"tag": tag} for tag in run.tags]})
             return run
 
-    def condemn(self, run_id: str, before: float = math.inf) -> bool:
+    def condemn(self, run_id: str, deleted: float | None = None) -> bool:
         """Take a run out of every list for good, its files to be deleted next.
 
         Parameters
         ----------
         run_id : str
             Which.
-        before : float
-            When it must have been deleted at the latest, s since 1970; any when left out.
+        deleted : float, optional
+            When it must have been deleted, as `deleted` lists it; when left out it is evicted,
+            which takes no run that a person keeps.
 
         Returns
         -------
         bool
-            Whether that was done; not if it has been restored, pinned or dropped meanwhile.
+            Whether that was done; not if it has been restored, kept, pinned or dropped meanwhile.
         """
-        which = [RUNS.c.id == run_id]
-        which.append(RUNS.c.pinned.is_(False) if before == math.inf else RUNS.c.deleted < before)
+        which = _evictable() if deleted is None else RUNS.c.deleted == deleted
+        change = sa.update(RUNS).where(RUNS.c.id == run_id, which).values(deleted=0.0)
         with self._reached(), self._engine.begin() as connection:
-            return bool(
-                connection.execute(sa.update(RUNS).where(*which).values(deleted=0.0)).rowcount
-            )
+            return bool(connection.execute(change).rowcount)
 
     def drop(self, run_id: str) -> None:
         """Forget a run."""
         with self._reached(), self._engine.begin() as connection:
             connection.execute(sa.delete(RUNS).where(RUNS.c.id == run_id))
 
-    def deleted_before(self, instant: float) -> list[str]:
-        """Return the runs that were deleted before an instant, s since 1970."""
-        query = sa.select(RUNS.c.id).where(RUNS.c.deleted < instant)
+    def deleted(self) -> list[tuple[str, float]]:
+        """Return deleted runs and when they were deleted; 0 where it is for good."""
+        query = sa.select(RUNS.c.id, RUNS.c.deleted).where(RUNS.c.deleted.is_not(None))
         with self._reached(), self._engine.connect() as connection:
-            return list(connection.execute(query).scalars())
+            return [(row.id, row.deleted) for row in connection.execute(query)]
 
-    def unpinned(self) -> list[tuple[str, int]]:
-        """Return identifier and size of what may be evicted: deleted ones, then the oldest."""
+    def evictable(self) -> list[tuple[str, int]]:
+        """Return identifier and size of what may be evicted: deleted ones, then the oldest.
+
+        The oldest are those that came into the index first, whatever the clock has said.
+        """
         query = (
             sa.select(RUNS.c.id, RUNS.c.size)
-            .where(RUNS.c.pinned.is_(False), RUNS.c.state != "recording")
-            .order_by(RUNS.c.deleted.is_(None), RUNS.c.created)
+            .join(WORDS)
+            .where(_evictable(), RUNS.c.state != "recording")
+            .order_by(RUNS.c.deleted.is_(None), WORDS.c.number)
         )
         with self._reached(), self._engine.connect() as connection:
             return [(row.id, row.size) for row in connection.execute(query)]
 
+    def note_eviction(self, run: Run) -> None:
+        """Note that a run was evicted; the latest `_EVICTIONS` are known."""
+        about = {"run": run.id, "name": run.name, "created": run.created, "size": run.size}
+        with self._reached(), self._engine.begin() as connection:
+            connection.execute(sa.insert(EVICTIONS), [about | {"evicted": time.time()}])
+            newest = sa.select(sa.func.max(EVICTIONS.c.number)).scalar_subquery()
+            old = sa.delete(EVICTIONS).where(EVICTIONS.c.number <= newest - _EVICTIONS)
+            connection.execute(old)
+
+    def evictions(self, limit: int) -> list[Evicted]:
+        """Return the latest evictions, the newest first."""
+        query = sa.select(EVICTIONS).order_by(EVICTIONS.c.number.desc()).limit(limit)
+        with self._reached(), self._engine.connect() as connection:
+            return [
+                Evicted.model_validate(dict(row)) for row in connection.execute(query).mappings()
+            ]
+
     def sizes(self) -> tuple[int, int]:
-        """Return the bytes that runs take, also deleted ones, and of these the pinned ones."""
-        pinned = sa.func.sum(sa.case((RUNS.c.pinned, RUNS.c.size), else_=0))
+        """Return the bytes that runs take, also deleted ones, and of these the ones that stay."""
+        stays = sa.not_(_evictable())
         query = sa.select(
-            sa.func.coalesce(sa.func.sum(RUNS.c.size), 0), sa.func.coalesce(pinned, 0)
+            sa.func.coalesce(sa.func.sum(RUNS.c.size), 0),
+            sa.func.coalesce(sa.func.sum(sa.case((stays, RUNS.c.size), else_=0)), 0),
         )
         with self._reached(), self._engine.connect() as connection:
             held, kept = connection.execute(query).one()
@@ -254,13 +273,15 @@ class Index:
     def totals(self) -> dict[str, Any]:
         """Return how many runs there are, their bytes, those pinned; counts by tag and scenario."""
         alive = RUNS.c.deleted.is_(None)
-        pinned = sa.func.coalesce(
-            sa.func.sum(sa.case((RUNS.c.pinned, RUNS.c.size), else_=0)), 0
-        ).label("pinned_size")
+        pinned, kept = (
+            sa.func.coalesce(sa.func.sum(sa.case((which, RUNS.c.size), else_=0)), 0)
+            for which in (RUNS.c.pinned, sa.or_(RUNS.c.pinned, RUNS.c.kept))
+        )
         sums = sa.select(
             sa.func.count().label("runs"),
             sa.func.coalesce(sa.func.sum(RUNS.c.size), 0).label("size"),
-            pinned,
+            pinned.label("pinned_size"),
+            kept.label("kept_size"),
         ).where(alive)
         tags = (
             sa.select(TAGS.c.tag, sa.func.count())
@@ -326,48 +347,9 @@ class Index:
                     "use a newer one"
                 )
             if self._file is not None and found is not None:
-                _back_up(self._file, found)
+                back_up(self._file, found, VERSION)
             config.attributes["connection"] = connection
             command.upgrade(config, "head")
-
-
-def _sqlite_file(engine: sa.Engine) -> Path | None:
-    """Return the file of an index, None where it is elsewhere or in memory."""
-    place = engine.url.database if engine.dialect.name == "sqlite" else None
-    return None if place in {None, "", ":memory:"} else Path(str(place))
-
-
-def _make_private(file: Path) -> None:
-    """Give a new file of SQLite to its owner alone; what it writes beside it is like it."""
-    with contextlib.suppress(OSError):  # SQLite says why it cannot be opened
-        private_file(file)
-
-
-def _back_up(file: Path, version: str) -> None:
-    """Copy an index beside it before it is migrated; the latest `_BACKUPS` copies are kept.
-
-    Raises
-    ------
-    StoreError
-        If it cannot be copied: it is not migrated then.
-    """
-    target = file.with_name(f"{file.name}.{version}{_BACKUP}")
-    try:
-        # The transaction that is about to migrate has read, and not yet written.
-        with (
-            complete_file(str(target), mode=0o600) as part,
-            contextlib.closing(sqlite3.connect(part)) as copy,
-            contextlib.closing(sqlite3.connect(file)) as source,
-        ):
-            source.backup(copy)
-        copies = sorted(file.parent.glob(f"{glob.escape(file.name)}.*{_BACKUP}"))
-        for old in copies[:-_BACKUPS]:
-            old.unlink(missing_ok=True)
-    except (OSError, sqlite3.Error, StoreError) as error:
-        raise StoreError(
-            f"the index of runs is not brought to version {VERSION}, because it cannot be copied "
-            f"first: {error}"
-        ) from error
 
 
 def _read(connection: sa.Connection, run_id: str, *, lock: bool = False) -> RunDetail | None:
@@ -380,6 +362,13 @@ def _read(connection: sa.Connection, run_id: str, *, lock: bool = False) -> RunD
         query = query.with_for_update(of=RUNS)
     row = connection.execute(query).mappings().one_or_none()
     return None if row is None else RunDetail(**_narrow(row), **row["entry"], **row["record"])
+
+
+def _evictable() -> sa.ColumnElement[bool]:
+    """Return the condition of runs without a pin that no person keeps, or one has deleted."""
+    return sa.and_(
+        sa.not_(RUNS.c.pinned), sa.or_(sa.not_(RUNS.c.kept), RUNS.c.deleted.is_not(None))
+    )
 
 
 def _replace(
@@ -456,7 +445,7 @@ def check_address(root: Path) -> None:
         engine = _engine(index_url(root))
     except StoreError as error:
         raise ConfigError(FieldError("MOTIONLAB_DATABASE_URL", str(error))) from None
-    file = _sqlite_file(engine)
+    file = sqlite_file(engine)
     engine.dispose()
     if file is None and engine.dialect.name == "sqlite":
         raise _no_address(str(engine.url))

@@ -29,6 +29,7 @@ from motionlab.results.latest import latest_metrics
 from motionlab.runs.description import differences_after, headline, thumbnail
 from motionlab.runs.files import RunFiles, column_descriptions, runs_url
 from motionlab.runs.new_run import new_run
+from motionlab.runs.room import Room, quota
 from motionlab.runs.run import CHANGEABLE, NAME, Event, RunDetail, check_name, is_id
 from motionlab.runs.telemetry import recording as read_recording
 from motionlab.runs.telemetry import reference_path
@@ -44,14 +45,13 @@ UNDO_SECONDS = 600.0
 METRICS_SECONDS = 10.0
 """Time over which metrics of a live run are taken where its motion does not repeat."""
 
-QUOTA = 10_000_000_000
-"""Most that the telemetry of all runs takes, bytes; MOTIONLAB_RUNS_MAX is another one."""
-
 FREE_LEAST = 200_000_000
 """Space that is left on the disk of the data, bytes."""
 
 _LOG = logging.getLogger(__name__)
 _SPOOLS = "recording"
+_SMALLER = 8  # a run than its recording, at most
+_ROLLED = "a recording takes half of MOTIONLAB_RUNS_MAX at most, and its beginning goes"
 _CUT_OFF = "its recording was cut off: its server was killed, or could not write its end"
 
 
@@ -80,6 +80,7 @@ class Library:
         self.spools = spools(root)
         self.index = Index(index_url(root))
         self.files = RunFiles(runs_url(root))
+        self.room = Room(self.index, self.spools, self._remove)
 
     def close(self) -> None:
         """Close the index."""
@@ -190,7 +191,7 @@ class Library:
         """
         with self._part(run.id) as part:
             write(str(part))
-            self.make_room(part.stat().st_size)
+            self.room.make_room(part.stat().st_size)
             _check_disk(self.spools)
             return self._add(run, part, ticks=run.ticks, result=run.result, picture=run.thumbnail)
 
@@ -221,6 +222,13 @@ class Library:
         from motionlab.runs import spool
 
         run, events = spool.begun(self.spools, run_id)
+        first = spool.first_tick(self.spools, run_id)
+        if first:
+            lost = Event(tick=0, kind="gap", ticks=first, reason=_ROLLED)
+            later = (e for e in events if e.kind != "gap" or e.tick + (e.ticks or 0) > first)
+            events = [lost, *later]
+        # Refused before the work, and not again and again after it.
+        self.room.check(spool.size_of(self.spools, run_id) // _SMALLER)
         with self._part(run_id) as part:
             ticks = spool.compact(self.spools, run_id, part)
             if ticks == 0:
@@ -228,9 +236,10 @@ class Library:
                 spool.remove(self.spools, run_id)
                 return None
             gaps = [event for event in events if event.kind == "gap"]
-            reason = _missing(gaps) if spool.ended(self.spools, run_id) else _CUT_OFF
+            reason = _missing(gaps, first) if spool.ended(self.spools, run_id) else _CUT_OFF
             update: dict[str, Any] = {
                 "events": events,
+                "first_tick": first,
                 "state": "partial" if reason else "complete",
                 "reason": reason,
             }
@@ -241,7 +250,7 @@ class Library:
             begin = gaps[-1].tick + (gaps[-1].ticks or 0) if gaps else 0
             stop = next((event.tick for event in events if event.kind == "stop"), None)
             result, picture = _latest(run, part, begin, stop)
-            self.make_room(part.stat().st_size)
+            self.room.make_room(part.stat().st_size, instead_of=run_id)
             kept = self._add(run, part, ticks=ticks, result=result, picture=picture)
         spool.remove(self.spools, run_id)
         return kept
@@ -274,13 +283,15 @@ class Library:
         return found
 
     def change(self, run_id: str, changes: Mapping[str, Any]) -> RunDetail:
-        """Change `CHANGEABLE` fields of a run.
+        """Change `CHANGEABLE` fields of a run; who names, notes or tags it keeps it.
 
         Raises
         ------
         Unknown
             If there is none of that identifier.
         """
+        if any(changes.get(name) for name in ("name", "note", "tags")):
+            changes = {**changes, "kept": True}
         run = self.index.change(run_id, changes)
         if run is None:
             raise Unknown(f"no run {run_id!r}")
@@ -303,35 +314,12 @@ class Library:
         """Take the deletion of a run back."""
         return self.change(run_id, {"deleted": None})
 
-    def purge(self) -> None:
-        """Remove what was deleted longer than `UNDO_SECONDS` ago."""
-        before = time.time() - UNDO_SECONDS
-        for run_id in self.index.deleted_before(before):
-            if self.index.condemn(run_id, before):
+    def purge(self, *deletions: tuple[str, float]) -> None:
+        """Remove runs that were deleted, each as `Index.deleted` lists it, and those condemned."""
+        for run_id, deleted in self.index.deleted():
+            due = deleted == 0.0 or (run_id, deleted) in deletions
+            if due and self.index.condemn(run_id, deleted):
                 self._remove(run_id)
-
-    def make_room(self, size: int) -> None:
-        """Evict unpinned runs, the oldest first, until one of `size` bytes fits the quota.
-
-        Raises
-        ------
-        StoreFull
-            If it does not fit however many are evicted; none is evicted then.
-        """
-        most = quota()
-        held, pinned = self.index.sizes()
-        if pinned + size > most:
-            raise StoreFull(
-                f"runs may take {most} bytes (MOTIONLAB_RUNS_MAX), pinned ones take {pinned}; "
-                f"this one would take {size}: delete or unpin some"
-            )
-        excess = held + size - most
-        for run_id, freed in self.index.unpinned() if excess > 0 else ():
-            if excess <= 0:
-                break
-            if self.index.condemn(run_id):
-                self._remove(run_id)
-                excess -= freed
 
     def _add(
         self,
@@ -417,22 +405,6 @@ def check_places(root: Path) -> None:
         RunFiles(runs_url(root)).check()
 
 
-def quota() -> int:
-    """Return how many bytes of telemetry are kept.
-
-    Raises
-    ------
-    ConfigError
-        If MOTIONLAB_RUNS_MAX is no whole number of bytes.
-    """
-    text = os.environ.get("MOTIONLAB_RUNS_MAX") or str(QUOTA)
-    if not text.isascii() or not text.isdigit():
-        raise ConfigError(
-            FieldError("MOTIONLAB_RUNS_MAX", "is no whole number", text, ">= 0", "bytes")
-        )
-    return int(text)
-
-
 def _check_disk(folder: Path) -> None:
     free = shutil.disk_usage(folder).free
     if free < FREE_LEAST:
@@ -469,10 +441,12 @@ def _latest(
     return measured, thumbnail(recording, (start, end))
 
 
-def _missing(gaps: list[Event]) -> str:
-    ticks = sum(gap.ticks or 0 for gap in gaps)
-    if not gaps:
-        return ""
-    if not ticks:
-        return gaps[-1].reason
-    return f"{ticks * CONTROL_PERIOD:.3g} s are missing: {gaps[-1].reason}"
+def _missing(gaps: list[Event], first_tick: int) -> str:
+    """Return what a run lacks, and why: its beginning, and what could not be written."""
+    begun = 1 if first_tick else 0  # gaps that are its beginning
+    parts = [f"its first {first_tick * CONTROL_PERIOD:.6g} s have gone: {_ROLLED}"] * begun
+    if later := gaps[begun:]:
+        ticks = sum(gap.ticks or 0 for gap in later)
+        lost = f"{ticks * CONTROL_PERIOD:.3g} s are missing: " if ticks else ""
+        parts.append(lost + later[-1].reason)
+    return "; ".join(parts)

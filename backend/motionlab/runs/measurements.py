@@ -86,6 +86,7 @@ def _run(measurement: Measurement, name: str) -> RunDetail:
         note="",
         tags=[],
         pinned=False,
+        kept=True,
         created=time.time() if measurement.begun is None else measurement.begun,
         duration=0.0,
         ticks=ticks,

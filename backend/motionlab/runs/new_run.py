@@ -38,6 +38,7 @@ def new_run(kind: Kind, scenario: Scenario, result: dict[str, Any], *, name: str
         note="",
         tags=[],
         pinned=False,
+        kept=kind == "simulation",  # else recorded without being asked to
         created=time.time(),
         duration=0.0,
         ticks=0,

@@ -32,7 +32,7 @@ NAME_MAX = 120
 NOTE_MAX = 10_000
 TAGS_MAX = 20
 
-CHANGEABLE = frozenset({"name", "note", "tags", "pinned", "deleted", "differences"})
+CHANGEABLE = frozenset({"name", "note", "tags", "pinned", "kept", "deleted", "differences"})
 """What can be changed of a run: by hand, or, the differences, while it is being recorded."""
 
 _LETTERS = "abcdefghijklmnopqrstuvwxyz234567"
@@ -103,6 +103,10 @@ class Run(BaseModel):
     note: str
     tags: list[str]
     pinned: bool = Field(description="Never evicted")
+    kept: bool = Field(
+        default=False,
+        description="By a person, who kept, imported, named, noted or tagged it: never evicted",
+    )
     created: float = Field(description="When it began, seconds since 1970")
     deleted: float | None = Field(default=None, description="When it was deleted; it can be undone")
     duration: float = Field(description="Recorded time, s")
@@ -134,12 +138,25 @@ class RunDetail(Run):
     scenario_document: dict[str, Any] | None = Field(
         description="The resolved scenario; null for a measurement"
     )
+    first_tick: int = Field(
+        default=0, description="Tick of its first sample; of a long recording the beginning goes"
+    )
     events: list[Event] = Field(description="Changes, pushes, the stop, gaps, by tick")
     result: dict[str, Any] = Field(
         description="Metrics: of a simulation its result document, of a live session those of its "
         "latest two periods or ten seconds, up to a stop"
     )
     columns: list[dict[str, str]] = Field(description="Name, unit and meaning of each channel")
+
+
+class Evicted(BaseModel):
+    """A run that the lab had recorded by itself, and removed to make room."""
+
+    run: str = Field(description="Its identifier")
+    name: str
+    created: float = Field(description="When it began, seconds since 1970")
+    evicted: float = Field(description="When it was removed, seconds since 1970")
+    size: int = Field(description="Bytes of its telemetry")
 
 
 class Page(BaseModel):

@@ -2,7 +2,7 @@
 
 A Parquet file without its footer cannot be read; of an Arrow stream every complete batch can, so a
 killed server loses what was not yet written and nothing else. `compact` makes it Parquet at the
-end, or when the next server starts.
+end, or when the next server starts. A long record is a row of such files, and its oldest can go.
 """
 
 from __future__ import annotations
@@ -13,7 +13,9 @@ import io
 import os
 import shutil
 import time
+from collections import deque
 from collections.abc import Iterator, Sequence
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +31,7 @@ from motionlab.telemetry.recorder import ROWS, parquet_writer, telemetry_schema
 
 _IDLE_SECONDS = 600.0  # after which what is still there is a leftover
 _RUN, _SAMPLES, _EVENTS, _ENDED = "run.json", "samples.arrows", "events.jsonl", "ended"
+_FURTHER = "samples-*.arrows"  # files of samples after the first, by the tick at which each begins
 
 
 class Spool:
@@ -66,13 +69,17 @@ class Spool:
             [field for field in schema if field.name != "time"], schema.metadata
         )
         self._sink = io.BytesIO()
-        options = pa.ipc.IpcWriteOptions(compression="lz4")
-        self._writer = pa.ipc.new_stream(self._sink, self._schema, options=options)
-        self._samples = self._events = -1
+        self._writer = self._stream()
+        self._samples = self._events = self._lock = -1
+        self._older: deque[tuple[Path, int]] = deque()  # complete files of samples, and their bytes
+        self._current = self.folder / _SAMPLES
+        self.part_size = 0
+        self.size = 0
         try:
             replace(part / _RUN, run.model_dump_json().encode())
-            self._samples = _created(part / _SAMPLES)
-            fcntl.flock(self._samples, fcntl.LOCK_EX)
+            self._lock = _created(part / _SAMPLES)
+            fcntl.flock(self._lock, fcntl.LOCK_EX)
+            self._samples = os.dup(self._lock)
             self._events = _created(part / _EVENTS)
             self._write()
             part.rename(self.folder)
@@ -120,10 +127,54 @@ class Spool:
         """
         _append(self._events, event.model_dump_json().encode() + b"\n")
 
+    def begin_part(self, first_tick: int) -> None:
+        """Write what comes, from a tick on, to another file, so that those before can go.
+
+        Raises
+        ------
+        OSError
+            If it cannot be made; what comes is written to the same file as before then.
+        """
+        path = self.folder / _FURTHER.replace("*", f"{first_tick:012}")
+        descriptor = _created(path)
+        writer = self._stream()
+        head = self._sink.getvalue()
+        self._discard()
+        try:
+            _append(descriptor, head)
+        except OSError:
+            os.close(descriptor)
+            path.unlink(missing_ok=True)
+            raise
+        os.close(self._samples)
+        self._older.append((self._current, self.part_size))
+        self._samples, self._current, self._writer = descriptor, path, writer
+        self.part_size = len(head)
+        self.size += len(head)
+
     @property
-    def size(self) -> int:
-        """Bytes of its samples."""
-        return os.fstat(self._samples).st_size
+    def divided(self) -> bool:
+        """Whether there is a file that can go."""
+        return bool(self._older)
+
+    def drop_part(self) -> bool:
+        """Remove the oldest file but the one that is being written; return whether there was one.
+
+        Raises
+        ------
+        OSError
+            If it cannot be removed.
+        """
+        if not self._older:
+            return False
+        path, size = self._older[0]
+        if path.name == _SAMPLES:  # whose lock stays
+            os.ftruncate(self._lock, 0)
+        else:
+            path.unlink()
+        self._older.popleft()
+        self.size -= size
+        return True
 
     def end(self, *, complete: bool) -> None:
         """Close it, so that it can be compacted.
@@ -140,7 +191,7 @@ class Spool:
 
     def close(self) -> None:
         """Close its files."""
-        for descriptor in (self._events, self._samples):
+        for descriptor in (self._events, self._samples, self._lock):
             with contextlib.suppress(OSError):
                 os.close(descriptor)
 
@@ -149,6 +200,12 @@ class Spool:
         data = self._sink.getvalue()
         self._discard()
         _append(self._samples, data)
+        self.part_size += len(data)
+        self.size += len(data)
+
+    def _stream(self) -> pa.RecordBatchStreamWriter:
+        options = pa.ipc.IpcWriteOptions(compression="lz4")
+        return pa.ipc.new_stream(self._sink, self._schema, options=options)
 
     def _discard(self) -> None:
         self._sink.seek(0)
@@ -262,18 +319,70 @@ def compact(root: Path, run_id: str, target: Path) -> int:
         If it cannot be read, or `target` cannot be written.
     """
     total = 0
-    with (root / run_id / _SAMPLES).open("rb") as file:
-        try:
-            reader = pa.ipc.open_stream(file)
-        except pa.ArrowInvalid:  # cut off within the schema
-            return 0
-        fields = list(reader.schema)
-        schema = pa.schema([fields[0], _time_field(), *fields[1:]], reader.schema.metadata)
-        with parquet_writer(target, schema) as writer:
-            for rows in _groups(_without_gaps(_batches(reader), reader.schema)):
-                writer.write_table(_table(rows, schema), row_group_size=ROWS)
-                total += rows.num_rows
+    batches = _batches(_parts(root / run_id))
+    first = next(batches, None)
+    if first is None:
+        return 0
+    fields = list(first.schema)
+    schema = pa.schema([fields[0], _time_field(), *fields[1:]], first.schema.metadata)
+    with parquet_writer(target, schema) as writer:
+        for rows in _groups(_without_gaps(chain([first], batches), first.schema)):
+            writer.write_table(_table(rows, schema), row_group_size=ROWS)
+            total += rows.num_rows
     return total
+
+
+def first_tick(root: Path, run_id: str) -> int:
+    """Return the first tick of a record that has lost its oldest files; else 0."""
+    parts = _parts(root / run_id)
+    if len(parts) < 2 or parts[0].stat().st_size:
+        return 0
+    return next((batch.column(0)[0].as_py() for batch in _batches(parts)), 0)
+
+
+def size_of(root: Path, run_id: str) -> int:
+    """Return the bytes of the samples of a record; 0 where there is none."""
+    size = 0
+    for part in _parts(root / run_id):
+        with contextlib.suppress(OSError):  # dropped since it was listed
+            size += part.stat().st_size
+    return size
+
+
+def samples(root: Path, run_id: str, start: int, stop: int) -> NDArray[np.float32] | None:
+    """Return ticks [start, stop) of a record, also while it is being written.
+
+    Returns
+    -------
+    ndarray of float32, shape (columns, ticks), or None
+        None where it does not hold all of them.
+    """
+    parts = _parts(root / run_id)
+    begins = [0, *(int(part.stem.partition("-")[2]) for part in parts[1:])]
+    ends = [*begins[1:], stop]
+    within = [
+        part
+        for part, begin, end in zip(parts, begins, ends, strict=True)
+        if begin < stop and (end > start or part is parts[-1])
+    ]
+    found, following = [], start
+    for batch in _batches(within):
+        first = batch.column(0)[0].as_py()
+        if first + batch.num_rows <= start:
+            continue
+        if first >= stop:
+            break
+        if first > following:
+            return None
+        kept = batch.slice(following - first, stop - following)
+        found.append(np.stack([column.to_numpy() for column in kept.columns[1:]]))
+        following += kept.num_rows
+    return np.concatenate(found, axis=1) if found and following == stop else None
+
+
+def _parts(folder: Path) -> list[Path]:
+    """Return the files of samples of a record, the oldest first."""
+    return [folder / _SAMPLES, *sorted(folder.glob(_FURTHER))]
 
 
 def remove(root: Path, run_id: str) -> None:
@@ -286,15 +395,21 @@ def remove(root: Path, run_id: str) -> None:
     shutil.rmtree(gone, ignore_errors=True)
 
 
-def _batches(reader: pa.RecordBatchReader) -> Iterator[pa.RecordBatch]:
-    """Yield the complete batches of a stream, which may be cut off anywhere."""
-    while True:
-        try:
-            batch = reader.read_next_batch()
-        except (StopIteration, OSError, pa.ArrowInvalid):
-            return
-        if batch.num_rows:
-            yield batch
+def _batches(parts: Sequence[Path]) -> Iterator[pa.RecordBatch]:
+    """Yield the complete batches of streams, each of which may be cut off anywhere, or be gone."""
+    for part in parts:
+        with contextlib.suppress(FileNotFoundError), part.open("rb") as file:
+            try:
+                reader = pa.ipc.open_stream(file)
+            except pa.ArrowInvalid:  # empty, or cut off within the schema
+                continue
+            while True:
+                try:
+                    batch = reader.read_next_batch()
+                except (StopIteration, OSError, pa.ArrowInvalid):
+                    break
+                if batch.num_rows:
+                    yield batch
 
 
 def _without_gaps(batches: Iterator[pa.RecordBatch], schema: pa.Schema) -> Iterator[pa.Table]:

@@ -20,6 +20,7 @@ from sqlalchemy import (
     String,
     Table,
     Text,
+    false,
     text,
 )
 
@@ -35,6 +36,7 @@ RUNS = Table(
     Column("name", Text, nullable=False),
     Column("scenario", String(64), nullable=False),
     Column("pinned", Boolean, nullable=False),
+    Column("kept", Boolean, nullable=False, server_default=false()),
     Column("created", Float(53), nullable=False),
     Column("deleted", Float(53)),
     Column("duration", Float(53), nullable=False),
@@ -81,6 +83,17 @@ METRICS = Table(
     Column("metric", String(64), primary_key=True),
     Column("value", Float(53), nullable=False),
     Index("run_metrics_value", "metric", "value", "run"),
+)
+
+EVICTIONS = Table(
+    "evictions",
+    METADATA,
+    Column("number", Integer, primary_key=True),
+    Column("run", String(16), nullable=False),
+    Column("name", Text, nullable=False),
+    Column("created", Float(53), nullable=False),
+    Column("evicted", Float(53), nullable=False),
+    Column("size", BigInteger, nullable=False),
 )
 
 GAIN_SETS = Table(

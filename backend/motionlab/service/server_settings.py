@@ -24,7 +24,7 @@ from motionlab.config.validation_errors import bounds_of, choices_of, field_erro
 from motionlab.errors import ConfigError, FieldError
 from motionlab.runs.files import runs_url
 from motionlab.runs.index import index_url
-from motionlab.runs.library import QUOTA
+from motionlab.runs.room import QUOTA
 from motionlab.service.memory_budget import recordable
 from motionlab.service.settings import Bounds
 

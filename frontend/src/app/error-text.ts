@@ -17,6 +17,13 @@ export function commandText(command: string, error: unknown): string {
   return `${command} was not answered, and is not sent again. ${text}`;
 }
 
+/** Returns why a capture of a session was not kept: in seconds, and not in ticks. */
+export function captureErrorText(error: unknown): string {
+  const fields = error instanceof ApiError ? error.problem.errors : [];
+  const gone = fields.find(({ loc, message }) => loc === 'from_tick' && message.includes('gone'));
+  return gone ? `This capture cannot be kept: ${gone.message}.` : errorText(error);
+}
+
 /** Returns what is wrong with fields, a line each. */
 export function fieldErrorsText(fields: readonly ProblemField[]): string {
   return fields

@@ -10,13 +10,13 @@ import asyncio
 import contextlib
 import errno
 import logging
+import math
 import os
 import shutil
 import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,184 +24,33 @@ import numpy as np
 from fastapi import HTTPException
 from numpy.typing import NDArray
 
-from motionlab.config.scenario import Scenario
 from motionlab.errors import MotionLabError
 from motionlab.problems import plain
-from motionlab.runs.library import FREE_LEAST, library, quota, spools
+from motionlab.runs.library import FREE_LEAST, UNDO_SECONDS, library, quota, spools
 from motionlab.runs.new_run import live_run
-from motionlab.runs.run import Event, RunDetail, new_id
+from motionlab.runs.run import Event, RunDetail
+from motionlab.service.live.session_recorder import Item, Record
 from motionlab.service.workers.pool import Workers, indexed
 from motionlab.service.workers.worker import Call
 from motionlab.simulation.result import metadata
-from motionlab.telemetry.channels import Channel
-from motionlab.telemetry.ring import Ring
 
 if TYPE_CHECKING:
     from motionlab.runs.spool import Spool
 
-_PERIOD = 0.4  # s between two batches, so that less than a second is lost by a kill
-_SHARE = 4  # of the ring: a batch is taken at the latest when so much of it is new
 _PENDING_MAX = 128_000_000  # bytes that wait for the disk
 _TIDY_PERIOD = 10.0  # s
+_TIDY_LEAST = 1.0  # the same where recordings need room, s
+_RESERVE = 0.05  # of the quota, that is free for what is recorded until the next tidying
+_PARTS = 16  # files of a recording, of which the oldest goes
+_PART_LEAST, _PART_MOST = 64_000, 64_000_000  # bytes of each
+_HEADS = 64_000  # bytes of a batch and of a file beside samples, at most
+_NO_ROOM = "runs that are kept leave no room in what all may take (MOTIONLAB_RUNS_MAX): delete some"
 _RECOVER_TURNS = 3  # tidyings until what could not be made a run is tried again
 _CLOSE_SECONDS = 1.5  # for what waits when the server ends
 _FINISH_SECONDS = 600.0
 _LISTED_SECONDS = 10.0  # that a request waits for a run to be in the index
 
 _LOG = logging.getLogger(__name__)
-
-
-@dataclass(eq=False)
-class _Record:
-    """What the thread knows of a recording."""
-
-    scenario: Scenario
-    channels: list[tuple[str, Channel]]
-    drive: str = ""  # title of the drive link that moves
-    id: str = field(default_factory=new_id)
-    created: float = field(default_factory=time.time)
-    spool: Spool | None = None
-    events: list[Event] = field(default_factory=list)  # that are not yet written
-    end: int = 0  # the tick after the latest
-    lost: int = 0  # of the latest ticks, so many in a row could not be written
-    problem: str = ""
-    unwritten: str = ""  # what will never be
-    changes_wait: bool = False  # a call that lists its changes is queued
-
-    def failed(self, error: Exception) -> None:
-        """Note why it is not written, and say so in the log when that is new."""
-        known = isinstance(error, OSError | MotionLabError)
-        reason = (isinstance(error, OSError) and error.strerror) or str(error)
-        if not known:
-            reason = f"the recorder failed, {type(error).__name__}: {error}"
-        reason = plain(reason)
-        if not self.problem:
-            _LOG.warning(
-                "%s is not being recorded: %s", self.id, reason, exc_info=None if known else error
-            )
-        self.problem = reason
-
-
-@dataclass
-class _Item:
-    record: _Record
-    first: int = 0
-    samples: NDArray[np.float32] | None = None
-    event: Event | None = None
-    end: bool = False
-    lost: int = 0
-
-
-class SessionRecorder:
-    """Records one timeline of one session, from its first tick.
-
-    Parameters
-    ----------
-    recorder : RunRecorder
-        Whose thread writes.
-    ring : Ring
-        Where the session's samples are.
-    channels : list of (str, Channel)
-        Its columns.
-    scenario : Scenario
-        What is in effect at tick 0.
-    drive : str
-        Title of the drive link that moves; empty for a simulated session.
-    """
-
-    def __init__(
-        self,
-        recorder: RunRecorder,
-        ring: Ring,
-        channels: list[tuple[str, Channel]],
-        scenario: Scenario,
-        *,
-        drive: str = "",
-    ) -> None:
-        self._recorder = recorder
-        self._ring = ring
-        self._channels = channels
-        self._scenario = scenario
-        self._drive = drive
-        self._lock = threading.Lock()
-        self._record: _Record | None = None
-        self._early: list[Event] = []  # before the first sample
-        self._taken = 0
-        self._due = 0.0
-        self._ended = False
-
-    @property
-    def run(self) -> str | None:
-        """Identifier of the run that is being recorded; none while nothing could be written."""
-        record = self._record
-        if record is None or self._ended or (record.spool is None and record.problem):
-            return None
-        return record.id
-
-    @property
-    def kept(self) -> str | None:
-        """Identifier of the run, also once it is complete; none while nothing was written."""
-        record = self._record
-        return None if record is None or record.spool is None else record.id
-
-    @property
-    def problem(self) -> str:
-        """Why nothing can be recorded at the moment; empty when all is well."""
-        record = self._record
-        return "" if record is None else record.problem or record.unwritten
-
-    def advanced(self, *, flush: bool = False) -> None:
-        """Take what is new when it is time for it, or at once with `flush`."""
-        new = self._ring.end - self._taken
-        due = flush or new * _SHARE > self._ring.capacity or time.monotonic() >= self._due
-        if new > 0 and due:
-            with self._lock:
-                self._take()
-
-    def note(self, event: Event) -> None:
-        """Record an event, after the ticks before it."""
-        with self._lock:
-            self._take()
-            if self._record is None:
-                self._early.append(event)
-            elif not self._ended:
-                self._recorder.put(_Item(self._record, event=event))
-
-    def end(self) -> None:
-        """Record the rest, and make it a run."""
-        with self._lock:
-            self._take()
-            if not self._ended and self._record is not None:
-                self._recorder.put(_Item(self._record, end=True))
-            self._ended = True
-
-    def _take(self) -> None:
-        """Take what is new; whatever that raises, the session and its stop go on."""
-        try:
-            self._take_new()
-        except Exception as error:
-            if self._record is not None:
-                self._record.failed(error)
-            else:
-                _LOG.exception("a session is not being recorded")
-
-    def _take_new(self) -> None:
-        self._due = time.monotonic() + _PERIOD
-        if self._ended or self._ring.end <= self._taken:
-            return
-        if self._record is None:
-            record = _Record(self._scenario, self._channels, self._drive, events=self._early)
-            self._recorder.announce(record.id)
-            self._record = record
-        record = self._record
-        while self._taken < (end := self._ring.end):
-            start = max(self._taken, self._ring.first)
-            try:
-                samples = self._ring.read(slice(None), start, end)
-            except IndexError:  # overwritten meanwhile
-                continue
-            self._recorder.put(_Item(record, start, samples, lost=start - self._taken))
-            self._taken = end
 
 
 class RunRecorder:
@@ -222,8 +71,13 @@ class RunRecorder:
         self._tasks: dict[str, asyncio.Task[None]] = {}
         self._unlisted: dict[str, asyncio.Event] = {}  # announced, not yet in the index
         # What the index could not take: runs that are recorded, and those that have ended (None).
-        self._missed: dict[str, tuple[_Record, RunDetail | None]] = {}
-        self._items: deque[_Item] = deque()
+        self._missed: dict[str, tuple[Record, RunDetail | None]] = {}
+        self._live: dict[str, Record] = {}  # what the thread is writing
+        self._waiting = 0  # bytes of what it has written since, which are not yet runs
+        self._allowed = math.inf  # bytes for all of it
+        self._crowded = asyncio.Event()
+        self._deletions: dict[tuple[str, float], float] = {}  # of runs, and when they were noticed
+        self._items: deque[Item] = deque()
         self._pending = 0
         self._closed = False
         self._changed = threading.Condition()
@@ -231,7 +85,7 @@ class RunRecorder:
         self._thread.start()
         self._tidying = self._loop.create_task(self._tidy())
 
-    def put(self, item: _Item) -> None:
+    def put(self, item: Item) -> None:
         """Hand something to the thread; samples that it cannot take are left out."""
         size = 0 if item.samples is None else item.samples.nbytes
         with self._changed:
@@ -283,7 +137,7 @@ class RunRecorder:
                 with self._changed:
                     self._pending -= item.samples.nbytes
 
-    def _carry_out(self, item: _Item) -> None:
+    def _carry_out(self, item: Item) -> None:
         record = item.record
         record.lost += item.lost
         if item.event is not None:
@@ -298,27 +152,29 @@ class RunRecorder:
                 _note_gap(record, record.end)
             self._attempt(record, self._write_events)
             if item.end:
+                self._live.pop(record.id, None)
+                self._waiting += record.spool.size
                 record.spool.end(complete=not record.events)
                 self._call(record, _finished, record.id)
         elif item.end:
             self._unlisted.pop(record.id, None)
 
-    def _attempt(self, record: _Record, work: Callable[..., None], *arguments: Any) -> None:
+    def _attempt(self, record: Record, work: Callable[..., None], *arguments: Any) -> None:
         try:
             work(record, *arguments)
         except Exception as error:
             record.failed(error)
 
-    def _append(self, record: _Record, first: int, samples: NDArray[np.float32]) -> None:
+    def _append(self, record: Record, first: int, samples: NDArray[np.float32]) -> None:
         record.lost += samples.shape[1]  # until they are written
         spool = self._spool(record)
-        self._check_room(spool)
+        self._make_room(record, spool, first, samples.nbytes + samples.nbytes // 16 + _HEADS)
         spool.append(first, samples)
         record.lost -= samples.shape[1]
         _note_gap(record, first)
         record.problem = ""
 
-    def _write_events(self, record: _Record) -> None:
+    def _write_events(self, record: Record) -> None:
         while record.spool is not None and record.events:
             event = record.events[0]
             try:
@@ -333,26 +189,64 @@ class RunRecorder:
                 record.changes_wait = True
                 self._call(record, _changes_listed, record.id, light=True)
 
-    def _spool(self, record: _Record) -> Spool:
+    def _spool(self, record: Record) -> Spool:
         """Return the file of a record; made when it is first wanted, and can be."""
         if record.spool is None:
             from motionlab.runs.spool import Spool  # noqa: PLC0415 - slow to load: see preload
 
-            self._check_room(None)
+            self._check_disk()
             run = live_run(record.scenario, record.id, record.created, drive=record.drive)
             about = metadata(record.scenario)
             record.spool = Spool(spools(self._root), run, record.channels, about)
+            self._live[record.id] = record
             self._call(record, _put, run, light=True)
         return record.spool
 
-    def _check_room(self, spool: Spool | None) -> None:
+    def _check_disk(self) -> None:
         if shutil.disk_usage(self._root).free < FREE_LEAST:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        if spool is not None and spool.size > quota():
-            raise OSError(errno.EDQUOT, "the run takes all that runs may take (MOTIONLAB_RUNS_MAX)")
+
+    def _make_room(self, record: Record, spool: Spool, tick: int, size: int) -> None:
+        """Make room for `size` bytes of samples from a tick on: the oldest samples go.
+
+        A recording takes half of the quota at most; all together take what runs that are kept and
+        other runs leave, and then the largest gives way.
+        """
+        self._check_disk()
+        most = quota() // 2
+        share = min(most, self._allowed / max(1, len(self._live))) / _PARTS
+        if spool.part_size > min(_PART_MOST, max(_PART_LEAST, share)):
+            spool.begin_part(tick)
+        while spool.size + size > most and spool.drop_part():
+            self._note_rolling(record)
+        while self._total + size > self._allowed:
+            self._call_soon(self._crowded.set)
+            divided = [r for r in self._live.values() if r.spool is not None and r.spool.divided]
+            if not divided:
+                raise OSError(errno.EDQUOT, _NO_ROOM)
+            largest = max(divided, key=lambda r: 0 if r.spool is None else r.spool.size)
+            if largest.spool is not None and largest.spool.drop_part():
+                self._note_rolling(largest)
+        if spool.size + size > most:
+            raise OSError(errno.EDQUOT, _NO_ROOM)
+
+    @property
+    def _total(self) -> int:
+        """Bytes of all recordings."""
+        live = (record.spool for record in self._live.values())
+        return self._waiting + sum(spool.size for spool in live if spool is not None)
+
+    def _note_rolling(self, record: Record) -> None:
+        if not record.rolling:
+            record.rolling = True
+            _LOG.warning("%s: its beginning goes, to make room for what comes", record.id)
+
+    def _call_soon(self, function: Callable[[], None]) -> None:
+        with contextlib.suppress(RuntimeError):  # the loop has ended; the next server does it
+            self._loop.call_soon_threadsafe(function)
 
     def _call(
-        self, record: _Record, function: Callable[..., None], *arguments: Any, light: bool = False
+        self, record: Record, function: Callable[..., None], *arguments: Any, light: bool = False
     ) -> None:
         """Have a worker carry something out, after what was begun for the same run."""
 
@@ -373,8 +267,7 @@ class RunRecorder:
             task = self._tasks[record.id] = self._loop.create_task(carry_out())
             task.add_done_callback(lambda done: self._forget(record.id, done))
 
-        with contextlib.suppress(RuntimeError):  # the loop has ended; the next server does it
-            self._loop.call_soon_threadsafe(begin)
+        self._call_soon(begin)
 
     def _forget(self, run_id: str, task: asyncio.Task[None]) -> None:
         if self._tasks.get(run_id) is task:
@@ -382,7 +275,7 @@ class RunRecorder:
 
     def _note_missed(
         self,
-        record: _Record,
+        record: Record,
         function: Callable[..., None],
         arguments: tuple[Any, ...],
         *,
@@ -412,9 +305,12 @@ class RunRecorder:
         if await asyncio.to_thread(_has_spools, self._root):
             await self._worked(_recovered)
         for _ in range(_RECOVER_TURNS):
-            if await self._worked(_purged, light=True) and self._missed:
+            if await self._balanced() and self._missed:
                 break
-            await asyncio.sleep(_TIDY_PERIOD)
+            self._crowded.clear()
+            await asyncio.sleep(_TIDY_LEAST)
+            with contextlib.suppress(TimeoutError):
+                await asyncio.wait_for(self._crowded.wait(), _TIDY_PERIOD)
         missed, self._missed = self._missed, {}
         for record, run in missed.values():
             if run is not None:
@@ -422,25 +318,49 @@ class RunRecorder:
         if missed:
             await asyncio.sleep(_TIDY_PERIOD)
 
+    async def _balanced(self) -> bool:
+        """Remove deleted runs whose time is over, evict what exceeds the quota; or return False.
+
+        Time is counted here, since a clock that jumps would end the time of every deletion.
+        """
+        now = time.monotonic()
+        due = [each for each, since in self._deletions.items() if now - since > UNDO_SECONDS]
+        waiting, live = self._waiting, list(self._live)
+        answer = await self._answer(_tidied, due, live, _RESERVE if live else 0.0, light=True)
+        if answer is None:
+            return False
+        self._allowed, deletions = answer.value
+        answer.close()
+        self._waiting -= waiting
+        self._deletions = {each: self._deletions.get(each, now) for each in deletions}
+        return True
+
     async def _worked(
         self, function: Callable[..., None], *arguments: Any, light: bool = False
     ) -> bool:
         """Have a worker carry something out; return whether it could."""
+        answer = await self._answer(function, *arguments, light=light)
+        if answer is not None:
+            answer.close()
+        return answer is not None
+
+    async def _answer(
+        self, function: Callable[..., Any], *arguments: Any, light: bool = False
+    ) -> Any:
+        """Return what a worker answers, to be closed, or None where it could not."""
         try:
-            answer = await self._workers.run(
+            return await self._workers.run(
                 function, *arguments, light=light, seconds=_FINISH_SECONDS
             )
-            answer.close()
         except (MotionLabError, HTTPException) as error:  # tried again later
             _LOG.warning("runs: %s", getattr(error, "detail", None) or error)
-            return False
+            return None
         except Exception:
             _LOG.exception("runs: %s failed", function.__name__)
-            return False
-        return True
+            return None
 
 
-def _note_gap(record: _Record, end: int) -> None:
+def _note_gap(record: Record, end: int) -> None:
     """Note that the ticks before `end` were lost, if any were."""
     if record.lost:
         reason = record.problem or "the disk was too slow"
@@ -482,5 +402,9 @@ def _recovered(_: Call) -> None:
 
 
 @indexed
-def _purged(_: Call) -> None:
-    library().purge()
+def _tidied(
+    _: Call, due: list[tuple[str, float]], live: list[str], reserve: float
+) -> tuple[int, list[tuple[str, float]]]:
+    """Return the bytes that live recordings may take, and the runs that are deleted."""
+    library().purge(*due)
+    return library().room.balance(*live, reserve=reserve), library().index.deleted()

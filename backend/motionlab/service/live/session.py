@@ -27,8 +27,9 @@ from motionlab.service.live.change_log import ChangeLog
 from motionlab.service.live.clock import Clock
 from motionlab.service.live.history import History, path_of
 from motionlab.service.live.notification import Listener
-from motionlab.service.live.run_recorder import RunRecorder, SessionRecorder
-from motionlab.service.live.session_info import SessionStatus, State, WrongState
+from motionlab.service.live.run_recorder import RunRecorder
+from motionlab.service.live.session_info import SessionStatus, State, WrongState, json_of
+from motionlab.service.live.session_recorder import SessionRecorder
 from motionlab.simulation.change import Change, changed
 from motionlab.simulation.machine import Machine
 from motionlab.simulation.prepare import Prepared
@@ -42,8 +43,8 @@ CATCH_UP_SECONDS = 0.25
 _SLICE_LANES = 2048
 """Ticks times blocks of lanes that advance at a time: some 2 ms, and so long a command waits."""
 
+_TIMELINES = 50  # whose recordings captures are taken from
 _YIELD_SECONDS = 0.0005  # between two slices, when a command waits
-
 P = ParamSpec("P")
 T = TypeVar("T")
 
@@ -100,6 +101,7 @@ class Session:
         self._threads = threads
         self._recorder = recorder
         self._record: SessionRecorder | None = None
+        self.records: dict[int, SessionRecorder] = {}  # by timeline
         self._told_of_record: tuple[str | None, str] = (None, "")
         self._changes = ChangeLog(prepared.scenario)
         self._lock = threading.Lock()
@@ -376,12 +378,7 @@ class Session:
         """Return a member of `info`, written anew only when its value is another object."""
         kept = self._texts.get(name)
         if kept is None or kept[0] is not value:
-            try:
-                text = adapter.dump_json(value).decode()
-            except ValueError:  # text that UTF-8 cannot hold: the session is still to be stopped
-                text = json.dumps(adapter.dump_python(value))
-            kept = (value, f'"{name}":{text}')
-            self._texts[name] = kept
+            kept = self._texts[name] = (value, f'"{name}":{json_of(value, adapter)}')
         return kept[1]
 
     def _follow_clock(self) -> None:
@@ -408,14 +405,14 @@ class Session:
             self._record.end()
         self.history.ring.clear()
         if self._recorder is not None:
-            channels = self.history.columns
-            self._record = SessionRecorder(
+            self._record = self.records[self.timeline] = SessionRecorder(
                 self._recorder,
                 self.history.ring,
-                channels,
+                self.history.columns,
                 simulation.scenario,
                 drive=self.drive,
             )
+            self.records.pop(self.timeline - _TIMELINES, None)
 
     async def _change(self, changes: Mapping[str, Any]) -> int:
         def prepared(scenario: Scenario, tick: int) -> tuple[Change, list[Any]]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Literal
+import json
+from typing import Any, Literal
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, Field, TypeAdapter
 
 from motionlab.config.scenario import Scenario
 from motionlab.simulation.change import Change
@@ -14,6 +15,14 @@ State = Literal["paused", "playing", "stopping", "stopped", "finished"]
 
 class WrongState(Exception):
     """A command that the state of the session does not allow."""
+
+
+def json_of(value: Any, adapter: TypeAdapter[Any]) -> str:
+    """Return a value as JSON, whatever text it holds: its session is still to be stopped."""
+    try:
+        return adapter.dump_json(value).decode()
+    except ValueError:  # half of a surrogate pair, which JSON can spell and UTF-8 cannot
+        return json.dumps(adapter.dump_python(value))
 
 
 class SessionStatus(BaseModel):

@@ -20,6 +20,7 @@ from motionlab.runs.run import (
     TAG,
     TAGS_MAX,
     TEXT,
+    Evicted,
     Page,
     Run,
     RunDetail,
@@ -42,6 +43,7 @@ _MATH_BYTES = 3 * np.float32().itemsize
 
 router = APIRouter(prefix="/runs", tags=["runs"], route_class=JsonRoute)
 
+_EVICTED = 20  # evictions that are shown
 _UNHELD = 8_000_000  # bytes of samples and curves that a call needs not reserve
 
 
@@ -70,8 +72,13 @@ class Storage(BaseModel):
 
     runs: int
     size: int = Field(description="Bytes of telemetry")
-    pinned_size: int = Field(description="Of these, bytes that are never evicted")
-    quota: int = Field(description="Bytes beyond which the oldest unpinned run is evicted")
+    pinned_size: int = Field(description="Of these, bytes of pinned ones")
+    kept_size: int = Field(description="Of these, bytes that are kept or pinned: never evicted")
+    recording_size: int = Field(description="Bytes of what is being recorded, beside `size`")
+    quota: int = Field(
+        description="Bytes beyond which the oldest run that no person keeps is evicted"
+    )
+    evicted: list[Evicted] = Field(description="The latest evictions, the newest first")
     free_least: int = Field(description="Bytes that are left free on the disk")
     undo: float = Field(description="Time for which a deletion can be undone, s")
     tags: dict[str, int] = Field(description="Runs by tag, the most used first")
@@ -226,6 +233,8 @@ def _page(q: str, sort: str, limit: int, cursor: str | None) -> Page:
 def _storage() -> Storage:
     return Storage(
         **library().index.totals(),
+        recording_size=library().room.recorded(),
+        evicted=library().index.evictions(_EVICTED),
         quota=quota(),
         free_least=FREE_LEAST,
         undo=UNDO_SECONDS,

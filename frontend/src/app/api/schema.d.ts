@@ -760,7 +760,7 @@ export interface paths {
         put?: never;
         /**
          * Keep Session Capture
-         * @description Keep a stretch of a session's latest 30 s as a run with every channel.
+         * @description Keep a stretch of a session, 30 s at most, as a run with every channel.
          */
         post: operations["keepCapture"];
         delete?: never;
@@ -3056,7 +3056,7 @@ export interface components {
         };
         /**
          * CaptureRequest
-         * @description A stretch of the latest 30 s of a session.
+         * @description A stretch of a session: of its latest 30 s, or of what was recorded before.
          * @example {
          *       "from_tick": 0,
          *       "to_tick": 400
@@ -3075,7 +3075,7 @@ export interface components {
             to_tick: number;
             /**
              * Timeline
-             * @description The session's timeline that the ticks are of: a reset begins another one, and what was before is refused. Without, the newest
+             * @description The session's timeline that the ticks are of: a reset begins another one, and what was before is taken from its recording. Without, the newest
              */
             timeline?: number | null;
             /**
@@ -3090,6 +3090,12 @@ export interface components {
              * @default
              */
             note: string;
+            /**
+             * Automatic
+             * @description Kept as it comes, not by a person: evicted when there is no room
+             * @default false
+             */
+            automatic: boolean;
         };
         /**
          * Cause
@@ -5188,6 +5194,34 @@ export interface components {
             set: {
                 [key: string]: unknown;
             };
+        };
+        /**
+         * Evicted
+         * @description A run that the lab had recorded by itself, and removed to make room.
+         */
+        Evicted: {
+            /**
+             * Run
+             * @description Its identifier
+             */
+            run: string;
+            /** Name */
+            name: string;
+            /**
+             * Created
+             * @description When it began, seconds since 1970
+             */
+            created: number;
+            /**
+             * Evicted
+             * @description When it was removed, seconds since 1970
+             */
+            evicted: number;
+            /**
+             * Size
+             * @description Bytes of its telemetry
+             */
+            size: number;
         };
         /**
          * ExperimentProgress
@@ -11172,6 +11206,12 @@ export interface components {
              */
             pinned: boolean;
             /**
+             * Kept
+             * @description By a person, who kept, imported, named, noted or tagged it: never evicted
+             * @default false
+             */
+            kept: boolean;
+            /**
              * Created
              * @description When it began, seconds since 1970
              */
@@ -11291,6 +11331,12 @@ export interface components {
              */
             pinned: boolean;
             /**
+             * Kept
+             * @description By a person, who kept, imported, named, noted or tagged it: never evicted
+             * @default false
+             */
+            kept: boolean;
+            /**
              * Created
              * @description When it began, seconds since 1970
              */
@@ -11385,6 +11431,12 @@ export interface components {
             scenario_document: {
                 [key: string]: unknown;
             } | null;
+            /**
+             * First Tick
+             * @description Tick of its first sample; of a long recording the beginning goes
+             * @default 0
+             */
+            first_tick: number;
             /**
              * Events
              * @description Changes, pushes, the stop, gaps, by tick
@@ -13133,14 +13185,29 @@ export interface components {
             size: number;
             /**
              * Pinned Size
-             * @description Of these, bytes that are never evicted
+             * @description Of these, bytes of pinned ones
              */
             pinned_size: number;
             /**
+             * Kept Size
+             * @description Of these, bytes that are kept or pinned: never evicted
+             */
+            kept_size: number;
+            /**
+             * Recording Size
+             * @description Bytes of what is being recorded, beside `size`
+             */
+            recording_size: number;
+            /**
              * Quota
-             * @description Bytes beyond which the oldest unpinned run is evicted
+             * @description Bytes beyond which the oldest run that no person keeps is evicted
              */
             quota: number;
+            /**
+             * Evicted
+             * @description The latest evictions, the newest first
+             */
+            evicted: components["schemas"]["Evicted"][];
             /**
              * Free Least
              * @description Bytes that are left free on the disk

@@ -8,6 +8,7 @@ import {
   markText,
   searchProblem,
   sizeText,
+  evictedText,
   storageText,
   summary,
   whenText,
@@ -65,9 +66,30 @@ it('events are words with units', () => {
 it('sizes and lengths read between 1 and 1000', () => {
   expect([999, 2_302_667, 6.81e9].map(sizeText)).toEqual(['999 B', '2.30 MB', '6.81 GB']);
   expect([10.5, 243].map(durationText)).toEqual(['10.5 s', '4 min 3 s']);
-  const storage = { runs: 1284, size: 6.81e9, pinned_size: 2.1e8, quota: 1e10 };
+  const storage = {
+    runs: 1284,
+    size: 6.81e9,
+    kept_size: 2.1e8,
+    recording_size: 0,
+    quota: 1e10,
+    evicted: [] as object[],
+  };
   expect(storageText(storage as never)).toBe(
-    '6.81 GB of 10.0 GB in 1,284 runs, 210 MB of it pinned.',
+    '6.81 GB of 10.0 GB in 1,284 runs, 210 MB of it kept or pinned.',
+  );
+  const recording = { ...storage, runs: 1, recording_size: 1e9 };
+  expect(storageText(recording as never)).toBe(
+    '7.81 GB of 10.0 GB in 1 run, 210 MB of it kept or pinned, and 1.00 GB being recorded.',
+  );
+  expect(evictedText(storage as never, 0)).toBe('');
+  storage.evicted = [
+    { name: 'circle', created: NOW - 7200, evicted: NOW - 60 },
+    { name: 'rhombus', created: NOW - 7300, evicted: NOW - 61 },
+    { name: 'long ago', created: NOW - 1e6, evicted: NOW - 9e5 },
+  ];
+  expect(evictedText(storage as never, NOW)).toBe(
+    `Evicted ${whenText(NOW - 60, NOW)}: circle, recorded ${whenText(NOW - 7200, NOW)} and ` +
+      '1 other. Name, note, tag or pin what is to stay.',
   );
 });
 

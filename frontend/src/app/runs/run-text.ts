@@ -125,11 +125,27 @@ export function markText(event: RunEvent): string {
   return rest.length > 0 ? `${first} +${rest.length}` : first;
 }
 
-/** Says what all runs take, what of it stays, and what happens when it is full. */
-export function storageText({ runs, size, pinned_size: pinned, quota }: RunStorage): string {
+/** Says what runs and recordings take, what of it stays, and what happens when it is full. */
+export function storageText(storage: RunStorage): string {
+  const { runs, size, kept_size: kept, recording_size: recording, quota } = storage;
   const count = `${runs.toLocaleString('en')} ${runs === 1 ? 'run' : 'runs'}`;
-  const kept = pinned > 0 ? `, ${sizeText(pinned)} of it pinned` : '';
-  return `${sizeText(size)} of ${sizeText(quota)} in ${count}${kept}.`;
+  const parts = [
+    kept > 0 ? `${sizeText(kept)} of it kept or pinned` : '',
+    recording > 0 ? `and ${sizeText(recording)} being recorded` : '',
+  ].filter((part) => part !== '');
+  return `${sizeText(size + recording)} of ${sizeText(quota)} in ${[count, ...parts].join(', ')}.`;
+}
+
+/** Says which recordings were evicted last; empty where none was. */
+export function evictedText({ evicted }: RunStorage, now: number): string {
+  const [latest] = evicted;
+  if (!latest) return '';
+  const since = evicted.filter((each) => latest.evicted - each.evicted < DAY).length;
+  const others = since > 1 ? ` and ${since - 1} ${since === 2 ? 'other' : 'others'}` : '';
+  return (
+    `Evicted ${whenText(latest.evicted, now)}: ${latest.name}, recorded ` +
+    `${whenText(latest.created, now)}${others}. Name, note, tag or pin what is to stay.`
+  );
 }
 
 /** What is wrong with a search, to stand below its field; empty where it is something else. */

@@ -57,7 +57,7 @@ export interface Watched {
   /** The session whose samples come. */
   readonly origin?: Origin | null;
   /** Keeps a capture as a run; returns its identifier, empty if it could not. */
-  keep?(capture: Capture, note: string): Promise<string>;
+  keep?(capture: Capture, note: string, automatic: boolean): Promise<string>;
 }
 
 /** `off`: scopes show what they show. `waiting` for a hit, `searching` a record, `done`: as many as wanted. */
@@ -224,7 +224,7 @@ export class Trigger {
     const origin = this.view.origin ?? null;
     const capture = { time: tick * period, range, source, free, origin, ticks, run: '' };
     this.captures = [...kept, capture];
-    if (this.settings.keep && !free) void this.keep(capture);
+    if (this.settings.keep && !free) void this.keep(capture, true);
     this.place = this.captures.length - 1;
     this.view.look(null);
     const { mode, most } = this.settings;
@@ -293,12 +293,12 @@ export class Trigger {
     save(KEPT, this.settings);
   }
 
-  /** Keeps a capture of a session as a run. */
-  async keep(capture: Capture): Promise<void> {
+  /** Keeps a capture of a session as a run; one that is kept as it comes may be evicted. */
+  async keep(capture: Capture, automatic = false): Promise<void> {
     const { view } = this;
     const note = triggerText(this.settings);
     this.note(capture, '…');
-    this.note(capture, (await view.keep?.(capture, note)) ?? '');
+    this.note(capture, (await view.keep?.(capture, note, automatic)) ?? '');
   }
 
   private note({ source }: Capture, run: string): void {

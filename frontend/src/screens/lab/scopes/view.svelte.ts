@@ -1,6 +1,7 @@
 /** What the scopes of the Lab show: the what-if or the running session. */
 
 import type { Checked, Whose } from '../../../app/expressions/expressions.svelte';
+import { captureErrorText } from '../../../app/error-text';
 import { AXES, type Axis } from '../../../app/api/types';
 import { nameOf } from '../../../app/fields/fields.svelte';
 import { LiveSource } from '../../../scopes/live-source';
@@ -145,20 +146,20 @@ class View extends TimeView {
     return info && { session: info.id, timeline: info.timeline };
   }
 
-  async keep({ origin, ticks, time }: Capture, note: string): Promise<string> {
+  async keep(capture: Capture, note: string, automatic: boolean): Promise<string> {
+    const { origin, ticks, time } = capture;
     let run = '';
     if (!origin) return run;
     const { session, timeline } = origin;
     await app.try(async () => {
       const [from_tick, to_tick] = ticks;
       const name = `${app.scenario?.name ?? 'capture'} at ${digits(time, 7)} s`;
-      ({ id: run } = await app.api.keepCapture(session, {
-        from_tick,
-        to_tick,
-        timeline,
-        name,
-        note,
-      }));
+      const body = { from_tick, to_tick, timeline, name, note, automatic };
+      try {
+        ({ id: run } = await app.api.keepCapture(session, body));
+      } catch (error) {
+        throw new Error(captureErrorText(error), { cause: error });
+      }
     });
     return run;
   }
