@@ -12,6 +12,8 @@ import httpx
 import pytest
 from hypothesis import settings
 
+from motionlab import progress
+
 if TYPE_CHECKING:
     from tests.service.openapi import Contract
     from tests.service.servers import Server
@@ -38,6 +40,8 @@ def _nothing_of_the_user(tmp_path_factory: pytest.TempPathFactory) -> Iterator[N
             patch.delenv(name, raising=False)
         for name in [name for name in os.environ if name.lower().endswith("_proxy")]:
             patch.delenv(name)
+        # What a test reads of stderr must not depend on what was compiled before.
+        patch.setattr(progress, "_said", {progress._COMPILING})
         yield
 
 
