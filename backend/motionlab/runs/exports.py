@@ -19,6 +19,7 @@ from pyarrow import csv, parquet
 
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, FieldError, StoreError
+from motionlab.runs.formulas import inert, original
 from motionlab.runs.mcap_files import Extras, identifiers, write_mcap
 from motionlab.runs.run import RunDetail
 from motionlab.runs.selection import ALL, Selection
@@ -106,7 +107,7 @@ def _as_parquet(path: Path) -> pa.BufferReader:
     found = read(str(path))
     arrays = [pa.array(column.values) for column in found.values()]
     fields = [
-        pa.field(name, array.type, metadata={"unit": column.unit})
+        pa.field(original(name), array.type, metadata={"unit": column.unit})
         for (name, column), array in zip(found.items(), arrays, strict=True)
     ]
     written = pa.BufferOutputStream()
@@ -259,7 +260,7 @@ def _write_csv(source: Source, selection: Selection, path: Path) -> None:
     schema = schema_of(source, selection)
     units = _units(schema)
     renamed = pa.schema(
-        [pa.field(f"{each.name} [{units[each.name]}]", each.type) for each in schema]
+        [pa.field(f"{inert(each.name)} [{units[each.name]}]", each.type) for each in schema]
     )
     with csv.CSVWriter(path, renamed) as writer:
         for batch in batches(source, selection, _CSV_ROWS):

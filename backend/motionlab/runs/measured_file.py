@@ -15,6 +15,7 @@ from pyarrow import parquet
 
 from motionlab.config.bounds import check_text
 from motionlab.errors import ConfigError, FieldError
+from motionlab.runs.formulas import original
 from motionlab.runs.import_document import COLUMNS_MAX, GUESSED, VALUES_MAX, ImportOptions
 from motionlab.runs.mat_check import check_mat
 from motionlab.runs.measured_csv import read_csv
@@ -143,7 +144,7 @@ def _bounded(count: int) -> None:
 
 def _read_csv(path: Path, said: ImportOptions) -> MeasuredFile:
     table = read_csv(path, VALUES_MAX, said.delimiter, said.decimal)
-    columns = [FileColumn(c.header, c.unit, c.values, c.instant) for c in table.columns]
+    columns = [FileColumn(original(c.header), c.unit, c.values, c.instant) for c in table.columns]
     return MeasuredFile(
         "csv", columns, table.ignored, table.facts, table.begun, table.notes, table.own
     )
