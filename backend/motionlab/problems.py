@@ -153,6 +153,9 @@ _KINDS: dict[type[MotionLabError], Kind] = {
 
 def kind_of(error: MotionLabError) -> Kind:
     """Return the type of an error."""
+    named = getattr(error, "kind", "")  # by a server that has refused
+    if named in TYPES:
+        return named
     for failure, kind in _KINDS.items():
         if isinstance(error, failure):
             return kind

@@ -198,7 +198,8 @@ def _bar(title: str, total: float) -> Iterator[Callable[[float], None]]:
         TimeElapsedColumn(),
         TextColumn("left"),
         TimeRemainingColumn(),
-        console=Console(stderr=True, force_jupyter=False),
+        # It moves the cursor.
+        console=Console(file=getattr(sys.stderr, "direct", sys.stderr), force_jupyter=False),
         transient=True,
         redirect_stdout=False,
         redirect_stderr=False,

@@ -9,6 +9,8 @@ import sys
 import textwrap
 from collections.abc import Collection, Iterable, Sequence
 
+from motionlab.plain_text import without_controls
+
 _MICRO = re.compile(r"(?<![\w-])u(?=m\b|s\b)")
 _GAP = "  "
 _BOLD, _PLAIN = "\x1b[1m", "\x1b[0m"
@@ -43,7 +45,8 @@ def table(
     units : sequence of str
         Units of the columns, in a line of their own below the heads.
     """
-    rows = [list(row) for row in rows]
+    heads = [without_controls(head) for head in heads]
+    rows = [[without_controls(cell) for cell in row] for row in rows]
     lines = [*([list(heads)] if any(heads) else []), *([list(units)] if units else []), *rows]
     if not lines:
         return ""

@@ -212,7 +212,14 @@ def test_a_cable_that_is_out_is_a_fault_until_it_is_reset(shown: Page, drive: Vi
     taken(shown)
     armed(shown)
     drive.switch(black_hole=True)
-    expect(headline(shown)).to_have_text("Fault of the link, no torque")
+    expect(headline(shown)).to_have_text("Fault of the link, state not known")
+    panel = region(shown, "State")
+    expect(panel).to_contain_text(re.compile(r"Last known, \d+ s ago"))
+    expect(panel.get_by_role("row", name="not known")).to_have_count(6)
+    expect(panel.get_by_text("torque on")).to_have_count(0)
+    expect(panel.get_by_text("no torque")).to_have_count(0)
+    expect(region(shown, "Torque")).to_contain_text("not known")
+    expect(region(shown, "Link")).to_contain_text("not known")
     drive.switch(black_hole=False)
     shown.wait_for_timeout(1500)
     expect(headline(shown)).to_have_text("Fault of the link, no torque")
@@ -294,7 +301,7 @@ def test_a_server_without_drives_says_how_to_try_them(page: Page) -> None:
     page.get_by_role("link", name="Drive", exact=True).click()
     said = region(page, "State")
     expect(said).to_contain_text("No drive configured")
-    expect(said).to_contain_text("motionlab serve --drive configs/drives/virtual.toml")
+    expect(said).to_contain_text("motionlab serve --drive virtual")
 
 
 def a_step_is_stopped(page: Page, panel: Locator) -> None:

@@ -261,14 +261,37 @@ def test_anyone_stops_a_motion(operator: Operator, anyone: httpx.Client, how: st
     assert anyone.post(stop).status_code == 200
     status = operator.until(lambda status: status["state"] in {"ready", "fault"})
     assert status["state"] == "ready", status["fault"]
-    if how == "drive":
-        assert {**status["stopped"], "at": 0} == {"at": 0, "cause": "STOP", "by": "Eve"}
+    cause, by = ("STOP", "Eve") if how == "drive" else ("STOP of the session", "")
+    assert {**status["stopped"], "at": 0} == {"at": 0, "cause": cause, "by": by}
     session = ended(anyone, path)
     assert session["state"] == "stopped"
     events = kept(anyone, session["run"])["events"]
     assert [event["kind"] for event in events] == ["stop"]
     answer = anyone.post(f"{DRIVE}/motions", json=MOTION, headers=operator.lease)
     assert answer.json()["detail"] == "not possible while the link is ready"  # never by itself
+
+
+@pytest.mark.parametrize("first", ["drive", "session"])
+def test_a_stop_of_drive_and_session_has_its_name(
+    operator: Operator, anyone: httpx.Client, first: str
+) -> None:
+    operator.arm()
+    path = operator.begin(LONG)
+    calls = [f"{DRIVE}/stop?by=Eve", f"{path}/stop"]
+    for call in calls if first == "drive" else reversed(calls):
+        assert anyone.post(call).status_code == 200
+    status = operator.until(lambda status: status["state"] in {"ready", "fault"})
+    assert (status["stopped"]["cause"], status["stopped"]["by"]) == ("STOP", "Eve")
+
+
+def test_a_session_that_is_deleted_is_noted_as_the_stop(
+    operator: Operator, anyone: httpx.Client
+) -> None:
+    operator.arm()
+    path = operator.begin(LONG)
+    assert anyone.delete(path).status_code == 204
+    status = operator.until(lambda status: status["state"] in {"ready", "fault"})
+    assert status["stopped"]["cause"] == "end of the session"
 
 
 def test_who_falls_silent_is_stopped_then_free(operator: Operator, anyone: httpx.Client) -> None:

@@ -274,7 +274,7 @@ def _request(options: argparse.Namespace) -> dict[str, Any]:
 def _switch_on(server: LabServer, lease: HeldLease, request: dict[str, Any]) -> None:
     server.call("POST", "/drive/arm", {**request, "confirm": True}, lease.headers)
     if problem := _settled(server, {"holding"}):
-        raise ServerRefused(problem)
+        raise ServerRefused(problem, "drive-link")
 
 
 def _settled(server: LabServer, states: set[str]) -> str:
@@ -316,6 +316,8 @@ def _in_words(status: dict[str, Any]) -> str:
     ]
     if status["fault"] or status["problem"]:
         lines.append(_ended(status))
+    if not status["known"] and status["age"] is not None:
+        lines.append(f"what the drives do is not known; as last known, {status['age']:.1f} s ago:")
     lines += [
         f"  {each['axis']} {each['phase']}  {each['state']:24} 0x{each['status_word']:04X}"
         f"  {each['current']:7.3f} A  {each['error_name']}".rstrip()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import importlib
-import io
 import select
 import sys
 import time
@@ -13,7 +12,7 @@ from collections.abc import Sequence
 
 from motionlab import __version__
 from motionlab.cli.exit_codes import BAD_INPUT, DONE, FAILED, INTERRUPTED
-from motionlab.cli.messages import discard, say, unbreakable_stderr
+from motionlab.cli.messages import discard, plain_stdout, say, unbreakable_stderr
 from motionlab.cli.parser import Parser, print_problem
 from motionlab.errors import ConfigError, Infeasible, MotionLabError
 from motionlab.progress import first_use, told
@@ -65,7 +64,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     int
         0 done, 1 the run failed, 2 bad input, 130 interrupted.
     """
-    with unbreakable_stderr():
+    with unbreakable_stderr(), plain_stdout():
         return _carry_out(arguments)
 
 
@@ -75,8 +74,6 @@ def _carry_out(arguments: Sequence[str] | None) -> int:
     given = sys.argv[1:] if arguments is None else list(arguments)
     started = time.perf_counter()
     try:
-        if isinstance(sys.stdout, io.TextIOWrapper):
-            sys.stdout.reconfigure(errors="backslashreplace")  # no letter stops a result
         try:
             asked = given if given not in ([], ["help"]) else ["--help"]
             options = _parser(asked).parse_args(asked)

@@ -1,14 +1,17 @@
-"""Messages on stderr, which may be closed, full or a broken pipe: that never ends a command."""
+"""What commands print: no control characters, and no failure of stderr ends a command."""
 
 from __future__ import annotations
 
 import contextlib
+import io
 import os
 import sys
 from collections.abc import Iterator
 from typing import Any, TextIO
 
+from motionlab.plain_text import PlainStream
 from motionlab.progress import is_told
+from motionlab.tables import on_terminal
 
 
 class _Messages:
@@ -39,12 +42,24 @@ def unbreakable_stderr() -> Iterator[None]:
     """Have failures of stderr ignored until the block ends."""
     closed = sys.stderr is None  # then print would write to stdout
     stream = open(os.devnull, "w", encoding="utf-8") if closed else sys.stderr
-    messages = _Messages(stream)
+    messages = PlainStream(_Messages(stream), styled=False)
     with contextlib.redirect_stderr(messages):
         try:
             yield
         finally:
             messages.flush()  # here, not at exit, where a failure would set the exit code
+
+
+@contextlib.contextmanager
+def plain_stdout() -> Iterator[None]:
+    """Keep control characters of files, servers and other people off the terminal."""
+    if sys.stdout is None:
+        yield
+        return
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")  # no letter stops a result
+    with contextlib.redirect_stdout(PlainStream(sys.stdout, styled=on_terminal())):
+        yield
 
 
 def say(text: str) -> None:

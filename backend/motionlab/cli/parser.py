@@ -14,6 +14,7 @@ from motionlab.errors import ConfigError, FieldError
 
 _CHOICE = re.compile(r"(.+?): invalid choice: '?(.*?)'? \(choose from (.*)\)")
 _NUMBER = re.compile(r"(.+?): invalid (int|float) value: (.*)")
+_NEGATIVE = re.compile(r"-\.?\d|-inf|-nan", re.IGNORECASE)
 _MISSING = "the following arguments are required: "
 _QUIET = "print results and errors alone: no progress, no notes"
 _VERBOSE = "say how long it took, and where in the program an error arose"
@@ -61,6 +62,8 @@ class Parser(argparse.ArgumentParser):
         settings["formatter_class"] = HelpFormatter
         super().__init__(**settings)
         self._given: list[str] = []
+        # A value such as -0.001,0.002 is no option either: argparse knows single numbers alone.
+        self._negative_number_matcher = _NEGATIVE
         self.add_argument(
             "-q", "--quiet", action="store_true", default=argparse.SUPPRESS, help=_QUIET
         )

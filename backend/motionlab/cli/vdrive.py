@@ -187,7 +187,8 @@ def _switch(options: argparse.Namespace) -> int:
         return DONE
     on = " ".join(f"{name}={value}" for name, value in status["switches"].items())
     counters = ", ".join(f"{name} {value}" for name, value in status["counters"].items())
-    print(f"switched on: {on or 'nothing'}\n{counters}")
+    print(f"switched on: {on}" if on else f"taken: {', '.join(changes)}; no fault is on")
+    print(counters)
     return DONE
 
 

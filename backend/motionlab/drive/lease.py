@@ -19,6 +19,8 @@ ASKED = 60.0
 class NotHeld(MotionLabError):
     """A command that needs the lease, from someone who does not hold it."""
 
+    kind = "lease-not-held"
+
 
 @dataclass
 class Lease:

@@ -25,7 +25,19 @@ _BEATS = 4  # of a heartbeat, in the time after which a lease ends
 
 
 class ServerRefused(MotionLabError):
-    """A server does not answer, or refuses a call; the message says why."""
+    """A server does not answer, or refuses a call; the message says why.
+
+    Parameters
+    ----------
+    message : str
+        Why.
+    kind : str
+        Type of its problem document.
+    """
+
+    def __init__(self, message: str, kind: str = "unavailable") -> None:
+        super().__init__(message)
+        self.kind = kind
 
 
 class LabServer:
@@ -218,11 +230,12 @@ def _refusal(error: urllib.error.HTTPError) -> MotionLabError:
     try:
         problem = json.loads(error.read())
         detail, fields = str(problem["detail"]), problem["errors"]
+        kind = str(problem["type"]).rpartition(":")[2]
     except (ValueError, KeyError, TypeError, OSError):
         return ServerRefused(f"{error.url}: {error.code} {error.reason}")
     if error.code == HTTPStatus.UNAUTHORIZED:
-        return ServerRefused(f"{detail}: set MOTIONLAB_TOKEN or MOTIONLAB_TOKEN_FILE")
+        return ServerRefused(f"{detail}: set MOTIONLAB_TOKEN or MOTIONLAB_TOKEN_FILE", kind)
     if error.code == HTTPStatus.UNPROCESSABLE_ENTITY and fields:
         known = ("loc", "message", "value", "range", "unit")
         return ConfigError(*(FieldError(**{name: each[name] for name in known}) for each in fields))
-    return ServerRefused(detail)
+    return ServerRefused(detail, kind)

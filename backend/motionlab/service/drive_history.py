@@ -19,6 +19,7 @@ _SECONDS = 60
 _BIN = 1e-6  # s, of the histogram of the loop
 _TOGETHER = 4  # bins of the loop in one of the answer
 _NAME_MAX = 40
+_SAME_STOP = 1.0  # s within which the page's STOP of drive and session come
 
 
 class PastFault(FaultNow):
@@ -73,6 +74,7 @@ class DriveHistory:
     def __init__(self, link: DriveLink) -> None:
         self._faults: deque[PastFault] = deque(maxlen=_FAULTS_KEPT)
         self.stopped: LastStop | None = None
+        self._noted = -_SAME_STOP
         self.follow(link)
 
     def follow(self, link: DriveLink) -> None:
@@ -91,9 +93,17 @@ class DriveHistory:
         if time.monotonic() - self._moments[-1].time >= 1.0:
             self._moments.append(self._now())
 
+    @property
+    def stopped_lately(self) -> bool:
+        """Whether a stop was noted a moment ago: another one is most likely the same."""
+        return time.monotonic() - self._noted < _SAME_STOP
+
     def note_stop(self, cause: str, by: str) -> None:
-        """Take who or what switches the torque off."""
+        """Take who or what switches the torque off; of several at once, one with a name."""
         name = "".join(letter for letter in by if letter.isprintable())[:_NAME_MAX]
+        if self.stopped_lately and (not name or self.stopped is None or self.stopped.by):
+            return
+        self._noted = time.monotonic()
         self.stopped = LastStop(at=time.time(), cause=cause, by=name)
 
     def recent(self) -> Recent:

@@ -17,6 +17,8 @@ from motionlab.drive.link.shared import Figure, State, Status
 from motionlab.drive.process_data import STO_ACTIVE
 from motionlab.service.drive_history import DriveHistory, LastStop, PastFault, Recent
 
+_CURRENT = 0.25  # s; a loop whose machine has stalled for this long says nothing of now
+
 
 class Found(BaseModel):
     """What a drive says of itself."""
@@ -118,6 +120,13 @@ class DriveStatus(BaseModel):
     held_since: float | None = Field(description="Wall clock, s since 1970")
     asking: str | None = Field(description="Who asked for control in the last minute")
     stopped: LastStop | None = Field(description="The last stop since the server began")
+    known: bool = Field(
+        description="Whether `drives`, `axes` and counters of the bus are those of now; false: of "
+        "the last telegram, and what the drives do is not known"
+    )
+    age: float | None = Field(
+        description="Time since the last good telegram of the drives, s; null before the first"
+    )
     bus: BusFacts
     drives: list[OneDrive]
     axes: list[OneAxis]
@@ -130,6 +139,7 @@ def drive_status(
     """Return the state of a link, its drives and its loop at the moment."""
     bus, found = config.link, link.found
     history.note()
+    known, age = _telegram(config, link)
     figures = [
         link.figure(figure) for figure in (Figure.POSITION, Figure.VELOCITY, Figure.FOLLOWING_ERROR)
     ]
@@ -145,6 +155,8 @@ def drive_status(
         held_since=lease.since if lease.holder else None,
         asking=lease.asking or None,
         stopped=history.stopped,
+        known=known,
+        age=age,
         bus=BusFacts(
             carrier=bus.carrier,
             place=bus.interface or f"{bus.address}:{bus.port}",
@@ -161,7 +173,7 @@ def drive_status(
                 status_word=drive.status_word,
                 error=drive.error,
                 error_name=known.name if (known := DRIVE_ERRORS.get(drive.error)) else "",
-                sto=_sto(config, link, drive.status_word),
+                sto=_sto(config, drive.status_word) if known else None,
                 current=drive.torque * node.rated_current * 1e-3,
                 current_max=getattr(config, node.axis).current_max,
                 rated_current=node.rated_current,
@@ -186,16 +198,31 @@ def drive_status(
     )
 
 
-def _sto(config: DriveConfig, link: DriveLink, status_word: int) -> bool | None:
+def _telegram(config: DriveConfig, link: DriveLink) -> tuple[bool, float | None]:
+    """Return whether the last telegram is the state of now, and its age, s."""
+    cycle, missed = _cycle_age(config, link), link.status(Status.MISSED_NOW)
+    if cycle is None:
+        return False, None
+    slow = config.link.slow
+    age = cycle + missed * CONTROL_PERIOD * slow
+    answers = link.state is not State.OFFLINE and not link.ended
+    return answers and age < _CURRENT + config.link.loss * slow, age
+
+
+def _cycle_age(config: DriveConfig, link: DriveLink) -> float | None:
+    """Return the time since the last cycle of the loop, s; None before the first."""
+    updated = link.status(Status.UPDATED)
+    return max(0.0, time.monotonic() - updated * config.link.slow * 1e-9) if updated else None
+
+
+def _sto(config: DriveConfig, status_word: int) -> bool | None:
     """Return whether STO is active; bit 14 is known to mean it in the virtual drive only."""
     active = bool(status_word & STO_ACTIVE)
-    known = config.virtual and link.state is not State.OFFLINE
-    return active if active or known else None
+    return active if active or config.virtual else None
 
 
 def _loop_figures(config: DriveConfig, link: DriveLink, history: DriveHistory) -> LoopFigures:
     status = link.status
-    updated, slow = status(Status.UPDATED), config.link.slow
     return LoopFigures(
         cycles=status(Status.CYCLES),
         late=status(Status.LATE),
@@ -210,7 +237,7 @@ def _loop_figures(config: DriveConfig, link: DriveLink, history: DriveHistory) -
         control_time=status(Status.CONTROL_TIME) * 1e-9,
         period=CONTROL_PERIOD,
         recent=history.recent(),
-        age=max(0.0, time.monotonic() - updated * slow * 1e-9) if updated else None,
+        age=_cycle_age(config, link),
         priority_wanted=config.link.priority,
         priority=status(Status.PRIORITY),
         memory_locked=bool(status(Status.MEMORY_LOCKED)),

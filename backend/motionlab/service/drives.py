@@ -302,9 +302,11 @@ class Drives:
         except Stopped as error:
             finding = Finding(at=time.time(), holds=False, text=f"ended before its end: {error}")
         except MotionLabError as error:
+            self.note_stop(f"failure of the step {name}")
             self.link.stop()
             finding = Finding(at=time.time(), holds=False, text=str(error)[:_TEXT_MAX])
         except Exception:
+            self.note_stop(f"failure of the step {name}")
             self.link.stop()
             _LOG.exception("step %s of commissioning", name)
             finding = Finding(at=time.time(), holds=False, text="it failed: see the server's log")
@@ -331,7 +333,8 @@ class Drives:
 
     def note_stop(self, cause: str, by: str = "") -> None:
         """Keep who or what is about to switch the torque off, where it is on."""
-        if self.running is not None or self.link.state in _TORQUE:
+        state, again = self.link.state, self._history.stopped_lately
+        if self.running is not None or state in (_ACTIVE if again else _TORQUE):
             self._history.note_stop(cause, by)
 
     def give_up(self, token: str) -> None:
@@ -359,6 +362,7 @@ class Drives:
         self._watching.cancel()
         with contextlib.suppress(asyncio.CancelledError):
             await self._watching
+        self.note_stop("the server ended")
         if self._doing is not None:
             self.stop("the server ended")
             await self._doing

@@ -16,6 +16,7 @@ import threading
 import webbrowser
 from pathlib import Path
 from types import FrameType
+from typing import Any
 
 import uvicorn
 from fastapi import FastAPI
@@ -24,6 +25,7 @@ from motionlab.config.drive import load_drive
 from motionlab.config.shipped import SERVER_LOCK, config_root, data_root
 from motionlab.errors import ConfigError, FieldError
 from motionlab.executors.executor import executing
+from motionlab.plain_text import without_controls
 from motionlab.runs.library import check_places
 from motionlab.service.app import create_app
 from motionlab.service.http import access_log, download
@@ -131,9 +133,24 @@ def _say(line: str) -> None:
     print(line, file=sys.stderr, flush=True)
 
 
+class _PlainLines(logging.Formatter):
+    """Log lines in which a text from outside begins no line of its own."""
+
+    def formatMessage(self, record: logging.LogRecord) -> str:
+        """Return one line."""
+        record.message = record.message.replace("\r", "\\r").replace("\n", "\\n")
+        return without_controls(super().formatMessage(record))
+
+    def formatException(self, ei: Any) -> str:
+        """Return a traceback, whose last lines may hold such a text."""
+        return without_controls(super().formatException(ei))
+
+
 def _log_from(level: str) -> None:
     """Log from a level on: text on stderr, and one JSON object a request on stdout."""
-    logging.basicConfig(format="%(asctime)s %(levelname)s %(message)s")
+    handler = logging.StreamHandler()
+    handler.setFormatter(_PlainLines("%(asctime)s %(levelname)s %(message)s"))
+    logging.basicConfig(handlers=[handler])
     logging.getLogger("motionlab").setLevel(level.upper())
     access_log.install()
 

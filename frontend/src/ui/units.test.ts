@@ -10,6 +10,7 @@ import {
   pretty,
   prettyUnit,
   scaleFor,
+  scaleOf,
   inScale,
   quantity,
 } from './units';
@@ -119,6 +120,12 @@ it('writes readings in a unit that they share', () => {
     '0',
     '–',
   ]);
+});
+
+it('takes the unit of values from those that are there', () => {
+  const scale = scaleOf([Number.NaN, -16e-6, Number.NaN], 'm');
+  expect(scale.unit).toBe('µm');
+  expect([16e-6, Number.NaN].map((value) => inScale(value, scale))).toEqual(['16.0', '–']);
 });
 
 it('writes ages in words that can be read', () => {

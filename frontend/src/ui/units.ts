@@ -67,6 +67,11 @@ export function scaleFor(magnitude: number, unit: string): Scale {
   return { factor: 1 / prefix.factor, unit: prefix.symbol + pretty };
 }
 
+/** Chooses the prefix for values that share a unit; those that are not there have no say. */
+export function scaleOf(values: readonly number[], unit: string): Scale {
+  return scaleFor(Math.max(0, ...values.filter(Number.isFinite).map(Math.abs)), unit);
+}
+
 /** Writes a number with `digits` significant digits, never in exponential notation below 1e9. */
 export function digits(value: number, significant = 3): string {
   if (!Number.isFinite(value)) return '–';

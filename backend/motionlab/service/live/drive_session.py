@@ -50,6 +50,7 @@ class DriveSession(Session):
         drives: Drives,
     ) -> None:
         self._motion = motion
+        self._drives = drives
         self._lease = drives.lease
         super().__init__(motion.prepared, clock, threads, recorder, drive=drives.config.title)
 
@@ -95,6 +96,7 @@ class DriveSession(Session):
 
     def stop(self) -> None:
         """Brake to rest, then switch the torque off; also when this motion is over."""
+        self._drives.note_stop("STOP of the session")
         if self.state == "finished":
             self._motion.stop()
         else:
@@ -114,6 +116,7 @@ class DriveSession(Session):
             self._recorded()
         except LinkError as error:  # what comes would not be the run that was asked for
             _LOG.warning("session %s: %s", self.id, error)
+            self._drives.note_stop("failure of the motion")
             self._motion.stop()
             self._note_stop("stopped", str(error))
             self._recorded()
@@ -153,5 +156,6 @@ class DriveSession(Session):
     def close(self) -> None:
         """Stop what moves, and end."""
         if self.runs:
+            self._drives.note_stop("end of the session")
             self._motion.stop()
         super().close()

@@ -13,6 +13,7 @@ from motionlab.drive.lease import SECONDS, NotHeld
 from motionlab.drive.link.carrier import LinkError
 from motionlab.drive.link.shared import Order
 from motionlab.drive.motion import on_drives
+from motionlab.plain_text import NAME_PATTERN
 from motionlab.service.drive_status import DriveStatus
 from motionlab.service.drives import Drives
 from motionlab.service.http.openapi_input import examples
@@ -43,7 +44,7 @@ class LeaseRequest(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True) | examples({"holder": "script"})
 
     holder: str = Field(
-        min_length=1, max_length=40, pattern=r"^[^\x00-\x1f]+$", description="Name that others see"
+        min_length=1, max_length=40, pattern=NAME_PATTERN, description="Name that others see"
     )
 
 

@@ -4992,6 +4992,16 @@ export interface components {
             asking: string | null;
             /** @description The last stop since the server began */
             stopped: components["schemas"]["LastStop"] | null;
+            /**
+             * Known
+             * @description Whether `drives`, `axes` and counters of the bus are those of now; false: of the last telegram, and what the drives do is not known
+             */
+            known: boolean;
+            /**
+             * Age
+             * @description Time since the last good telegram of the drives, s; null before the first
+             */
+            age: number | null;
             bus: components["schemas"]["BusFacts"];
             /** Drives */
             drives: components["schemas"]["OneDrive"][];

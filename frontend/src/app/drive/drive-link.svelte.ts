@@ -43,6 +43,11 @@ export class DriveLink {
     return this.silent === '' && this.status !== null;
   }
 
+  /** Whether the drives themselves have answered lately: what the last telegram says is true now. */
+  get current(): boolean {
+    return this.known && this.status?.known === true;
+  }
+
   start(linked: boolean): void {
     if (linked && this.linked === null) {
       void this.poll();

@@ -48,6 +48,16 @@ describe('the headline', () => {
     expect(of({ subject: 'link', place: 0 })).toBe('Fault of the link, no torque');
   });
 
+  it('never says that there is no torque beside a drive that has it, or says nothing', () => {
+    const fault = exampleFault({ subject: 'link', place: 0 });
+    const lost = exampleStatus({ state: 'fault', fault, known: false });
+    expect(headline(lost).text).toBe('Fault of the link, state not known');
+    const [first = exampleDrive(), ...others] = exampleStatus().drives;
+    const drives = [{ ...first, state: 'operation enabled' }, ...others];
+    const going = exampleStatus({ state: 'fault', fault: exampleFault(), drives });
+    expect(headline(going).text).toBe('Fault of axis y, switching off');
+  });
+
   it('is not ready while STO is active or the exchange is out of phase', () => {
     const drives = exampleStatus().drives.map((drive) => ({ ...drive, sto: true }));
     expect(headline(exampleStatus({ drives })).text).toBe('STO is active, no torque');

@@ -38,7 +38,7 @@ export function timeOfDay(seconds: number): string {
 
 /** Whether drives have ever answered. */
 export function seen(status: DriveStatus): boolean {
-  return status.loop.age !== null;
+  return status.age !== null;
 }
 
 export function stateText({ state, error }: OneDrive): string {
@@ -97,10 +97,13 @@ export function headline(status: DriveStatus): Headline {
   const { fault, drives, loop } = status;
   switch (status.state) {
     case 'fault': {
-      if (!fault) return bad('Fault, no torque', '');
+      // The loop commands none; only the drives themselves can say that there is none.
+      const enabled = drives.some(({ state }) => state === 'operation enabled');
+      const torque = !status.known ? 'state not known' : enabled ? 'switching off' : 'no torque';
+      if (!fault) return bad(`Fault, ${torque}`, '');
       const last = status.faults[0];
       const place = placeText(fault, drives).replace(/,.*/, '');
-      return bad(`Fault of ${place}, no torque`, last ? `since ${timeOfDay(last.at)}` : '');
+      return bad(`Fault of ${place}, ${torque}`, last ? `since ${timeOfDay(last.at)}` : '');
     }
     case 'ready':
       if (drives.some(({ sto }) => sto === true)) {

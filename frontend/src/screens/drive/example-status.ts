@@ -68,6 +68,8 @@ export function exampleStatus(
     held_since: null,
     asking: null,
     stopped: null,
+    known: true,
+    age: 0.0004,
     bus: {
       carrier: 'udp',
       place: '127.0.0.1:34980',

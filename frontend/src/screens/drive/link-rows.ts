@@ -16,22 +16,22 @@ const AL_ERROR = 0x10;
 
 export function alText(status: number): string {
   const name = AL[status & 0x0f];
-  const text = name ?? (status === 0 ? '–' : 'not the same');
+  const text = name ?? (status === 0 ? '–' : 'mixed');
   return status & AL_ERROR ? `${text}, error` : text;
 }
 
 /** Share of a period within which the exchange counts as in phase. */
 const IN_PHASE = 0.1;
 
-export function linkRows({ loop, bus, drives, state }: DriveStatus): FigureRow[] {
-  const down = state === 'offline';
+export function linkRows({ loop, bus, drives, known }: DriveStatus): FigureRow[] {
+  const down = !known;
   const all = drives.length;
   const counter = loop.working_counter;
   const limit = IN_PHASE * loop.period;
   return [
     {
       name: `state of ${all} drives`,
-      value: down ? '–' : alText(loop.al_status),
+      value: down ? 'not known' : alText(loop.al_status),
       look: down || loop.al_status === 8 ? undefined : 'bad',
     },
     {
@@ -40,7 +40,7 @@ export function linkRows({ loop, bus, drives, state }: DriveStatus): FigureRow[]
       unit: `of ${all}`,
       look: down || counter === all ? undefined : 'bad',
     },
-    { name: 'cycles missed', value: String(loop.recent.missed), unit: 'held' },
+    { name: 'cycles unanswered', value: String(loop.recent.missed), unit: 'held' },
     bus.distributed_clocks
       ? {
           name: 'phase error to SYNC0',

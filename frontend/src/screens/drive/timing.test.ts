@@ -41,6 +41,12 @@ describe('real time', () => {
     expect(refused.remedy).not.toContain('LimitMEMLOCK');
     expect(realTime(loop({ memory_locked: false })).remedy).toContain('LimitMEMLOCK=infinity');
     expect(realTime(loop({ priority: 0, priority_wanted: 0 })).remedy).toBe('');
+    // While it is compiled it has not asked.
+    expect(realTime(loop({ priority: 0, memory_locked: false, age: null }))).toEqual({
+      good: false,
+      text: 'real time not asked for yet',
+      remedy: '',
+    });
   });
 });
 
@@ -50,18 +56,18 @@ describe('the link', () => {
       'OP',
       'SAFEOP',
       'SAFEOP, error',
-      'not the same',
+      'mixed',
       '–',
     ]);
   });
 
   it('marks what is not as it should be', () => {
-    const looks = (change = {}, state = 'ready') =>
-      linkRows(exampleStatus({ state }, change)).map(({ look }) => look);
+    const looks = (change = {}, known = true) =>
+      linkRows(exampleStatus({ known }, change)).map(({ look }) => look);
     expect(looks()).not.toContain('bad');
     expect(looks({ working_counter: 5 })).toContain('bad');
     expect(looks({ al_status: 0x14 })).toContain('bad');
-    expect(looks({ working_counter: 0 }, 'offline')).not.toContain('bad');
+    expect(looks({ working_counter: 0 }, false)).not.toContain('bad');
   });
 });
 

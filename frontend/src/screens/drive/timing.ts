@@ -63,7 +63,7 @@ export function timingRows({ recent, late_run, control_time, wake_late }: Loop):
   const share = recent.cycles > 0 ? (100 * recent.late) / recent.cycles : Number.NaN;
   const micro = (seconds: number | null) => (seconds === null ? '–' : digits(1e6 * seconds));
   return [
-    { name: 'late cycles', value: String(recent.late), unit: '' },
+    { name: 'cycles late', value: String(recent.late), unit: '' },
     { name: 'share of all', value: digits(share, 2), unit: '%' },
     { name: 'longest run', value: String(late_run), unit: 'cycles' },
     { name: 'round trip p50', value: micro(recent.p50), unit: 'µs' },
@@ -75,11 +75,13 @@ export function timingRows({ recent, late_run, control_time, wake_late }: Loop):
 }
 
 /** Whether the machine gave the loop what it asked for, and what to do where it did not. */
-export function realTime({ priority, priority_wanted, memory_locked }: Loop): {
+export function realTime({ priority, priority_wanted, memory_locked, age }: Loop): {
   good: boolean;
   text: string;
   remedy: string;
 } {
+  // The loop asks once it is compiled.
+  if (age === null) return { good: false, text: 'real time not asked for yet', remedy: '' };
   const memory = memory_locked ? 'memory locked' : 'memory not locked';
   if (priority > 0 && memory_locked) {
     return { good: true, text: `SCHED_FIFO ${priority}, memory locked`, remedy: '' };

@@ -1,6 +1,8 @@
 /** The result that the Lab shows, staged or in the motor, for headline and metrics alike. */
 
 import { app } from '../../app/store.svelte';
+import { driveEmptyText } from './drive-empty';
+import { parts } from './parts.svelte';
 import { spanText } from '../../ui/units';
 
 class LabResult {
@@ -35,6 +37,8 @@ class LabResult {
       return app.whatif.standing === 'failed' ? 'Not computed' : 'Simulating…';
     }
     const { state } = app.session.info ?? {};
+    if (app.session.variant !== '') return driveEmptyText(app.session.variant, state);
+    if (parts.onDrive) return 'No result yet: nothing has run on the drive';
     return state === 'playing' ? 'No result yet: it has just begun' : 'No result yet: press Play';
   });
 }

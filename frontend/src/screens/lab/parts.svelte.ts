@@ -36,6 +36,11 @@ class Parts {
       this.drive ??= await import('./drive/part');
     });
 
+  /** Whether runs are on drives, one variant after another. */
+  get onDrive(): boolean {
+    return this.drive?.driveRuns.machine === 'drive';
+  }
+
   /** Whether causes can be taken away: what a drive measures is not simulated. */
   get canAskWhy(): boolean {
     return app.scenario !== null && app.session.variant === '';
