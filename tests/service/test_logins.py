@@ -5,9 +5,14 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Iterator
+from importlib.metadata import version
+from typing import Any
 
 import httpx
 import pytest
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
+from websockets.typing import Subprotocol
 
 from motionlab.service.http import logins
 from motionlab.service.settings import Settings
@@ -66,10 +71,18 @@ def test_the_cookie_does_not_hold_the_token(anyone: httpx.Client) -> None:
     assert TOKEN not in first
 
 
-def test_behind_tls_the_cookie_is_secure(anyone: httpx.Client) -> None:
-    headers = {"x-forwarded-proto": "https"}
-    response = anyone.post(f"{API}/login", json={"token": TOKEN}, headers=headers)
-    assert response.headers["set-cookie"].endswith("; Secure")
+@pytest.mark.parametrize("proxies", [set(), {"192.0.2.1"}, {"127.0.0.1"}, {"127.0.0.0/8"}])
+def test_only_a_named_proxy_is_believed(
+    make_server: MakeServer, caplog: pytest.LogCaptureFixture, proxies: set[str]
+) -> None:
+    caplog.set_level(logging.INFO, "motionlab")
+    url = make_server(Settings(token=TOKEN, proxies=frozenset(proxies))).url
+    headers = {"x-forwarded-proto": "https", "x-forwarded-for": "198.51.100.7"}
+    response = httpx.post(f"{url}{API}/login", json={"token": TOKEN}, headers=headers)
+    named = any(proxy.startswith("127") for proxy in proxies)
+    assert response.headers["set-cookie"].endswith("; Secure") == named
+    lines = [record.getMessage() for record in caplog.records]
+    assert f"log-in from '{'198.51.100.7' if named else '127.0.0.1'}'" in lines
 
 
 def test_a_changed_cookie_is_none(anyone: httpx.Client) -> None:
@@ -130,6 +143,39 @@ def test_a_browser_logs_out(server: Server, anyone: httpx.Client) -> None:
     assert anyone.post(f"{API}/logout").status_code == 401
 
 
+@pytest.mark.parametrize("path", ["/api/v1/sessions/{id}/stream", "/scene/{id}"])
+@pytest.mark.parametrize("how", ["log-out", "expiry"])
+def test_a_websocket_ends_with_its_log_in(
+    server: Server, anyone: httpx.Client, monkeypatch: pytest.MonkeyPatch, path: str, how: str
+) -> None:
+    with httpx.Client(base_url=server.url, headers=BEARER, timeout=PATIENCE) as script:
+        live = Live.create(script)
+    monkeypatch.setattr(logins, "_LOOK", 0.2)
+    cookie = log_in(anyone)
+    place = f"ws://127.0.0.1:{server.port}{path.format(id=live.id)}"
+    protocol = Subprotocol(f"viser-v{version('viser')}")
+    options: dict[str, Any] = {"open_timeout": PATIENCE, "proxy": None}
+    if path.startswith("/scene"):
+        options["subprotocols"] = [protocol]
+    with (
+        connect(place, additional_headers={"cookie": cookie}, **options) as stream,
+        connect(place, additional_headers=BEARER, **options) as other,
+    ):
+        if how == "log-out":
+            answer = anyone.post(f"{API}/logout", headers={"cookie": cookie})
+            assert answer.status_code == 204
+        else:
+            now = time.monotonic()
+            monkeypatch.setattr(logins, "monotonic", lambda: now + 1.25 * logins.LIFETIME)
+        with pytest.raises(ConnectionClosed) as closed:
+            while True:
+                stream.recv(timeout=PATIENCE)
+        assert closed.value.rcvd is not None
+        assert closed.value.rcvd.code == 1008
+        other.ping().wait(PATIENCE)
+        assert other.close_code is None
+
+
 def test_a_foreign_page_logs_nobody_out(anyone: httpx.Client) -> None:
     headers = {"cookie": log_in(anyone), "origin": "http://evil.example"}
     assert anyone.post(f"{API}/logout", headers=headers).status_code == 403
@@ -138,8 +184,10 @@ def test_a_foreign_page_logs_nobody_out(anyone: httpx.Client) -> None:
 def test_attempts_of_a_client_are_limited(anyone: httpx.Client) -> None:
     for _ in range(logins.ATTEMPTS_MAX):
         assert anyone.post(f"{API}/login", json={"token": "wrong"}).status_code == 401
-    refused = anyone.post(f"{API}/login", json={"token": TOKEN})
+    refused = anyone.post(f"{API}/login", json={"token": "wrong"})
     assert refused.status_code == 429
+    assert anyone.post(f"{API}/login", json={"token": TOKEN}).status_code == 204
+    anyone.cookies.clear()
     assert 0 < int(refused.headers["retry-after"]) <= logins.ATTEMPTS_SECONDS
     assert anyone.get(f"{API}/scenarios", headers=BEARER).status_code == 200
 

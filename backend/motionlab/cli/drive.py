@@ -316,7 +316,9 @@ def _in_words(status: dict[str, Any]) -> str:
     ]
     if status["fault"] or status["problem"]:
         lines.append(_ended(status))
-    if not status["known"] and status["age"] is not None:
+    if status["age"] is None:
+        return "\n".join([*lines, "nothing is known of the drives yet"])
+    if not status["known"]:
         lines.append(f"what the drives do is not known; as last known, {status['age']:.1f} s ago:")
     lines += [
         f"  {each['axis']} {each['phase']}  {each['state']:24} 0x{each['status_word']:04X}"

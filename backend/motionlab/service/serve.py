@@ -105,6 +105,7 @@ def serve(loaded: Loaded, *, opens: bool = False) -> None:
             **given.model_dump(include=set(Bounds.model_fields)),
             token=given.token,
             hosts=LOOPBACK | {shown} | set(given.hosts),
+            proxies=frozenset(given.proxies),
             scheduler=given.scheduler,
             drive=link,
         )
@@ -192,8 +193,11 @@ def _ours(root: Path) -> list[Path]:
 
 def configuration(app: FastAPI, log_level: str = "warning") -> uvicorn.Config:
     """Return how uvicorn serves an application."""
+    proxies = sorted(app.state.settings.proxies)
     return uvicorn.Config(
         app,
+        proxy_headers=bool(proxies),
+        forwarded_allow_ips=proxies,
         log_level=log_level,
         access_log=False,  # `access_log` has more to say
         http=bounded(app.state.settings),

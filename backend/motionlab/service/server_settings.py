@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ipaddress
 import os
 import re
 from collections.abc import Mapping
@@ -46,6 +47,8 @@ _HOST_NAME = re.compile(r"[a-z0-9._-]+|\[[0-9a-f:.]+\]")
 _PASSWORD = re.compile(r"(?<=//)([^/@:]*):[^/@]*@")
 _QUERY = re.compile(r"(?<=[?&])([^=&]+)=[^&]*")
 
+_LISTS = {"hosts", "proxies"}  # comma between the parts of a variable; sources add up
+
 
 class ServerSettings(BaseSettings, Bounds):  # pyright: ignore[reportIncompatibleVariableOverride]
     """Everything that can be set of a server; variables are MOTIONLAB_ and a field's name."""
@@ -60,6 +63,11 @@ class ServerSettings(BaseSettings, Bounds):  # pyright: ignore[reportIncompatibl
         default=(),
         description="Further host names under which clients reach the server, without port; those "
         "of option, environment and file add up",
+    )
+    proxies: tuple[str, ...] = Field(
+        default=(),
+        description="Addresses or networks of proxies whose `X-Forwarded-For` and "
+        "`X-Forwarded-Proto` are believed; nobody's unless named",
     )
     token: str | None = Field(default=None, description="What clients must present", repr=False)
     token_file: str | None = Field(default=None, description="File that holds the token")
@@ -101,7 +109,7 @@ class _Environment(EnvSettingsSource):
         """Return a variable's value; text that is no number is left for validation to refuse."""
         if value is None:
             return None
-        if field_name == "hosts":
+        if field_name in _LISTS:
             return tuple(name for part in value.split(",") if (name := part.strip()))
         if field.annotation in {int, float}:
             for number in (int, float):
@@ -192,7 +200,7 @@ def load(options: Mapping[str, Any], file: str | None = None) -> Loaded:
             value = tuple(each) if isinstance(each, list) else each
             if name not in values:
                 values[name], origins[name] = value, named(name)
-            elif name == "hosts" and isinstance(value, tuple):
+            elif name in _LISTS and isinstance(value, tuple):
                 values[name] += value
                 origins[name] += f", {named(name)}"
     try:
@@ -204,6 +212,7 @@ def load(options: Mapping[str, Any], file: str | None = None) -> Loaded:
     if memory < settings.memory_max:
         origins["memory_max"] = f"{origins.get('memory_max', 'default')}, half of the machine's"
     checked = {"token": _token(settings, origins), "hosts": _names(settings, origins)}
+    _check_proxies(settings, origins)
     settings = settings.model_copy(update=checked | {"memory_max": memory})
     return Loaded(settings, origins, _unknown_variables())
 
@@ -246,6 +255,20 @@ def _names(settings: ServerSettings, origins: Mapping[str, str]) -> tuple[str, .
         errors = (FieldError(origins["hosts"], "is no host name", name, rule) for name in wrong)
         raise ConfigError(*errors)
     return names
+
+
+def _check_proxies(settings: ServerSettings, origins: Mapping[str, str]) -> None:
+    """Refuse what is no address and no network."""
+    wrong = []
+    for proxy in settings.proxies:
+        try:
+            ipaddress.ip_network(proxy)
+        except ValueError:
+            wrong.append(proxy)
+    if wrong:
+        rule = "IP addresses or networks such as 172.16.0.0/12, comma between them"
+        what = "is no address and no network"
+        raise ConfigError(*(FieldError(origins["proxies"], what, one, rule) for one in wrong))
 
 
 def _unknown_variables() -> tuple[str, ...]:

@@ -102,6 +102,9 @@ class Settings(Bounds):
     hosts: frozenset[str] = Field(
         default=LOOPBACK, description="Host names, without port, under which it may be reached"
     )
+    proxies: frozenset[str] = Field(
+        default=frozenset(), description="Addresses and networks of proxies that are believed"
+    )
     scheduler: str | None = Field(
         default=None,
         description="Where jobs are computed; None: as MOTIONLAB_SCHEDULER says",

@@ -18,8 +18,6 @@ _TIMEOUT = 0.02  # s, of one try
 class LinkError(MotionLabError):
     """The bus or a drive does not answer as it must."""
 
-    kind = "drive-link"
-
 
 class Carrier:
     """A connected socket, for the exchanges that are not cyclic.

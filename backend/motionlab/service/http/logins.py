@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+import contextlib
 import hmac
 import secrets
 from collections import deque
@@ -12,12 +14,13 @@ LIFETIME = 12 * 3600
 """Seconds after which an unused log-in expires."""
 
 ATTEMPTS_MAX = 10
-"""Log-in attempts of one client address within `ATTEMPTS_SECONDS`."""
+"""Log-ins with a wrong token of one client address within `ATTEMPTS_SECONDS`."""
 
 ATTEMPTS_MAX_IN_ALL = 60
-"""Log-in attempts of all clients within `ATTEMPTS_SECONDS`."""
+"""Log-ins with a wrong token of all clients within `ATTEMPTS_SECONDS`."""
 
 ATTEMPTS_SECONDS = 60.0
+_LOOK = 60.0  # s between two looks at a log-in that may have been renewed
 
 
 class Login(NamedTuple):
@@ -33,7 +36,7 @@ class Login(NamedTuple):
 
 
 class Attempts:
-    """The log-in attempts of the last minute."""
+    """The wrong tokens of the last minute."""
 
     def __init__(self) -> None:
         self._latest: deque[tuple[float, str]] = deque()
@@ -69,7 +72,7 @@ class Logins:
     Attributes
     ----------
     attempts : Attempts
-        The latest attempts to log in.
+        The latest log-ins with a wrong token.
     wrong_tokens : Attempts
         The latest requests with a wrong bearer token: each is refused, and so many are logged.
     """
@@ -77,13 +80,20 @@ class Logins:
     def __init__(self, token: str | None) -> None:
         self._key = hmac.digest(secrets.token_bytes(32), (token or "").encode(), "sha256")
         self._ended: dict[str, float] = {}
+        self._expiries: dict[str, float] = {}
+        self._ends: dict[str, asyncio.Event] = {}
         self.attempts = Attempts()
         self.wrong_tokens = Attempts()
 
     def issue(self, login: Login | None = None) -> str:
         """Return the value of a cookie for a new log-in, or a fresh one for a log-in."""
         name = secrets.token_urlsafe(16) if login is None else login.id
-        return self._signed(f"{name}.{int(monotonic()) + LIFETIME}")
+        now = monotonic()
+        self._expiries = {each: until for each, until in self._expiries.items() if until > now}
+        self._ends = {each: end for each, end in self._ends.items() if each in self._expiries}
+        expires = int(now) + LIFETIME
+        self._expiries[name] = float(expires)
+        return self._signed(f"{name}.{expires}")
 
     def verify(self, value: str) -> Login | None:
         """Return the login of a cookie, None if invalid or expired."""
@@ -100,6 +110,17 @@ class Logins:
         now = monotonic()
         self._ended = {name: until for name, until in self._ended.items() if until > now}
         self._ended[login.id] = now + LIFETIME
+        if (event := self._ends.pop(login.id, None)) is not None:
+            event.set()
+
+    async def over(self, login: Login) -> None:
+        """Wait for the end of a log-in: its log-out, or the expiry of its last cookie."""
+        event = self._ends.setdefault(login.id, asyncio.Event())
+        while (left := self._expiries.get(login.id, login.expires) - monotonic()) > 0:
+            with contextlib.suppress(TimeoutError):
+                await asyncio.wait_for(event.wait(), min(left, _LOOK))
+            if event.is_set():
+                return
 
     def _signed(self, content: str) -> str:
         return f"{content}.{hmac.digest(self._key, content.encode(), 'sha256').hex()}"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+import contextlib
 import hmac
 import logging
 from http import HTTPStatus
@@ -32,6 +34,7 @@ _LOG = logging.getLogger(__name__)
 _SAFE = frozenset({"GET", "HEAD", "OPTIONS"})
 _OWN_SITES = {"same-origin", "none"}  # of Sec-Fetch-Site; none: the address was typed
 _POLICY_VIOLATION = 1008
+_FAREWELL = 1.0  # s for a client to take the reason
 CONTENT_POLICY = (
     "default-src 'self'; script-src 'self'; style-src 'self' 'unsafe-inline'; "
     "img-src 'self' data:; object-src 'none'; base-uri 'none'; form-action 'self'; "
@@ -75,7 +78,7 @@ class Guard:
             return
         refusal = self._refusal(scope)
         if refusal is None and scope["type"] == "websocket":
-            await self.app(scope, receive, send)  # has no body to bound and no headers to add
+            await self._stream(scope, receive, send)  # no body to bound, no headers to add
         elif refusal is None:
             await self._serve(scope, receive, send)
         elif scope["type"] == "websocket":
@@ -84,6 +87,34 @@ class Guard:
             kind, detail = refusal
             headers = {"WWW-Authenticate": "Bearer"} if kind == "token-needed" else None
             await problem(kind, detail, headers=headers)(scope, receive, _protected(send))
+
+    async def _stream(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve a websocket, which ends with the log-in that it came by."""
+        headers = Headers(scope=scope)
+        login = None if "authorization" in headers else find_login(headers, self.logins)
+        if self.settings.token is None or login is None:
+            await self.app(scope, receive, send)
+            return
+        serving = asyncio.create_task(self._run(scope, receive, send))
+        over = asyncio.create_task(self.logins.over(login))
+        try:
+            await asyncio.wait({serving, over}, return_when=asyncio.FIRST_COMPLETED)
+            if not serving.done():
+                serving.cancel()
+                closing = {"type": "websocket.close", "code": _POLICY_VIOLATION}
+                with contextlib.suppress(RuntimeError, OSError, TimeoutError):  # it has left
+                    async with asyncio.timeout(_FAREWELL):
+                        await send({**closing, "reason": "the log-in has ended"})
+                with contextlib.suppress(asyncio.CancelledError):
+                    await serving
+                return
+            await serving
+        finally:
+            over.cancel()
+            serving.cancel()
+
+    async def _run(self, scope: Scope, receive: Receive, send: Send) -> None:
+        await self.app(scope, receive, send)
 
     def _refusal(self, scope: Scope) -> tuple[Kind, str] | None:
         """Return type and reason for turning a request away, or None."""

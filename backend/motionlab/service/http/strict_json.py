@@ -10,11 +10,14 @@ from typing import Any
 
 import pydantic_core
 from fastapi import HTTPException, Request, Response
+from fastapi.dependencies.models import Dependant
 from fastapi.routing import APIRoute
+from pydantic import BaseModel
 from starlette.exceptions import HTTPException as AnyHTTPException
 
 from motionlab.config.bounds import DEPTH_MAX, check_depth, check_text
-from motionlab.errors import ConfigError
+from motionlab.errors import ConfigError, FieldError
+from motionlab.service.http.problems import responses
 
 MEMBERS_MAX = 100_000
 """Members of tables and items of lists of a body; a drawn path of 6000 points has 18,000."""
@@ -29,13 +32,25 @@ _READER = ThreadPoolExecutor(1, thread_name_prefix="json")
 
 
 class JsonRoute(APIRoute):
-    """A route that refuses a body in which a key comes twice: which value is meant is a guess."""
+    """A route that refuses keys of a query that it does not know, and keys twice in a body."""
+
+    def __init__(self, path: str, endpoint: Callable[..., Any], **options: Any) -> None:
+        declared = {**responses(422), **(options.pop("responses", None) or {})}
+        super().__init__(path, endpoint, responses=declared, **options)
 
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
         """Return the handler with strict JSON parsing of its requests."""
         handler = super().get_route_handler()
+        known = sorted(_query_keys(self.dependant))
+        stops = self.path.endswith("/stop")  # which nothing odd beside it may keep from stopping
 
         async def handle(request: Request) -> Response:
+            unknown = [key for key in request.query_params if key not in known]
+            if unknown and not stops:
+                allowed = f"one of {', '.join(known)}" if known else "no query"
+                raise ConfigError(
+                    *(FieldError(key, "is no key of this query", range=allowed) for key in unknown)
+                )
             try:
                 return await handler(_JsonRequest(request.scope, request.receive))
             except AnyHTTPException as error:
@@ -44,6 +59,18 @@ class JsonRoute(APIRoute):
                 raise
 
         return handle
+
+
+def _query_keys(dependant: Dependant) -> set[str]:
+    """Return the keys of a query that a route and its dependencies read."""
+    keys: set[str] = set().union(*map(_query_keys, dependant.dependencies))
+    for field in dependant.query_params:
+        kind = field.field_info.annotation
+        if isinstance(kind, type) and issubclass(kind, BaseModel):
+            keys |= {one.alias or name for name, one in kind.model_fields.items()}
+        else:
+            keys.add(field.alias)
+    return keys
 
 
 class _JsonRequest(Request):

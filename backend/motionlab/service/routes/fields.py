@@ -14,9 +14,10 @@ from motionlab.config.fields import FieldEntry, fields_of
 from motionlab.config.scenario import Scenario
 from motionlab.results.metrics import CONTOUR_DEFINITIONS, DEFINITIONS, Definition
 from motionlab.service.http.problems import responses
+from motionlab.service.http.strict_json import JsonRoute
 from motionlab.studies.table import BY_KIND
 
-router = APIRouter(prefix="/fields", tags=["scenarios"])
+router = APIRouter(prefix="/fields", tags=["scenarios"], route_class=JsonRoute)
 
 _NOT_MODIFIED = {304: {"description": "Not Modified: `If-None-Match` names the present ETag"}}
 

@@ -11,13 +11,14 @@ from pydantic import BaseModel, ValidationError
 
 from motionlab.service.http.openapi_input import ID, links
 from motionlab.service.http.problems import responses
+from motionlab.service.http.strict_json import JsonRoute
 from motionlab.service.job_reports import REPORT, JobReport, JobSummary, Kind
 from motionlab.service.jobs import Jobs, JobTask, TooManyJobs
 from motionlab.service.worker_answers import ComputedResponse, called, computed
 from motionlab.service.workers.worker import Call
 from motionlab.store.records import RecordStore
 
-router = APIRouter()
+router = APIRouter(route_class=JsonRoute)
 
 JobId = Annotated[
     str,

@@ -61,12 +61,14 @@ async def get_health(request: Request) -> Health:
 async def log_in(request: Request, body: LoginRequest) -> Response:
     """Exchange the token for a cookie that scripts in the page cannot read."""
     address = "unknown" if request.client is None else request.client.host
-    wait = request.app.state.logins.attempts.take(address)
-    if wait > 0:
-        seconds = str(math.ceil(wait))
-        raise HTTPException(429, f"too many log-ins; wait {seconds} s", {"Retry-After": seconds})
     token = request.app.state.settings.token
     if token is None or not hmac.compare_digest(body.token.encode(), token.encode()):
+        # Wrong ones alone are counted: nobody else's can lock out who has the token.
+        wait = request.app.state.logins.attempts.take(address)
+        if wait > 0:
+            seconds = str(math.ceil(wait))
+            detail = f"too many log-ins with a wrong token; wait {seconds} s"
+            raise HTTPException(429, detail, {"Retry-After": seconds})
         _LOG.warning("log-in from %.60r failed: wrong token", address)
         raise HTTPException(401, "that is not this server's token")
     _LOG.info("log-in from %.60r", address)

@@ -13,10 +13,11 @@ from motionlab.config.scenario import Scenario
 from motionlab.config.schema import scenario_schema
 from motionlab.config.shipped import Kind, names, own_motors, parse_text, read
 from motionlab.service.http.problems import responses
+from motionlab.service.http.strict_json import JsonRoute
 from motionlab.service.routes.motors import description_of
 from motionlab.service.worker_answers import computed
 
-router = APIRouter(tags=["scenarios"])
+router = APIRouter(tags=["scenarios"], route_class=JsonRoute)
 
 _PARTS: tuple[Kind, ...] = ("motors", "controllers", "trajectories")
 
