@@ -102,6 +102,8 @@ class Slower(dict[str, Any]):
 
     def __str__(self) -> str:
         """Return what to do, in words."""
+        if "trajectory.time" in self:  # of samples, too many to be typed
+            return f"{self.stretch:.4g} times slower it can be followed: multiply its times by that"
         changes = " ".join(f"--set {path}={value!r}" for path, value in self.items())
         return f"{self.stretch:.4g} times slower it can be followed: {changes}"
 

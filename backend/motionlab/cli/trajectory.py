@@ -5,15 +5,20 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from motionlab.cli.exit_codes import DONE
 from motionlab.cli.output import add_overwrite, check_output, wrote
+
+if TYPE_CHECKING:
+    from motionlab.config.trajectory import TrajectoryConfig
 
 EXAMPLES = """\
 examples:
   motionlab trajectory import square.ngc square.toml
   motionlab trajectory import drawing.svg --placement fit
+  motionlab trajectory import recorded.csv recorded.toml --samples
+  motionlab trajectory import r-7kq2m9x4tz01 recorded.toml
   motionlab trajectory export square.toml square.svg
   motionlab trajectory export circle circle.csv --points
 
@@ -32,9 +37,14 @@ def add(commands: Any) -> None:
     )
     parts = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     reader = parts.add_parser(
-        "import", help="read CSV, SVG, G-code or text", description="Read a trajectory."
+        "import",
+        help="read CSV, SVG, G-code, text, samples or a kept run",
+        description="Read a trajectory. NumPy and Parquet files, kept runs and, with --samples, "
+        "CSV become a motion of kind samples, which keeps its times.",
     )
-    reader.add_argument("file", metavar="FILE", help="the file")
+    reader.add_argument(
+        "file", metavar="FILE|RUN", help="the file, .npy and .parquet too, or a kept run"
+    )
     reader.add_argument(
         "target", metavar="TOML", nargs="?", help="file to write (default: print it)"
     )
@@ -74,6 +84,9 @@ def add(commands: Any) -> None:
         metavar="M",
         help="of capitals of a text, m (default: %(default)s)",
     )
+    reader.add_argument(
+        "--samples", action="store_true", help="keep the times of a CSV with a time column"
+    )
     add_overwrite(reader)
     reader.set_defaults(command=_import)
     writer = parts.add_parser(
@@ -106,17 +119,18 @@ def _number(option: str, least: float, most: float) -> Any:
 
 
 def _import(options: argparse.Namespace) -> int:
-    import tomli_w
-
-    from motionlab.errors import ConfigError, FieldError
-    from motionlab.store.files import replace
-    from motionlab.trajectories.exchange.reading import BYTES_MAX, ReadOptions, read_trajectory
+    from motionlab.trajectories.exchange.reading import (
+        SAMPLES_BYTES_MAX,
+        ReadOptions,
+        read_trajectory,
+    )
+    from motionlab.trajectories.exchange.samples import SUFFIXES
 
     path = Path(options.file)
-    if not path.is_file():
-        raise ConfigError(FieldError("FILE", "is no file", options.file))
     if options.target is not None:
         check_output(options.target, ".toml", overwrite=options.overwrite, loc="TOML")
+    if path.suffix in SUFFIXES or not path.is_file():
+        return _import_samples(options)
     said = ReadOptions(
         format=options.format,
         unit=options.unit,
@@ -124,15 +138,14 @@ def _import(options: argparse.Namespace) -> int:
         tolerance=options.tolerance,
         placement=options.placement,
         height=options.height,
+        samples=options.samples,
     )
     with path.open("rb") as file:
-        found = read_trajectory(file.read(BYTES_MAX + 1), said, name=path.name)
-    text = tomli_w.dumps(found.trajectory.model_dump(mode="json", exclude_none=True))
-    if options.target is None:
-        print(text, end="")
-    else:
-        replace(Path(options.target), text.encode())
-        wrote(options.target)
+        found = read_trajectory(file.read(SAMPLES_BYTES_MAX + 1), said, name=path.name)
+    _write(options, found.trajectory)
+    if options.samples:
+        print(f"csv: {found.read}", *found.notes, sep="\n", file=sys.stderr)
+        return DONE
     print(
         f"{found.format}: {found.read}; a path of {found.points} points and {found.corners} "
         f"corners, at most {found.deviation * 1e6:.3g} um away",
@@ -141,6 +154,42 @@ def _import(options: argparse.Namespace) -> int:
         file=sys.stderr,
     )
     return DONE
+
+
+def _import_samples(options: argparse.Namespace) -> int:
+    """Write the motion of an array or of a kept run."""
+    from motionlab.config.load import validate_trajectory
+    from motionlab.errors import ConfigError, FieldError
+    from motionlab.runs.motion import motion_of_run
+    from motionlab.trajectories.exchange.samples import table_of_file
+
+    path = Path(options.file)
+    if path.is_file():
+        table = table_of_file(path, options.unit, "FILE")
+    else:
+        try:
+            table = motion_of_run(options.file, "FILE")
+        except ConfigError as error:
+            if path.suffix:
+                raise ConfigError(FieldError("FILE", "is no file", options.file)) from None
+            raise error
+    _write(options, validate_trajectory(table))
+    seconds = table["time"][-1] - table["time"][0]
+    print(f"{len(table['time'])} samples over {seconds:.6g} s", file=sys.stderr)
+    return DONE
+
+
+def _write(options: argparse.Namespace, trajectory: TrajectoryConfig) -> None:
+    import tomli_w
+
+    from motionlab.store.files import replace
+
+    text = tomli_w.dumps(trajectory.model_dump(mode="json", exclude_none=True))
+    if options.target is None:
+        print(text, end="")
+    else:
+        replace(Path(options.target), text.encode())
+        wrote(options.target)
 
 
 def _export(options: argparse.Namespace) -> int:

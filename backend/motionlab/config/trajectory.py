@@ -23,6 +23,7 @@ from motionlab.config.moves import (
     laps_field,
 )
 from motionlab.config.quantity import Config, quantity
+from motionlab.config.samples import Samples
 from motionlab.config.shapes import Circle, Polygon, Sine, Star
 from motionlab.config.validation_errors import members
 
@@ -40,7 +41,8 @@ Part = Annotated[
     | Polygon
     | Star
     | Waypoints
-    | DrawnPath,
+    | DrawnPath
+    | Samples,
     Field(discriminator="kind"),
 ]
 """Any motion but a sequence."""

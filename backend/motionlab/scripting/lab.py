@@ -459,9 +459,22 @@ def tables(value: object, loc: str) -> dict[str, Any]:
     if not isinstance(value, Mapping) or not all(isinstance(key, str) for key in value):
         raise ConfigError(FieldError(loc, "is no mapping of names to values", value))
     try:
-        return plain(value)
+        return _with_motion(plain(value))
     except RecursionError:
         raise ConfigError(FieldError(loc, "is nested too deeply")) from None
+
+
+def _with_motion(value: dict[str, Any]) -> dict[str, Any]:
+    """Return a table in which samples of a kept run stand in its place."""
+    own = value.get("kind") == "samples"
+    motion = value if own else value.get("trajectory")
+    if not (isinstance(motion, dict) and motion.get("kind") == "samples" and "run" in motion):
+        return value
+    from motionlab.runs.motion import motion_of_run
+
+    others = {key: item for key, item in motion.items() if key != "run"}
+    table = motion_of_run(str(motion["run"]), "trajectory.run") | others
+    return table if own else value | {"trajectory": table}
 
 
 def plain(value: Any) -> Any:

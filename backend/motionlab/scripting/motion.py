@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motionlab.config.includes import resolve
 from motionlab.config.load import epochs, load_scenario, validate_trajectory
@@ -18,6 +19,12 @@ from motionlab.scripting.channels import Samples
 from motionlab.scripting.lab import Changes, Source, readable, tables
 from motionlab.simulation.prepare import limit_sets, planned
 from motionlab.store.trajectories import trajectory_table
+from motionlab.trajectories.exchange.reading import (
+    SAMPLES_BYTES_MAX,
+    ReadOptions,
+    read_trajectory,
+)
+from motionlab.trajectories.exchange.samples import SUFFIXES, table_of, table_of_file
 from motionlab.trajectories.reference import sample
 from motionlab.trajectories.retiming import slow_down
 from motionlab.trajectories.trajectory_check import Examination, examine
@@ -84,7 +91,7 @@ class Trajectory:
 
 @first_use()
 def trajectory(
-    motion: str | Path | Mapping[str, Any],
+    motion: str | Path | Mapping[str, Any] | NDArray[Any],
     scenario: Source = "circle",
     set: Changes = None,
 ) -> Trajectory:
@@ -92,9 +99,11 @@ def trajectory(
 
     Parameters
     ----------
-    motion : str, Path or mapping
-        Name of a shipped or saved trajectory, a ``.toml`` file, or a table such as ``{"kind":
-        "circle", "radius": 0.02, "frequency": 0.5, "laps": 3}``.
+    motion : str, Path, mapping or ndarray
+        Name of a shipped or saved trajectory, a ``.toml``, ``.npy``, ``.parquet`` or ``.csv``
+        file, or a table such as ``{"kind": "circle", "radius": 0.02, "frequency": 0.5, "laps": 3}``
+        or ``{"kind": "samples", "run": "r-..."}``. An array has rows of time, x and y, or of x and
+        y every 0.5 ms, in s and m; it and files other than ``.toml`` keep their times.
     scenario, set
         Whose motor and controllers; as of `motionlab.run`.
 
@@ -109,10 +118,28 @@ def trajectory(
     return Trajectory(follows.trajectory, limit_sets(epochs(follows)))  # pyright: ignore[reportArgumentType]
 
 
-def _table(motion: str | Path | Mapping[str, Any]) -> dict[str, Any]:
+def _of_csv(path: Path) -> dict[str, Any]:
+    try:
+        with path.open("rb") as file:
+            content = file.read(SAMPLES_BYTES_MAX + 1)
+    except OSError as error:
+        text = f"cannot be read: {error.strerror}"
+        raise ConfigError(FieldError("motion", text, str(path))) from None
+    options = ReadOptions(format="csv", unit="m", samples=True)
+    return read_trajectory(content, options).trajectory.model_dump(mode="json")
+
+
+def _table(motion: str | Path | Mapping[str, Any] | NDArray[Any]) -> dict[str, Any]:
     if isinstance(motion, Mapping):
         return resolve({"trajectory": tables(motion, "motion")})["trajectory"]
+    if isinstance(motion, np.ndarray):
+        return table_of(motion, "motion")
     if not isinstance(motion, str | Path):
-        kinds = "a name, a .toml file or a table"
+        kinds = "a name, a file, a table or an array"
         raise ConfigError(FieldError("motion", f"is a {type(motion).__name__}", range=kinds))
+    path = Path(motion)
+    if path.suffix in SUFFIXES:
+        return table_of_file(path, "m", "motion")
+    if path.suffix == ".csv":
+        return _of_csv(path)
     return trajectory_table(str(motion), "motion")

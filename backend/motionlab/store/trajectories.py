@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+from motionlab.config.bounds import FILE_MAX
 from motionlab.config.shipped import data_root, names, parse_text, read
 from motionlab.errors import ConfigError, FieldError
 from motionlab.store.files import opened
@@ -73,7 +74,7 @@ def trajectory_table(source: str, loc: str) -> dict[str, Any]:
     if source.endswith(".toml"):
         try:
             with opened(Path(source)) as file:
-                return parse_text(file.read(SIZE_MAX + 1), loc=loc, size_max=SIZE_MAX)
+                return parse_text(file.read(FILE_MAX + 1), loc=loc, size_max=FILE_MAX)
         except OSError as error:
             text = f"cannot be read: {error.strerror}"
             raise ConfigError(FieldError(loc, text, source)) from None

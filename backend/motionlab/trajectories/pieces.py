@@ -27,6 +27,7 @@ from motionlab.config.planar import (
     PlanarLength,
     PlanarVelocity,
 )
+from motionlab.config.samples import Samples
 from motionlab.config.shapes import Circle, Polygon, Sine, Star
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.config.trajectory import Sequence, TrajectoryConfig
@@ -48,6 +49,7 @@ from motionlab.trajectories.motion import (
     whole_ticks,
 )
 from motionlab.trajectories.path import Vector
+from motionlab.trajectories.sampled_motion import sampled_motion
 
 LONGEST = 3600.0
 """Longest motion, s; the arrays of its reference take 350 MB."""
@@ -120,6 +122,8 @@ def plan_motion(config: TrajectoryConfig) -> MotionPlan:  # noqa: PLR0911, PLR09
             return _closed(config)
         case DrawnPath():
             return _drawn(config)
+        case Samples():
+            return MotionPlan([sampled_motion(config)])
         case Sequence():
             once = chain(plan_motion(part).pieces for part in config.parts)
             return _repeated(once, laps=config.laps)

@@ -118,6 +118,10 @@ def _scaled(table: dict[str, Any], factor: float) -> dict[str, Any]:
         return table
     if table["kind"] == "sequence":
         return table | {"parts": [_scaled(part, factor) for part in table["parts"]]}
+    if table["kind"] == "samples":
+        first = table["time"][0]
+        times = tuple(first + (time - first) * factor for time in table["time"])
+        return table | {"time": times}
     scaled = dict(table)
     for name, power in _POWERS.items():
         value = table.get(name)

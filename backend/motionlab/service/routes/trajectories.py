@@ -102,12 +102,15 @@ class ReadQuery(BaseModel):
     stroke_x: float = Field(default=0.085, gt=0, le=1, description="Half the stroke to fit, m")
     stroke_y: float = Field(default=0.145, gt=0, le=1, description="Half the stroke to fit, m")
     height: float = Field(default=0.01, ge=1e-4, le=1, description="Of capitals of a text, m")
+    samples: bool = Field(
+        default=False, description="Keep the times of a table: a motion of kind samples"
+    )
 
 
 class ReadTrajectory(BaseModel):
     """A trajectory from a file of another program."""
 
-    trajectory: Table = Field(description="A path, or a sequence of paths and dwells")
+    trajectory: Table = Field(description="A path, a sequence of paths and dwells, or samples")
     format: Literal["csv", "svg", "gcode", "text"] = Field(description="Format of the file")
     read: str = Field(description="What the file has")
     segments: int = Field(description="Lines, curves and arcs of the file, connecting moves too")
@@ -283,6 +286,7 @@ def _read(content: bytes, said: ReadQuery) -> ReadTrajectory:
         placement=said.placement,
         stroke=(said.stroke_x, said.stroke_y),
         height=said.height,
+        samples=said.samples,
     )
     found = read_trajectory(content, options, name=said.filename)
     table = found.trajectory.model_dump(mode="json")

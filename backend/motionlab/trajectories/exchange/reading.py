@@ -11,13 +11,16 @@ import numpy as np
 from pydantic import ValidationError
 
 from motionlab.config.drawn_path import DrawnPath
+from motionlab.config.load import validate_trajectory
 from motionlab.config.moves import Dwell
+from motionlab.config.samples import Samples
 from motionlab.config.trajectory import Sequence
 from motionlab.encodings import decoded, lines_of
 from motionlab.errors import ConfigError, FieldError
 from motionlab.trajectories.exchange.fit import Fitted, fit
 from motionlab.trajectories.exchange.gcode import read_gcode
 from motionlab.trajectories.exchange.lettering import read_text
+from motionlab.trajectories.exchange.samples import samples_table
 from motionlab.trajectories.exchange.segments import (
     Bezier,
     Chain,
@@ -26,8 +29,8 @@ from motionlab.trajectories.exchange.segments import (
     without_short,
 )
 from motionlab.trajectories.exchange.svg import read_svg
-from motionlab.trajectories.exchange.tables import read_points
-from motionlab.trajectories.path import Vector
+from motionlab.trajectories.exchange.tables import read_points, read_samples
+from motionlab.trajectories.path import Array, Vector
 
 Format = Literal["csv", "svg", "gcode", "text"]
 Unit = Literal["m", "cm", "mm", "um", "nm", "in"]
@@ -35,6 +38,9 @@ Placement = Literal["file", "centre", "fit"]
 
 BYTES_MAX = 1_000_000
 """Largest file, bytes."""
+
+SAMPLES_BYTES_MAX = 8_000_000
+"""Largest table whose times are kept, bytes."""
 
 SPEED = 0.08
 """Speed where the file has none, m/s."""
@@ -79,6 +85,8 @@ class ReadOptions:
         Half of the stroke per axis, m.
     height : float
         Of capital letters of a text, m.
+    samples : bool
+        Whether a table keeps its times, and becomes a motion of kind `samples`.
     """
 
     format: Format | None = None
@@ -88,6 +96,7 @@ class ReadOptions:
     placement: Placement = "file"
     stroke: Vector = (0.085, 0.145)
     height: float = 0.01
+    samples: bool = False
 
 
 @dataclass(frozen=True)
@@ -96,8 +105,8 @@ class Reading:
 
     Attributes
     ----------
-    trajectory : DrawnPath or Sequence
-        A path, or paths with dwells between them.
+    trajectory : DrawnPath, Sequence or Samples
+        A path, paths with dwells between them, or samples over time.
     format : str
         Its format.
     read : str
@@ -114,7 +123,7 @@ class Reading:
         What was left out or taken otherwise.
     """
 
-    trajectory: DrawnPath | Sequence
+    trajectory: DrawnPath | Sequence | Samples
     format: Format
     read: str
     segments: int
@@ -142,8 +151,10 @@ def read_trajectory(content: bytes, options: ReadOptions, *, name: str = "") -> 
     ConfigError
         With the line that cannot be read and what is expected, or the option that does not fit.
     """
-    text, notes = _text(content)
+    text, notes = _text(content, SAMPLES_BYTES_MAX if options.samples else BYTES_MAX)
     format = options.format or _format(text, name)
+    if options.samples:
+        return _sampled(text, format, options, notes)
     drawing = _drawing(text, format, options)
     drawing.notes[:0] = notes
     kept, numbers = without_short(drawing.segments)
@@ -169,10 +180,49 @@ def read_trajectory(content: bytes, options: ReadOptions, *, name: str = "") -> 
     )
 
 
-def _text(content: bytes) -> tuple[str, list[str]]:
+def _sampled(text: str, format: Format, options: ReadOptions, notes: list[str]) -> Reading:
+    """Return a table with times as the motion that it is, scaled and moved as wanted."""
+    if format != "csv":
+        message = "keeps times of tables only"
+        raise ConfigError(FieldError("samples", message, format, "csv"))
+    drawing = Drawing(notes=notes)
+    time, x, y = read_samples(text, unit=options.unit, drawing=drawing)
+    places = np.column_stack((x, y))
+    low, high = places.min(axis=0), places.max(axis=0)
+    middle, scale = np.zeros(2), options.scale
+    if options.placement != "file":
+        middle = 0.5 * (low + high)
+        if options.placement == "fit":
+            scale = _fitting(options, high - low, drawing.notes)
+    places = scale * (places - middle)
+    table = samples_table(time, places[:, 0], places[:, 1])
+    trajectory = validate_trajectory(table)
+    assert isinstance(trajectory, Samples)  # its kind says so
+    return Reading(
+        trajectory=trajectory,
+        format=format,
+        read=f"{len(time)} samples over {time[-1] - time[0]:.6g} s, with their times",
+        segments=0,
+        moves=0,
+        points=len(time),
+        corners=0,
+        deviation=0.0,
+        notes=drawing.notes,
+    )
+
+
+def _fitting(options: ReadOptions, ways: Array, notes: list[str]) -> float:
+    """Return the factor with which a drawing as wide and high as `ways` fits into the stroke."""
+    pairs = zip(options.stroke, ways.tolist(), strict=True)
+    scale = min((2.0 * _FILL * half / way for half, way in pairs if way > 0.0), default=1.0)
+    notes.append(f"scaled by {scale:.6g} into the stroke")
+    return scale
+
+
+def _text(content: bytes, most: int) -> tuple[str, list[str]]:
     """Return the text of a file, and a note on its encoding."""
-    if len(content) > BYTES_MAX:
-        bounds = {"maximum": float(BYTES_MAX)}
+    if len(content) > most:
+        bounds = {"maximum": float(most)}
         raise ConfigError(
             FieldError("file", "is too large", len(content), unit="bytes", bounds=bounds)
         )
@@ -216,9 +266,7 @@ def _placed(segments: list[Segment], options: ReadOptions, notes: list[str]) -> 
         low, high = places.min(axis=0), places.max(axis=0)
         middle = tuple((0.5 * (low + high)).tolist())
         if options.placement == "fit":
-            ways = zip(options.stroke, (high - low).tolist(), strict=True)
-            scale = min(2.0 * _FILL * half / way for half, way in ways if way > 0.0)
-            notes.append(f"scaled by {scale:.6g} into the stroke")
+            scale = _fitting(options, high - low, notes)
     if scale == 1.0 and middle == (0.0, 0.0):
         return segments
     return [_moved(each, scale, middle) for each in segments]

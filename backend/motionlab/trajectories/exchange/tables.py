@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import re
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -47,6 +48,38 @@ def read_points(text: str, *, unit: str, tolerance: float) -> Drawing:
     ConfigError
         With the line that cannot be read.
     """
+    drawing = Drawing()
+    values, numbers, timed = _values(text, unit, drawing)
+    if timed:
+        _take_time(values[:, 2], numbers, drawing)
+    drawing.read = f"{len(values)} points"
+    _chain(values[:, :2], tolerance / 2.0, drawing)
+    return drawing
+
+
+def read_samples(text: str, *, unit: str, drawing: Drawing) -> tuple[Array, Array, Array]:
+    """Return times, x and y of a table with a time column, s and m; formats as `read_points`.
+
+    Raises
+    ------
+    ConfigError
+        With the line that cannot be read, or where the table has no time.
+    """
+    values, numbers, timed = _values(text, unit, drawing)
+    if not timed:
+        message = "has no column of time, which a motion over time needs"
+        raise ConfigError(FieldError("file", message, range="time, x and y"))
+    _check_times(values[:, 2], numbers)
+    return values[:, 2], values[:, 0], values[:, 1]
+
+
+def column_units(names: Sequence[str], unit: str) -> dict[str, tuple[int, float]]:
+    """Return the column of each of `time`, `x` and `y` among named ones, and its unit in SI."""
+    return _header(list(names), 1, unit, Drawing())
+
+
+def _values(text: str, unit: str, drawing: Drawing) -> tuple[Array, list[int], bool]:
+    """Return rows of x, y and, if there is one, time, in SI; their lines; whether there is time."""
     rows = [
         (number, row)
         for number, row in enumerate(lines_of(text), start=1)
@@ -56,7 +89,7 @@ def read_points(text: str, *, unit: str, tolerance: float) -> Drawing:
         raise _refused(1, "is the end already; x,y or time,x,y is expected")
     delimiter = next((d for d in (";", "\t", ",") if d in rows[0][1]), None)
     first = _without_last(_cells(rows[0][1], delimiter))
-    names, drawing = None, Drawing()
+    names = None
     if any(_number(cell, delimiter) is None for cell in first):
         names = _header(first, rows[0][0], unit, drawing)
         rows = rows[1:]
@@ -72,11 +105,7 @@ def read_points(text: str, *, unit: str, tolerance: float) -> Drawing:
     values = np.array([_row(row, number, delimiter, len(first), names) for number, row in rows])
     if len(values) < 2:
         raise _refused(rows[0][0] if rows else 1, "two rows of numbers or more are expected")
-    if "time" in names:
-        _take_time(values[:, 2], [number for number, _ in rows], drawing)
-    drawing.read = f"{len(values)} points"
-    _chain(values[:, :2], tolerance / 2.0, drawing)
-    return drawing
+    return values, [number for number, _ in rows], "time" in names
 
 
 def _refused(
@@ -155,7 +184,8 @@ def _row(
     return values
 
 
-def _take_time(times: Array, numbers: list[int], drawing: Drawing) -> None:
+def _check_times(times: Array, numbers: list[int]) -> float:
+    """Return how long a table lasts, s."""
     back = np.flatnonzero(np.diff(times) <= 0)
     if back.size:
         k = int(back[0])
@@ -164,6 +194,11 @@ def _take_time(times: Array, numbers: list[int], drawing: Drawing) -> None:
     lap = float(times[-1] - times[0])
     if lap > _LAP_MAX:
         raise _refused(numbers[-1], "is too late", lap, range=f"<= {_LAP_MAX:g}", unit="s")
+    return lap
+
+
+def _take_time(times: Array, numbers: list[int], drawing: Drawing) -> None:
+    lap = _check_times(times, numbers)
     drawing.lap_time = lap
     drawing.notes.append(
         f"of the time column its length is kept, {lap:.6g} s, as the time of one lap; "

@@ -3403,7 +3403,7 @@ export interface components {
              * Trajectory
              * @description `kind` and its numbers
              */
-            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Sequence"];
+            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Samples"] | components["schemas"]["Sequence"];
             /**
              * Points
              * @description Bins of each profile at most
@@ -7355,7 +7355,7 @@ export interface components {
              * Trajectory
              * @description As a scenario takes it, every field given
              */
-            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Sequence"];
+            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Samples"] | components["schemas"]["Sequence"];
         };
         /**
          * Known
@@ -10308,9 +10308,9 @@ export interface components {
         ReadTrajectory: {
             /**
              * Trajectory
-             * @description A path, or a sequence of paths and dwells
+             * @description A path, a sequence of paths and dwells, or samples
              */
-            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Sequence"];
+            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Samples"] | components["schemas"]["Sequence"];
             /**
              * Format
              * @description Format of the file
@@ -11522,6 +11522,41 @@ export interface components {
             values: (number | null)[];
         };
         /**
+         * Samples
+         * @description Follow given positions over time, as recorded or planned by another program.
+         *
+         *     The motion starts with the first sample, at rest. Between samples it is a cubic spline with
+         *     continuous velocity and acceleration, which goes through every one of them.
+         */
+        Samples: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "samples";
+            /**
+             * Time
+             * @description Time of each sample, rising
+             */
+            time: number[];
+            /**
+             * X
+             * @description Position x at each sample
+             */
+            x: number[];
+            /**
+             * Y
+             * @description Position y at each sample
+             */
+            y: number[];
+            /**
+             * for ever
+             * @description Whether a live session repeats it for ever where it ends where it starts
+             * @default false
+             */
+            for_ever: boolean;
+        };
+        /**
          * Scenario
          * @description Complete input of a run: equal scenarios give bit-identical results.
          */
@@ -11560,7 +11595,7 @@ export interface components {
                 [key: string]: components["schemas"]["VariantConfig"];
             };
             /** Trajectory */
-            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Sequence"];
+            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Samples"] | components["schemas"]["Sequence"];
             /**
              * @default {
              *       "x": 0,
@@ -11735,7 +11770,7 @@ export interface components {
              * Parts
              * @description The motions in their order
              */
-            parts: (components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"])[];
+            parts: (components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Samples"])[];
             /**
              * Laps
              * @description Times that all of it is done; more than once needs an end where it starts, and leaves the first out of metrics
@@ -12541,7 +12576,7 @@ export interface components {
              * Trajectory
              * @description The same path with slower numbers
              */
-            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Sequence"];
+            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Samples"] | components["schemas"]["Sequence"];
             /**
              * Stretch
              * @description Stretch of time; 1 if it was feasible already
@@ -14436,7 +14471,7 @@ export interface components {
              * Trajectory
              * @description `kind` and its numbers
              */
-            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Sequence"];
+            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Samples"] | components["schemas"]["Sequence"];
             /**
              * Format
              * @description csv: time, x, y at every tick; points: x, y of the points
@@ -15947,6 +15982,8 @@ export interface operations {
                 stroke_y?: number;
                 /** @description Of capitals of a text, m */
                 height?: number;
+                /** @description Keep the times of a table: a motion of kind samples */
+                samples?: boolean;
             };
             header?: never;
             path?: never;
@@ -16466,7 +16503,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Sequence"];
+                "application/json": components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Samples"] | components["schemas"]["Sequence"];
             };
         };
         responses: {
