@@ -29,7 +29,7 @@ def sampled_motion(config: Samples) -> Piece:
 
 @cached
 def _second_derivatives(time: Array, place: Array) -> Array:
-    """Return the second derivatives of the spline at its knots: velocity 0 first, bend as before last."""
+    """Return the second derivatives of the spline at its knots; it starts at rest."""
     n = len(time)
     diagonal, upper, right = np.empty(n), np.zeros(n), np.zeros((n, 2))
     width = time[1] - time[0]
