@@ -56,6 +56,11 @@ points = [[0, 0], [0.01, 0.02], [0.03, -0.01]]
 v_max = 0.1
 a_max = 1.0
 [[motion]]
+kind = "samples"
+time = [0.0, 0.1, 0.2]
+x = [0, 0.001, 0.004]
+y = [0, 0, 0]
+[[motion]]
 kind = "path"
 points = [[0, 0], [0.01, 0.02], [0.03, -0.01]]
 closed = true

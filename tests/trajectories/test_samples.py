@@ -18,7 +18,7 @@ from motionlab.errors import ConfigError
 from motionlab.trajectories.exchange.reading import ReadOptions, read_trajectory
 from motionlab.trajectories.reference import Reference, sample
 
-Rows = NDArray[np.float64]
+Rows = NDArray[Any]
 
 
 def eased(step: float = 0.005, seconds: float = 4.0) -> Rows:

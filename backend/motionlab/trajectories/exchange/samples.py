@@ -36,9 +36,7 @@ def table_of(array: Any, loc: str) -> dict[str, Any]:
     return samples_table(times, values[:, -2], values[:, -1])
 
 
-def samples_table(
-    time: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np.float64]
-) -> dict[str, Any]:
+def samples_table(time: NDArray[Any], x: NDArray[Any], y: NDArray[Any]) -> dict[str, Any]:
     """Return the table of a motion: numbers are rounded to 1e-12 s and 1e-12 m."""
     columns = {"time": time, "x": x, "y": y}
     rounded = {name: np.round(values, _DIGITS).tolist() for name, values in columns.items()}
