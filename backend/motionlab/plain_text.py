@@ -50,6 +50,10 @@ class PlainStream:
         """The stream itself, for what moves the cursor."""
         return self._stream
 
+    def flush(self) -> None:
+        """Write what is buffered."""
+        self._stream.flush()
+
     def write(self, text: str) -> int:
         """Write a text."""
         if self._styled:
