@@ -18,7 +18,7 @@ from motionlab.config.schema import scenario_schema
 from motionlab.config.shipped import names
 from motionlab.service.live.messages import CLIENT_MESSAGES, SERVER_MESSAGES
 from tests.paths import DOCS
-from tests.service.live import API, Live
+from tests.service.live import API, Live, Stream
 from tests.service.openapi import Contract, body_examples
 from tests.service.servers import PATIENCE, Server
 
@@ -55,6 +55,22 @@ def test_fields_are_sent_again_only_when_they_differ(server: Server) -> None:
         known = {"If-None-Match": answer.headers["etag"]}
         assert httpx.get(server.url + API + path, headers=known).status_code == 304
     assert httpx.get(f"{server.url}{API}/fields/nothing").status_code == 404
+
+
+def test_a_message_of_a_stream_that_is_no_short_frame(server: Server, live: Live) -> None:
+    channels = ("following_error", "thrust")
+    columns = [f"{v}.{axis}.{name}" for v in "AB" for axis in "xy" for name in channels]
+    live.do("step", ticks=3)
+    with Stream(server, live.id) as stream:
+        stream.message("hello")
+        assert len(json.dumps(columns)) > 125
+        assert stream.subscribe(columns, from_tick=0)["columns"] == columns
+        assert stream.collect(0, 3).shape[1] == 3
+
+
+def test_runs_of_a_tag_are_listed(client: httpx.Client) -> None:
+    answer = client.get(f"{API}/runs", params={"q": "tag:nowhere"})
+    assert (answer.status_code, answer.json()["runs"]) == (200, [])
 
 
 def test_head_is_get_without_its_content(server: Server, live: Live) -> None:

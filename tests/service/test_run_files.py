@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import io
+import threading
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import httpx
@@ -19,7 +21,7 @@ from motionlab.runs.run import RunDetail
 from motionlab.runs.selection import FORMATS
 from motionlab.service.settings import Settings
 from tests.service.conftest import MakeServer
-from tests.service.live import API
+from tests.service.live import API, until
 from tests.service.servers import PATIENCE, Server
 from tests.simulated import SHORT, play
 
@@ -346,3 +348,30 @@ def test_its_contour_and_its_cost_are_those_of_its_recording(
     (error,) = one_axis.json()["errors"]
     assert error["loc"] == "trajectory"
     assert "one axis only" in error["message"]
+
+
+def test_unfinished_uploads_leave_memory_to_others(make_server: MakeServer) -> None:
+    server = make_server(Settings(memory_max=8_000_000, upload_max=2_000_000))
+    sent, over = threading.Event(), threading.Event()
+
+    def unfinished() -> Iterator[bytes]:
+        yield 1_500_000 * b"1"
+        sent.set()
+        assert over.wait(PATIENCE)
+
+    def upload(content: Any) -> int:
+        with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
+            path = f"{API}/runs/import?preview=true"
+            return client.post(path, content=content).status_code
+
+    with ThreadPoolExecutor(1) as clients:
+        first = clients.submit(upload, unfinished())
+        assert sent.wait(PATIENCE)
+        until(lambda: server.app.state.uploads.taken == 1_500_000)
+        try:
+            assert upload(1_000_000 * b"1") == 429
+            assert server.app.state.memory.taken < 3_000_000
+        finally:
+            over.set()
+        first.result(PATIENCE)
+    until(lambda: server.app.state.uploads.taken == 0)

@@ -127,6 +127,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     settings: Settings = app.state.settings
     current_default_thread_limiter().total_tokens = _THREADS
     app.state.memory = MemoryBudget(settings.memory_max)
+    app.state.uploads = MemoryBudget(max(settings.memory_max // 4, settings.upload_max))
     app.state.writing = asyncio.Lock()  # of files, so that the other workers are free
     app.state.downloads = asyncio.Semaphore(settings.downloads_max)
     app.state.downloads_waiting = 0

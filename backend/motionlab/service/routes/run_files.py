@@ -7,7 +7,7 @@ import contextlib
 from pathlib import Path
 from typing import Annotated, Literal
 
-from fastapi import APIRouter, Query, Request, Response
+from fastapi import APIRouter, HTTPException, Query, Request, Response
 from pydantic import BaseModel, Field
 
 from motionlab.errors import ConfigError, FieldError
@@ -191,11 +191,19 @@ async def import_run(request: Request, said: Annotated[ImportQuery, Query()]) ->
 
 
 async def _receive(request: Request, path: Path, held: contextlib.ExitStack) -> int:
-    """Write the body to a file as it comes, and hold as much memory; return its length."""
+    """Write the body to a file as it comes, and hold as much memory; return its length.
+
+    The temporary folder may lie in memory, and slow clients hold theirs for a minute: uploads
+    together leave three quarters of `memory_max` to everything else.
+    """
     memory: MemoryBudget = request.app.state.memory
+    uploads: MemoryBudget = request.app.state.uploads
     size = 0
     with path.open("wb") as file:
         async for chunk in request.stream():
+            if not uploads.try_to_take(len(chunk)):
+                raise HTTPException(429, f"other uploads hold {uploads.taken} bytes already")
+            held.callback(uploads.give_back, len(chunk))
             held.enter_context(memory.hold(len(chunk)))
             size += len(chunk)
             await asyncio.to_thread(file.write, chunk)
