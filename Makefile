@@ -28,7 +28,7 @@ DEPS_STAMP := .venv/locked-$(HERE)
 SETUP_STAMP := .venv/installed-$(HERE)
 LOWEST_STAMP := build/lowest/installed-$(HERE)
 LOWEST_ROUTES := $(addprefix tests/service/test_routes.py::,test_health \
-	test_head_is_get_without_its_content test_a_message_of_a_stream_that_is_no_short_frame \
+	test_head_is_get_without_its_content \
 	test_runs_of_a_tag_are_listed test_the_page_on_rest_names_every_route)
 PAGE := frontend/dist/index.html
 PAGE_SOURCES := $(shell find frontend -path frontend/node_modules -prune -o -path frontend/dist -prune -o \

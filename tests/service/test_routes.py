@@ -57,7 +57,6 @@ def test_fields_are_sent_again_only_when_they_differ(server: Server) -> None:
     assert httpx.get(f"{server.url}{API}/fields/nothing").status_code == 404
 
 
-@pytest.mark.filterwarnings("ignore::RuntimeWarning")  # of the kernel that is not compiled
 def test_a_message_of_a_stream_that_is_no_short_frame(server: Server, live: Live) -> None:
     channels = ("following_error", "thrust")
     columns = [f"{v}.{axis}.{name}" for v in "AB" for axis in "xy" for name in channels]
