@@ -111,3 +111,18 @@ def test_the_end_of_the_motion_is_held_against_the_stroke():
     assert found is not None
     assert found.start.tolist() == found.worst.tolist() == [reference.ticks]
     assert found.value.tolist() == [reference.end[0]]
+
+
+def test_the_sign_of_a_rounded_velocity_takes_no_thrust():
+    reference = motion("in reach")
+    noise = 1e-10 * (-1.0) ** np.arange(reference.ticks)
+    still = np.zeros(reference.ticks)
+    resting = replace(
+        reference,
+        velocity=np.stack([noise, reference.velocity[:, 1]], axis=1),
+        acceleration=np.stack([still, reference.acceleration[:, 1]], axis=1),
+    )
+    assert np.ptp(LIMITS.friction(0, noise)) > 1.0
+    found = demands(resting, LIMITS)
+    assert not found[0].samples.thrust.any()
+    assert found[1].samples.thrust.any()

@@ -27,6 +27,9 @@ STEP_MAX = 10e-6
 """Largest jump between two control periods, m (this project's limit for true steps)."""
 
 RELATIVE_ROUNDING = 1e-9
+_AT_REST = 1e-9
+"""Below this a velocity is rounding, m/s."""
+
 _POSITION_ROUNDING = 1e-12
 _POSITION, _STEP, _VELOCITY, _ACCELERATION, _THRUST = range(len(QUANTITIES))
 
@@ -209,8 +212,10 @@ def _demand(reference: Reference, limits: MotionLimits, axis: int, span: Span) -
     position, velocity = reference.position[:, axis], reference.velocity[:, axis]
     acceleration = reference.acceleration[:, axis]
     sure = limits.sure_thrust[axis]
+    # The rounding of a straight edge has a sign too, with which friction would change at random.
+    moving = np.where(np.abs(velocity) < _AT_REST, 0.0, velocity)
     thrust, hard = _thrust(
-        limits.friction(axis, velocity), acceleration, limits.mass[axis], sure if sure > 0 else -1.0
+        limits.friction(axis, moving), acceleration, limits.mass[axis], sure if sure > 0 else -1.0
     )
     available = np.empty(0)
     if hard.size:

@@ -1,6 +1,6 @@
 import { describe, expect, it } from 'vitest';
-import { differencesOf } from './source';
-import { channelName, columnsOf, LAYOUTS, retargeted, scopeOf } from './scope-catalog';
+import { differencesOf, noteRecorded } from './source';
+import { channelName, columnsOf, LAYOUTS, retargeted, scopeOf, unitsOf } from './scope-catalog';
 import { scopeWith } from './scope-layout';
 
 const UNITS = new Map([
@@ -89,4 +89,14 @@ it('a channel has a name in words', () => {
   expect(channelName('A.x.following_error')).toBe('Following error x of A');
   expect(channelName('y.position_reference')).toBe('Position reference y');
   expect(channelName('B.x.current_command_a')).toBe('Current a command x of B');
+});
+
+it('a measured column with an equals sign is no math channel', () => {
+  const names = ['E[V]=1 (a)', 'E[V]=2 (a)'];
+  noteRecorded(names);
+  const units = unitsOf(names.map((name) => ({ name, unit: 'V' })));
+  const titles = names.map((name) => scopeOf(scopeWith(name), units).title);
+  expect(titles).toEqual(names);
+  expect(scopeOf(scopeWith(...names), units).all.map(({ label }) => label)).toEqual(names);
+  expect(scopeOf(scopeWith('sum=A.x.thrust'), units).title).toBe('sum');
 });

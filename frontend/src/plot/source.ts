@@ -46,9 +46,17 @@ export interface Channel {
   meaning?: string;
 }
 
+/** Names of measured columns that look like expressions: `gain=1` of somebody's file. */
+const measured = new Set<string>();
+
+/** Takes the names of what was recorded: these are no expressions, whatever they look like. */
+export function noteRecorded(columns: readonly string[]): void {
+  for (const name of columns) if (name.includes('=')) measured.add(name);
+}
+
 /** Whether a column is computed by an expression: `name=expression`. */
 export function isMath(column: string): boolean {
-  return column.includes('=');
+  return column.includes('=') && !measured.has(column);
 }
 
 /** A column computed from two others: a channel of one variant less that of another. */

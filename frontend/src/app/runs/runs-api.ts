@@ -1,5 +1,6 @@
 /** Calls about runs, apart from the client: it is loaded at once, they are not. */
 
+import { noteRecorded } from '../../plot/source';
 import type { RequestOf } from '../api/operations';
 import type { SpectrumSettings } from '../spectrum/spectrum-view';
 import { app } from '../store.svelte';
@@ -24,7 +25,11 @@ const of = (run_id: string) => ({ path: { run_id } });
 
 export const listRuns = (query: ListRequest) => api.json('get', '/runs', { query });
 export const runStorage = () => api.json('get', '/runs/storage', {});
-export const getRun = (id: string) => api.json('get', '/runs/{run_id}', of(id));
+export async function getRun(id: string) {
+  const run = await api.json('get', '/runs/{run_id}', of(id));
+  noteRecorded(run.columns.map(({ name = '' }) => name));
+  return run;
+}
 export const changeRun = (id: string, body: RunChange) =>
   api.json('patch', '/runs/{run_id}', { ...of(id), body });
 export const deleteRun = (id: string) => api.json('delete', '/runs/{run_id}', of(id));

@@ -49,8 +49,8 @@ export const STRIPS: readonly Strip[] = [
     unit: 'N',
     curves: axes('thrust'),
     bounds: [
-      { column: 'x.available_thrust', look: { ink: 'phase-a', dash: 'dot', width: 0.8 } },
-      { column: 'y.available_thrust', look: { ink: 'phase-b', dash: 'dot', width: 0.8 } },
+      { column: 'x.available_thrust', look: { ink: 'phase-a', dash: 'dot', width: 1.2 } },
+      { column: 'y.available_thrust', look: { ink: 'phase-b', dash: 'dot', width: 1.2 } },
     ],
     quantities: ['thrust'],
   },
@@ -62,6 +62,8 @@ const BOTTOM = 18;
 const TITLE = 15;
 /** Limits that are further away than this many times the largest value are not drawn. */
 const FAR = 2.5;
+/** Width of a bin of limits, CSS pixels. */
+const RIPPLE = 4;
 /** Least distances of values and of times, CSS pixels. */
 const [ROW, COLUMN] = [18, 56];
 
@@ -158,11 +160,12 @@ export class ProfileStrips {
         .flatMap((value) => [y.px(value), y.px(-value)])
         .map((at) => [left, at, right, at] as const),
     );
+    const size = Math.max(1, Math.ceil((RIPPLE * count) / (right - left)));
     for (const { values, look } of bounds) {
-      for (const side of [values.minimum, values.maximum]) {
+      for (const side of tightest(values, size)) {
         canvas.pen(look.ink ?? 'text', look.width, look.dash);
         canvas.c.beginPath();
-        canvas.trace(count, (i) => [x.px((i + 0.5) * step), y.px(side[i])]);
+        canvas.trace(side.length, (i) => [x.px((i + 0.5) * size * step), y.px(side[i])]);
         canvas.c.stroke();
       }
     }
@@ -177,6 +180,19 @@ export class ProfileStrips {
     canvas.font();
     canvas.write(shown.unit, LEFT + wide + 6, y, { ink: 'axis' });
   }
+}
+
+/** The least that is left either way in bins of some samples: limits ripple faster than pixels. */
+export function tightest(
+  { minimum, maximum }: Envelope,
+  size: number,
+): [Float32Array, Float32Array] {
+  const bins = Math.ceil(minimum.length / size);
+  const of = (values: Float32Array, pick: (...values: number[]) => number) =>
+    Float32Array.from({ length: bins }, (_, i) =>
+      pick(...values.subarray(i * size, (i + 1) * size)),
+    );
+  return [of(minimum, Math.max), of(maximum, Math.min)];
 }
 
 /** The limits of a quantity, each once: they hold in both directions. */

@@ -27,8 +27,8 @@ it('a retiming is described by its lap, its peaks and its share of the thrust', 
   expect(found).toEqual([
     ['lap time', 's', '4.00', '2.00', -0.5],
     ['speed', 'mm/s', '80.0', '160', expect.closeTo(1, 5)],
-    ['accel.', 'm/s²', '0', '0', null],
-    ['jerk', 'm/s³', '2.00', '16.0', 7],
+    ['peak accel.', 'm/s²', '0', '0', null],
+    ['peak jerk', 'm/s³', '2.00', '16.0', 7],
     ['thrust', '%', '22.0', '44.0', 1],
   ]);
 });

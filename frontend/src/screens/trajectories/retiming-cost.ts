@@ -32,13 +32,13 @@ const MEASURES: readonly Measure[] = [
   { name: 'lap time', title: 'Once along the path', unit: 's', of: (found) => found.examined },
   { name: 'speed', title: 'Peak along the path', unit: 'm/s', of: (found) => most(found, 'speed') },
   {
-    name: 'accel.',
+    name: 'peak accel.',
     title: 'Peak acceleration of either axis',
     unit: 'm/s^2',
     of: (found) => either(found, 'acceleration'),
   },
   {
-    name: 'jerk',
+    name: 'peak jerk',
     title: 'Peak of either axis',
     unit: 'm/s^3',
     of: (found) => either(found, 'jerk'),
