@@ -14,13 +14,13 @@ export function duration(seconds: number): string {
 /** Writes a moment in the reader's time: the time of today, else the day too. */
 export function moment(iso: string, now = new Date()): string {
   const date = new Date(iso);
-  const time = date.toLocaleTimeString([], {
+  const time = date.toLocaleTimeString('en-GB', {
     hour: '2-digit',
     minute: '2-digit',
     second: '2-digit',
   });
   const today = date.toDateString() === now.toDateString();
-  return today ? time : `${date.toLocaleDateString()} ${time}`;
+  return today ? time : `${date.toLocaleDateString('en-GB')} ${time}`;
 }
 
 /** Returns why there is no result: "failed. The motor diverged"; null where nothing went wrong. */

@@ -72,8 +72,8 @@ const ONE: readonly [string, string, (one: Direction) => number | null][] = [
   ['F max', 'Largest radial deviation about the programmed centre', (o) => o.F_max],
   ['F min', 'Least radial deviation about the programmed centre', (o) => o.F_min],
   ...AT.map((at, k): [string, string, (one: Direction) => number | null] => [
-    `quadrant ${at}`,
-    'Change of the radial deviation where an axis reverses, outwards positive',
+    `radial step ${at}`,
+    'Change of the radial deviation where an axis reverses, outwards positive. The quadrant glitch of Reversals is of the error of one axis',
     (o) => o.quadrants[k] ?? null,
   ]),
 ];

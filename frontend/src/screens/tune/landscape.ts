@@ -51,7 +51,9 @@ export function layersOf({ limits = {} }: AxisLandscape): Layer[] {
     const rows = limits[name];
     if (!rows) return [];
     const of = (value: number | null) => (value === null ? null : shown(value));
-    return [{ label, unit, rows: rows.map((row) => row.map(of)) }];
+    // The figures of the loop are at one speed; these are the worst of several.
+    const named = name in CONTOURS ? `${label}, worst case` : label;
+    return [{ label: named, unit, rows: rows.map((row) => row.map(of)) }];
   });
 }
 
