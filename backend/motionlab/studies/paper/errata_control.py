@@ -69,7 +69,8 @@ def sign_of_k(experiments: Experiments) -> Erratum:
                 for law, error in zip(laws, errors, strict=True)
             ]
             without, printed, table, reversed_ = errors
-            shown = shown and max(table, reversed_) < without
+            # None of a run that diverged, which is no better
+            shown = shown and all(e is not None and e < without for e in (table, reversed_))
             shown = shown and (printed is None or printed > without)
     return Erratum(
         id="eq25-sign",
