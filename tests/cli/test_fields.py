@@ -70,7 +70,7 @@ def test_every_law_is_listed_with_its_parameters(capsys: pytest.CaptureFixture[s
 @pytest.mark.parametrize("law", [law for law in get_args(Law) if law != "off"])
 def test_a_law_uses_its_parameters_and_no_other(law: str) -> None:
     """Another value of a parameter changes the run where the law is said to use it, only there."""
-    other = {"velocity": "reference", "bristle_limit": 0.01, "gain": 50.0} | {
+    other = {"velocity": "reference", "bristle_limit": 0.01, "gain": 30.0} | {
         "residual_bandwidth": 90.0,
         "regularisation": 3.0,
         "k_d_share": 0.5,
