@@ -93,6 +93,7 @@ EXAMPLES: dict[str, str] = {
     "polygon": "vertices = [[0.01, 0], [0, 0.01], [-0.01, 0]], frequency = 0.1",
     "star": "circumradius = 0.03, frequency = 0.05",
     "waypoints": "points = [[0, 0], [0.02, 0], [0.02, 0.03]], v_max = 0.1, a_max = 2.0",
+    "samples": "time = [0, 0.5, 1, 1.5], x = [0, 0.001, 0.004, 0.009], y = [0, 0, 0, 0]",
     "path": "points = [[0, 0], [0.02, 0.02], [0.04, 0]], geometry = 'spline', lap_time = 2.0",
     "sequence": "parts = [{ kind = 'step', height = { x = 5e-6 } }, { kind = 'dwell' }]",
 }
