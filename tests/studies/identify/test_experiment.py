@@ -224,6 +224,24 @@ def test_a_constant_load_is_told_apart_from_friction() -> None:
     assert set(found.set) == {f"variants.B.controller.model.x.friction.{n}" for n in SLIDING}
 
 
+@pytest.mark.parametrize(("axis", "load"), [("x", 0.5), ("x", -0.3), ("y", 0.3), ("x", 1.0)])
+def test_a_constant_load_biases_no_bristle_and_no_mass(axis: str, load: float) -> None:
+    """Ramps of one direction are with the load and the others against it."""
+    found = identified(**SHORT | {"axis": axis}, set={f"load.{axis}": load})
+    part = found.axes[axis]
+    for name, share in {"sigma_0": 3e-3, "sigma_1": 2e-2, "M": 1e-2}.items():
+        assert ratio(found, axis, name) == pytest.approx(1.0, abs=share), name
+    assert not any("force map" in w for w in part.warnings), part.warnings
+    for ramp in part.ramps:
+        assert ramp.displacement == pytest.approx(ramp.fitted, abs=0.1e-6)
+
+
+def test_a_load_as_large_as_stiction_leaves_no_ramps() -> None:
+    found = identified(**SHORT, set={"load.x": 3.58}).axes["x"]
+    assert found.presliding is None
+    assert any("no force ramps" in w and "under a load of 3.58 N" in w for w in found.warnings)
+
+
 def test_the_identified_model_compensates_better() -> None:
     found = identified(**SHORT | {"axis": "both", "compare": True}, set={"plant": "matched"})
     assert found.comparison is not None

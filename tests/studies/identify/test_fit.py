@@ -15,6 +15,7 @@ from motionlab.studies.identify.presliding import force_ramp, model_response
 from motionlab.studies.identify.stribeck import Fitted, curve_half_width, stribeck_curve
 
 TRUE = (0.24, 3.59, 0.0436, 10.3, 0.05)
+UNLOADED = (*TRUE[:4], 0.0)
 NAMES = ("F_c", "F_s", "v_s", "sigma_2", "f_0")
 SPEEDS = np.geomspace(0.5e-3, 0.15, 32)
 VELOCITY = np.concatenate([SPEEDS, -SPEEDS])
@@ -142,13 +143,13 @@ def within(force: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def test_ramps_give_back_what_made_them() -> None:
-    sliding = fit_sliding(VELOCITY, stribeck_curve(VELOCITY, TRUE), motion=MOTION)
+    sliding = fit_sliding(VELOCITY, stribeck_curve(VELOCITY, UNLOADED), motion=MOTION)
     forces = [within(force_ramp(1.8, rate)) for rate in (20.0, 50.0, 100.0)]
     friction = LuGre(118913.0, 1162.0, 10.3, 0.24, 3.59, 0.0436)
-    exact = model_response(friction, 5.9, forces)
+    exact = model_response(friction, 5.9, forces, [0.0] * 3)
     rng = np.random.default_rng(4)
     places = [[d + 2e-8 * rng.standard_normal(len(d)) for d in exact] for _ in range(4)]
-    fitted = fit_presliding(places, [forces] * 4, sliding, 5.0)
+    fitted = fit_presliding(places, [forces] * 4, [1.0] * 3, sliding, 5.0)
     assert [fitted[n] for n in ("sigma_0", "sigma_1", "M")] == pytest.approx(
         [118913.0, 1162.0, 5.9], rel=2e-3
     )
@@ -157,11 +158,11 @@ def test_ramps_give_back_what_made_them() -> None:
 
 
 def test_a_slow_ramp_tells_nothing_of_damping() -> None:
-    sliding = fit_sliding(VELOCITY, stribeck_curve(VELOCITY, TRUE), motion=MOTION)
+    sliding = fit_sliding(VELOCITY, stribeck_curve(VELOCITY, UNLOADED), motion=MOTION)
     force = [within(force_ramp(0.1, 0.5))]
-    exact = model_response(LuGre(118913.0, 1162.0, 10.3, 0.24, 3.59, 0.0436), 5.9, force)
+    exact = model_response(LuGre(118913.0, 1162.0, 10.3, 0.24, 3.59, 0.0436), 5.9, force, [0.0])
     rng = np.random.default_rng(5)
     places = [[d + 5e-8 * rng.standard_normal(len(d)) for d in exact] for _ in range(5)]
-    fitted = fit_presliding(places, [force] * 5, sliding, 5.9)
+    fitted = fit_presliding(places, [force] * 5, [1.0], sliding, 5.9)
     assert fitted["sigma_0"] == pytest.approx(118913.0, rel=0.05)
     assert any(w.startswith(("sigma_1", "M")) for w in fitted.warnings), fitted.warnings

@@ -147,10 +147,10 @@ class _Execution:
         presliding: Fitted | None = None
         ramps: list[ForceRamp] = []
         if self.request.presliding.enabled:
-            if sliding["F_s"] < _LEAST_STICTION:
+            if _stiction_left(sliding) < _LEAST_STICTION:
                 warnings.append(
-                    f"no force ramps: F_s = {sliding['F_s']:.3g} N is too small to read a "
-                    "displacement below it"
+                    f"no force ramps: F_s = {sliding['F_s']:.3g} N under a load of "
+                    f"{sliding['f_0']:.3g} N is too small to read a displacement below it"
                 )
             elif sliding["F_s"] > (limit := self.rig.controller.force_limit):
                 warnings.append(
@@ -208,13 +208,14 @@ class _Execution:
         """Carry out the force ramps of an axis and fit them."""
         asked = self.request.presliding
         mass = self.rig.model(axis).mass
-        force_max = asked.share * sliding["F_s"]
+        force_max = asked.share * _stiction_left(sliding)
         warnings = [
             f"a ramp of {rate:g} N/s is slower than {SLOWEST:g} N/s: ripple, noise and creep "
             "add to what it moves"
             for rate in asked.rates
             if rate < SLOWEST
         ]
+        doubts: list[Doubt] = []
         ways: dict[int, list[Any]] = {place: [] for place in range(asked.places)}
         thrusts: dict[int, list[Any]] = {place: [] for place in range(asked.places)}
         ramps = plan_ramps(
@@ -227,11 +228,13 @@ class _Execution:
             way, wrong = displacement(ramp, samples, axis)
             ways[ramp.place].append(way)
             thrusts[ramp.place].append(ramp_thrust(self.rig, ramp, samples, axis, self.loops[axis]))
-            warnings += [] if wrong is None else [wrong]
+            doubts += [] if wrong is None else [Doubt("left away", wrong)]
+        warnings += in_words(doubts)
         responses, forces = [*ways.values()], [*thrusts.values()]
         way = min(float(response.max()) for place in responses for response in place)
         warnings += self._hardly_seen(axis, force_max, way)
-        fitted = fit_presliding(responses, forces, sliding, mass)
+        signs = [ramp.sign for ramp in ramps if ramp.place == 0]
+        fitted = fit_presliding(responses, forces, signs, sliding, mass)
         friction = LuGre(
             fitted["sigma_0"],
             fitted["sigma_1"],
@@ -241,7 +244,7 @@ class _Execution:
             sliding["v_s"],
         )
         force = _over_places(forces)
-        model = model_response(friction, fitted["M"], force)
+        model = _both_ways(friction, fitted["M"], force, sliding["f_0"])
         drawn = [
             ramp_document(rate, newtons.mean(axis=1), measured, moved)
             for rate, newtons, measured, moved in zip(
@@ -297,6 +300,17 @@ class _Execution:
     def _report(self, partial: PartialIdentification | None) -> None:
         if self.progress is not None:
             self.progress(min(1.0, self.done / self.total), partial)
+
+
+def _stiction_left(sliding: Fitted) -> float:
+    """Return the stiction that a constant load leaves, N."""
+    return sliding["F_s"] - abs(sliding["f_0"])
+
+
+def _both_ways(friction: LuGre, mass: float, forces: list[Any], load: float) -> list[Any]:
+    """Return the model's mean response to each force ramp with and against a constant load."""
+    ways = [model_response(friction, mass, forces, [way * load] * len(forces)) for way in (1, -1)]
+    return [np.mean(both, axis=0) for both in zip(*ways, strict=True)]
 
 
 def _over_places(series: list[list[Any]]) -> list[Any]:

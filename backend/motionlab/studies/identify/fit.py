@@ -103,6 +103,7 @@ def _likeliest_power(residuals: Array, time: Array) -> float:
 def fit_presliding(
     responses: Sequence[Sequence[Array]],
     forces: Sequence[Sequence[Array]],
+    signs: Sequence[float],
     sliding: Fitted,
     mass: float,
 ) -> Fitted:
@@ -119,8 +120,10 @@ def fit_presliding(
     forces : sequence (places) of sequence (ramps) of ndarray, shape (ticks, SUBSTEPS)
         Thrust within every tick, N. Each ramp is its own: noise in a force makes the bristle creep,
         and the mean of two forces has less of it than either.
+    signs : sequence (ramps) of float
+        Direction of each ramp of a place, 1 or -1.
     sliding : Fitted
-        F_c, F_s, v_s and sigma_2, from `fit_sliding`.
+        F_c, F_s, v_s, sigma_2 and the constant force f_0, from `fit_sliding`.
     mass : float
         Moving mass of the controller's model, kg: start of the search.
 
@@ -131,12 +134,14 @@ def fit_presliding(
     """
     names = ("sigma_0", "sigma_1", "M")
 
+    loads = [-sign * sliding["f_0"] for sign in signs]
+
     def fit(data: Sequence[Array], thrust: Sequence[Array]) -> _Solved:
         def residuals(p: Array) -> Array:
             friction = LuGre(
                 p[0], p[1], sliding["sigma_2"], sliding["F_c"], sliding["F_s"], sliding["v_s"]
             )
-            model = model_response(friction, p[2], thrust)
+            model = model_response(friction, p[2], thrust, loads)
             return np.concatenate([m - d for m, d in zip(model, data, strict=True)])
 
         top = max(float(displacement.max()) for displacement in data)

@@ -25,8 +25,11 @@ from motionlab.trajectories.reference import Reference
 
 Array = NDArray[np.float64]
 
+SETTLE = to_ticks(0.2)
+"""Ticks without command before a ramp, in which the bristles take up a constant load."""
+
 REST = to_ticks(0.1)
-"""Ticks without force before a ramp, at its top and after it."""
+"""Ticks at the top of a ramp and after it."""
 
 _BASELINE = to_ticks(0.05)
 SLOWEST = 20.0
@@ -62,13 +65,13 @@ def force_ramp(force_max: float, rate: float) -> Array:
     """Return the force command of every tick, N: rest, up, rest, down, rest."""
     ticks = _rise(force_max, rate)
     rise = force_max * np.arange(1, ticks + 1) / ticks
-    rest = np.zeros(REST)
-    return np.concatenate([rest, rise, np.full(REST, force_max), rise[::-1], rest])
+    top = np.full(REST, force_max)
+    return np.concatenate([np.zeros(SETTLE), rise, top, rise[::-1], np.zeros(REST)])
 
 
 def ramp_ticks(force_max: float, rate: float) -> int:
     """Return how many ticks a force ramp takes."""
-    return 3 * REST + 2 * _rise(force_max, rate)
+    return SETTLE + 2 * REST + 2 * _rise(force_max, rate)
 
 
 def _rise(force_max: float, rate: float) -> int:
@@ -126,13 +129,19 @@ def displacement(ramp: MeasuredRamp, record: VariantRecord, axis: str) -> tuple[
     Only the encoder is read.
     """
     position = record.channel("position_measured", axis).astype(np.float64)
-    way = ramp.sign * (position - position[REST - _BASELINE : REST].mean())
+    way = ramp.sign * _from_rest(position)
     if way[-_BASELINE:].mean() > _CREPT * way.max():
         return way, (
             f"at place {ramp.place} the ramp of {ramp.rate:g} N/s left the axis "
-            f"{way[-1] * 1e6:.3g} um away: it slid, or was pushed by something else"
+            f"{way[-1] * 1e6:.3g} um away: it slid, crept under a load, or was pushed by "
+            "something else"
         )
     return way, None
+
+
+def _from_rest(position: Array) -> Array:
+    """Return positions relative to the mean position before the ramp, m."""
+    return position - position[SETTLE - _BASELINE : SETTLE].mean()
 
 
 class _Force(NamedTuple):
@@ -140,11 +149,13 @@ class _Force(NamedTuple):
 
 
 @cached
-def _respond(mechanics: Array, friction: Array, forces: Array, position: Array) -> None:
-    """Move eight masses on LuGre friction from rest; writes their positions, (ticks, 1, WIDTH)."""
+def _respond(
+    mechanics: Array, friction: Array, start: Array, forces: Array, position: Array
+) -> None:
+    """Move eight masses on LuGre friction; writes their positions, shape (ticks, 1, WIDTH)."""
     m = unpack(Mechanics, mechanics, 0)
     f = unpack(LuGre, friction, 0)
-    s = unpack(Mover, np.zeros((3, WIDTH)), 0)
+    s = unpack(Mover, start, 0)
     for k in range(len(forces)):
         pack(_Force(s.p), position[k])
         for j in range(SUBSTEPS):
@@ -152,8 +163,12 @@ def _respond(mechanics: Array, friction: Array, forces: Array, position: Array) 
             s = advance(m, f, s, force, PLANT_STEP)
 
 
-def model_response(friction: LuGre, mass: float, forces: Sequence[Array]) -> list[Array]:
-    """Return how a mass on LuGre friction moves from rest under some force ramps.
+def model_response(
+    friction: LuGre, mass: float, forces: Sequence[Array], loads: Sequence[float]
+) -> list[Array]:
+    """Return how a mass on LuGre friction moves from rest under a load and a force ramp.
+
+    At rest the bristles hold the load: ``z = load/sigma_0``.
 
     Parameters
     ----------
@@ -162,12 +177,14 @@ def model_response(friction: LuGre, mass: float, forces: Sequence[Array]) -> lis
     mass : float
         Moving mass, kg.
     forces : sequence of ndarray, shape (ticks, SUBSTEPS)
-        Force in every step of the plant, N.
+        Thrust along each ramp in every step of the plant, N.
+    loads : sequence of float
+        Constant load along each ramp, N.
 
     Returns
     -------
     list of ndarray, shape (ticks,)
-        Position at the start of every tick, m.
+        Displacement from the rest before the ramp at the start of every tick, m.
     """
     free = Mechanics(mass, 1e9, 0.0, 0.0)  # the end stops are out of reach
     rows = [np.tile(np.array([group], dtype=np.float64).T, WIDTH) for group in (free, friction)]
@@ -175,10 +192,14 @@ def model_response(friction: LuGre, mass: float, forces: Sequence[Array]) -> lis
     for first in range(0, len(forces), WIDTH):
         beside = forces[first : first + WIDTH]
         longest = max(len(force) for force in beside)
-        lanes = np.zeros((longest, SUBSTEPS, 1, WIDTH))
+        lanes, start = np.zeros((longest, SUBSTEPS, 1, WIDTH)), np.zeros((3, WIDTH))
         for lane, force in enumerate(beside):
-            lanes[: len(force), :, 0, lane] = force
+            load = loads[first + lane]
+            lanes[: len(force), :, 0, lane] = force + load
+            start[Mover._fields.index("z"), lane] = load / friction.sigma_0
         position = np.empty((longest, 1, WIDTH))
-        _respond(rows[0], rows[1], lanes, position)
-        positions += [position[: len(force), 0, lane] for lane, force in enumerate(beside)]
+        _respond(rows[0], rows[1], start, lanes, position)
+        positions += [
+            _from_rest(position[: len(force), 0, lane]) for lane, force in enumerate(beside)
+        ]
     return positions

@@ -164,7 +164,7 @@ def plan_motions(
 class Doubt(NamedTuple):
     """A problem of a motion."""
 
-    kind: Literal["does not follow", "is left out", "force limit"]
+    kind: Literal["does not follow", "is left out", "force limit", "left away"]
     text: str
 
 
