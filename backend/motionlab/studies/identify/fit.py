@@ -66,7 +66,7 @@ def fit_sliding(
             lambda p: weight * (stribeck_curve(velocity, p) - force), names, start, (low, high)
         )
 
-    solved = solve(np.clip(first_guess(velocity, force), low, high), _POWERS[0])
+    solved = solve(np.clip(first_guesses(velocity, force)[0][:5], low, high), _POWERS[0])
     power = _likeliest_power(stribeck_curve(velocity, solved.values) - force, share)
     if power != _POWERS[0]:
         solved = solve(np.clip(solved.values, low, high), power)
@@ -198,19 +198,36 @@ def about_speeds(fitted: Fitted, speed: Array) -> list[str]:
     return warnings
 
 
-def first_guess(velocity: Array, force: Array) -> Array:
-    """Return F_c, F_s, v_s, sigma_2 and f_0 at the best of many v_s; all others are linear."""
-    speed = np.abs(velocity)
-    sign = np.sign(velocity)
-    best, guess = np.inf, np.zeros(5)
+def first_guesses(velocity: Array, force: Array, push: Array | None = None) -> list[Array]:
+    """Return F_c, F_s, v_s, sigma_2, f_0 and M of static friction, best first.
+
+    At each of many v_s the others are linear and, f_0 apart, not negative. Each local minimum over
+    v_s is a guess.
+
+    Parameters
+    ----------
+    velocity, force : ndarray, shape (n,)
+        m/s and N.
+    push : ndarray, shape (n,), optional
+        Acceleration, m/s^2, where the force holds the inertia of an unknown mass.
+    """
+    from scipy.optimize import nnls
+
+    speed, sign = np.abs(velocity), np.sign(velocity)
+    guesses, rests = [], []
     for v_s in np.geomspace(0.3 * speed.min(), speed.max(), _CANDIDATES):
         falling = stribeck_fade(velocity, v_s)
-        columns = np.stack([sign * (1.0 - falling), sign * falling, velocity, np.ones_like(sign)])
-        linear, *_ = np.linalg.lstsq(columns.T, force, rcond=None)
-        rest = float(np.sum((linear @ columns - force) ** 2))
-        if rest < best:
-            best, guess = rest, np.array([linear[0], linear[1], v_s, linear[2], linear[3]])
-    return guess
+        ones = np.ones_like(sign)
+        columns = [sign * (1.0 - falling), sign * falling, velocity, ones, -ones]
+        table = np.stack([*columns, *(() if push is None else (push,)), force], axis=1)
+        R = np.linalg.qr(table, mode="r")
+        linear, _ = nnls(R[:, :-1], R[:, -1])
+        rests.append(float(np.sum((R[:, :-1] @ linear - R[:, -1]) ** 2)))
+        mass = 0.0 if push is None else linear[5]
+        guesses.append(np.array([*linear[:2], v_s, linear[2], linear[3] - linear[4], mass]))
+    around = np.concatenate([[np.inf], rests, [np.inf]])
+    lowest = (around[1:-1] <= around[:-2]) & (around[1:-1] <= around[2:])
+    return [guesses[k] for k in sorted(np.flatnonzero(lowest), key=lambda k: rests[k])]
 
 
 class _Solved(NamedTuple):

@@ -10,7 +10,7 @@ unsure of one widens the intervals of the other.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,9 +20,9 @@ from motionlab.config.controller import AxisModelConfig
 from motionlab.errors import ExperimentFailed
 from motionlab.plant.friction import LuGre
 from motionlab.studies.identify.covariance import correlation_of, scatter
-from motionlab.studies.identify.fit import about_speeds, doubts, first_guess, student
+from motionlab.studies.identify.fit import about_speeds, doubts, first_guesses, student
 from motionlab.studies.identify.record_model import bristle
-from motionlab.studies.identify.record_motion import Motion
+from motionlab.studies.identify.record_motion import Motion, Motions
 from motionlab.studies.identify.stribeck import Fitted
 
 Array = NDArray[np.float64]
@@ -31,6 +31,9 @@ Values = dict[str, float]
 
 SLIDING = ("F_c", "F_s", "v_s", "sigma_2", "f_0")
 PRESLIDING = ("sigma_0", "sigma_1")
+
+WITHIN = "within"
+"""The share of `Record.within`."""
 
 _BOUNDS = {
     "F_c": (1e-6, np.inf),
@@ -41,9 +44,16 @@ _BOUNDS = {
     "M": (1e-3, 1e4),
     "sigma_0": (1.0, 1e10),
     "sigma_1": (0.0, 1e7),
+    WITHIN: (-np.inf, np.inf),
 }
-_SIZES = {"F_c": 1.0, "F_s": 1.0, "v_s": 0.02, "sigma_2": 10.0, "f_0": 0.1}
+_SIZES = {"F_c": 1.0, "F_s": 1.0, "v_s": 0.02, "sigma_2": 10.0, "f_0": 0.1, WITHIN: 1.0}
 _ROUNDS = 2
+_STARTS = 3
+"""Stribeck velocities from which the search begins."""
+
+_LEAST_MASS = 0.01
+"""Mass at the beginning, as a share of the old model's, at least."""
+
 _BLOCKS = 40
 _FEWEST_BLOCKS = 8
 _BLOCK_WINDOWS = 20
@@ -117,14 +127,19 @@ class _Regression:
     def __init__(self, motion: Motion, values: Values) -> None:
         self.motion, self.values = motion, values
         self._measured = motion.of(motion.force, 0)
+        self._within = None if motion.within is None else motion.of(motion.within, 0)
+        values.setdefault(WITHIN, 0.0)
 
     def residuals(self, chosen: Mask) -> Array:
         """Return the force of the model less the measured one, N, in the windows chosen."""
         motion, v = self.motion, self.values
         p, lag = motion.position, v["lag"]
-        z = bristle(p, motion.velocity, motion.lost, LuGre(*(v[n] for n in LuGre._fields)))
+        friction = LuGre(*(v[name] for name in LuGre._fields))
+        z = bristle(motion.path, motion.velocity, motion.lost, friction)
         force = v["M"] * motion.of(p, 2, lag) + v["sigma_2"] * motion.of(p, 1, lag) + v["f_0"]
         force += v["sigma_0"] * motion.of(z, 0, lag) + v["sigma_1"] * motion.of(z, 1, lag)
+        if self._within is not None:
+            force -= v[WITHIN] * self._within
         return (force - self._measured)[chosen]
 
     def solve(self, names: tuple[str, ...], chosen: Mask) -> _Solved:
@@ -146,11 +161,17 @@ class _Regression:
         edge = [n for n, at in zip(names, found.active_mask, strict=True) if at]
         return _Solved(names, chosen, found.x * size, found.fun, found.jac / size, edge)
 
-    def shifted(self, solved: _Solved, force: Array) -> Array:
-        """Return by how much estimates move when a force is added to the measured one."""
-        length = _lengths(solved.jacobian)
-        more = self.motion.of(force, 0)[solved.chosen]
-        return np.linalg.lstsq(solved.jacobian / length, more, rcond=1e-9)[0] / length
+    def best(self, names: tuple[str, ...], chosen: Mask, starts: Sequence[Values]) -> _Solved:
+        """Minimise from several starts; keep the values of the least sum."""
+        least: tuple[_Solved, Values] | None = None
+        for start in starts:
+            self.values |= start
+            solved = self.solve(names, chosen)
+            if least is None or _squares(solved) < _squares(least[0]):
+                least = solved, dict(self.values)
+        assert least is not None
+        self.values |= least[1]
+        return least[0]
 
     def moved(self, solved: _Solved, others: tuple[str, ...]) -> Array:
         """Return by how much estimates move with other parameters, shape (names, others)."""
@@ -159,17 +180,17 @@ class _Regression:
             step = 1e-4 * max(abs(values[name]), _SIZES.get(name, 0.0))
             ends = []
             for sign in (1.0, -1.0):
-                self.values = values | {name: values[name] + sign * step}
+                self.values[name] = values[name] + sign * step
                 ends.append(self.residuals(solved.chosen))
             slopes.append((ends[0] - ends[1]) / (2.0 * step))
-        self.values = values
+            self.values[name] = values[name]
         length = _lengths(solved.jacobian)
         found = np.linalg.lstsq(solved.jacobian / length, np.transpose(slopes), rcond=1e-9)[0]
         return -found / length[:, None]
 
 
 def fit_record(
-    motion: Motion,
+    motions: Motions,
     model: AxisModelConfig,
     *,
     find_mass: bool = True,
@@ -180,8 +201,8 @@ def fit_record(
 
     Parameters
     ----------
-    motion : Motion
-        From `motionlab.studies.identify.record_motion.motion_of`.
+    motions : Motions
+        From `motionlab.studies.identify.record_motion.motions_of`.
     model : AxisModelConfig
         The old one: mass, and bristle where the record does not tell it.
     find_mass : bool
@@ -196,6 +217,7 @@ def fit_record(
     ExperimentFailed
         If the record is too short.
     """
+    motion, near = motions
     sliding = motion.sliding
     least = _FEWEST_BLOCKS * _BLOCK_WINDOWS
     if int(sliding.sum()) < least:
@@ -204,26 +226,28 @@ def fit_record(
             f"the record is too short: {sliding.sum() * seconds:.2g} s of sliding, "
             f"{least * seconds:.2g} s are needed with this filter"
         )
-    regression = _Regression(motion, dict(start or _start(motion, model)))
+    regression = _Regression(motion, dict(start or {}))
     velocity = motion.of(motion.position, 1)[sliding]
     both = min(float((velocity > 0).mean()), float((velocity < 0).mean())) >= _ONE_WAY
     known = SLIDING if both else SLIDING[:4]
     names = (*known, *(("M",) if find_mass else ()), "lag", "sigma_1")
+    names += () if motion.within is None else (WITHIN,)
     warnings = [] if both else [_one_way(velocity)]
-    solved = regression.solve(names, sliding)
-    about, why = _about_reversals(motion, regression.values)
+    starts = [start] if start else _starts(motion, model, find_mass=find_mass)
+    solved = regression.best(names, sliding, starts)
+    turning = _Regression(near, regression.values)
+    about, why = _about_reversals(near, regression.values)
     presliding: Fitted | None = None
     unsure = _BELIEVED * model.friction.sigma_0
     for each in range(_ROUNDS if why is None else 0):
         progress((each + 0.5) / (_ROUNDS + 0.5))
         outside = {name: regression.values[name] for name in ("lag", "sigma_1")}
-        told = regression.solve((*PRESLIDING, "lag"), about)
+        told = turning.solve((*PRESLIDING, "lag"), about)
         presliding = _fitted(told, PRESLIDING)
         if each == _ROUNDS - 1:
             rest = _fitted(solved, known)
-            presliding = _widened(presliding, rest, regression.moved(told, known)[:2])
-            presliding = _doubted(presliding, regression.shifted(told, motion.doubt)[:2])
-            hidden = _HIDDEN * float(np.median(motion.hidden[about]))
+            presliding = _widened(presliding, rest, turning.moved(told, known)[:2])
+            hidden = _HIDDEN * float(np.median(near.hidden[about]))
             share = hidden * presliding["sigma_0"] / regression.values["F_s"]
             presliding = _doubted(presliding, share * presliding.values)
             unsure = float(presliding.half_width[0])
@@ -237,12 +261,10 @@ def fit_record(
             regression.values["sigma_0"] = model.friction.sigma_0
             solved = regression.solve(names, sliding)
     moves = regression.moved(solved, ("sigma_0",))
-    shifts = regression.shifted(solved, motion.doubt)
     estimates = []
     for part in (known, tuple(n for n in names if n in {"M", "lag"})):
         at = _places(solved, part)
-        wider = _doubted(_fitted(solved, part), unsure * moves[at, 0])
-        estimates.append(_doubted(wider, shifts[at]))
+        estimates.append(_doubted(_fitted(solved, part), unsure * moves[at, 0]))
     slides = estimates[0] if both else _without_offset(estimates[0])
     told_of = about_speeds(slides, np.abs(velocity))
     return RecordFit(
@@ -256,45 +278,40 @@ def fit_record(
     )
 
 
-def doubted_by(fit: RecordFit, noisier: RecordFit) -> RecordFit:
-    """Return a fit whose intervals hold the bias by the position's noise.
+def _starts(motion: Motion, model: AxisModelConfig, *, find_mass: bool) -> list[Values]:
+    """Return where the search begins: the best Stribeck velocities of static friction.
 
-    Noise of a regressor biases a regression by as much as the same noise once more shifts it
-    (simulation and extrapolation: Cook and Stefanski 1994, doi 10.1080/01621459.1994.10476871).
-
-    Parameters
-    ----------
-    fit : RecordFit
-        Of the record.
-    noisier : RecordFit
-        Of the record with the noise of its position added once more.
+    At a Stribeck velocity all other parameters, the mass among them, are linear. Starting from the
+    old model's mass would end beside the truth where the mass is unlike it.
     """
-    pairs = [(fit.sliding, noisier.sliding), (fit.further, noisier.further)]
-    sliding, further = (_doubted(one, other.values - one.values) for one, other in pairs)
-    presliding = fit.presliding
-    if presliding is not None and noisier.presliding is not None:
-        presliding = _doubted(presliding, noisier.presliding.values - presliding.values)
-    return replace(fit, sliding=sliding, presliding=presliding, further=further)
-
-
-def _start(motion: Motion, model: AxisModelConfig) -> Values:
-    """Return where the search begins: static friction by the best of many v_s."""
-    chosen, mass, believed = motion.sliding, model.mass, model.friction
-    velocity = motion.of(motion.position, 1)[chosen]
-    force = motion.of(motion.force, 0)[chosen] - mass * motion.of(motion.position, 2)[chosen]
-    F_c, F_s, v_s, sigma_2, f_0 = first_guess(velocity, force).tolist()
+    chosen, believed = motion.sliding, model.friction
+    velocity, force = motion.of(motion.position, 1)[chosen], motion.of(motion.force, 0)[chosen]
+    push = motion.of(motion.position, 2)[chosen]
     one_way = bool((velocity > 0).all() or (velocity < 0).all())
-    return {
-        "F_c": max(F_c, 1e-3),
-        "F_s": max(F_s, 1e-3),
-        "v_s": v_s,
-        "sigma_2": max(sigma_2, 0.0),
-        "f_0": 0.0 if one_way else f_0,
-        "M": mass,
-        "lag": 0.0,
-        "sigma_0": believed.sigma_0,
-        "sigma_1": believed.sigma_1,
-    }
+    starts = []
+    for guess in first_guesses(
+        velocity, force if find_mass else force - model.mass * push, push if find_mass else None
+    )[:_STARTS]:
+        F_c, F_s, v_s, sigma_2, f_0, M = guess.tolist()
+        starts.append(
+            {
+                "F_c": max(F_c, 1e-3),
+                "F_s": max(F_s, 1e-3),
+                "v_s": v_s,
+                "sigma_2": max(sigma_2, 0.0),
+                "f_0": 0.0 if one_way else f_0,
+                "M": max(M, _LEAST_MASS * model.mass) if find_mass else model.mass,
+                "lag": 0.0,
+                "sigma_0": believed.sigma_0,
+                "sigma_1": believed.sigma_1,
+                WITHIN: 0.0,
+            }
+        )
+    return starts
+
+
+def _squares(solved: _Solved) -> float:
+    return float(solved.residuals @ solved.residuals)
 
 
 def _about_reversals(motion: Motion, values: Values) -> tuple[Mask, str | None]:

@@ -8,14 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab import __version__
+from motionlab.config.controller import AxisModelConfig
 from motionlab.config.plant import FrictionConfig
 from motionlab.errors import ExperimentFailed
-from motionlab.kernel.force_maps import map_lanes, pole_pitch
 from motionlab.lanes import model_hash
 from motionlab.runs.columns import Columns, of_run
 from motionlab.simulation.result import plant_name
 from motionlab.studies.identify.comparison import compared
-from motionlab.studies.identify.current_smoother import CurrentLoops, Smoothed, as_sent
 from motionlab.studies.identify.document import (
     AxisIdentification,
     ExperimentProgress,
@@ -31,11 +30,11 @@ from motionlab.studies.identify.evaluate import (
     known_document,
 )
 from motionlab.studies.identify.fitted_motor import fitted_motor
-from motionlab.studies.identify.record_fit import RecordFit, doubted_by, fit_record
-from motionlab.studies.identify.record_motion import Motion, Record, motion_of
-from motionlab.studies.identify.record_plan import CURRENTS, AxisColumns, RecordExperiment
+from motionlab.studies.identify.record_fit import RecordFit, fit_record
+from motionlab.studies.identify.record_force import force_of
+from motionlab.studies.identify.record_motion import Motion, Motions, motions_of
+from motionlab.studies.identify.record_plan import AxisColumns, RecordExperiment
 from motionlab.studies.identify.stribeck import Fitted, stribeck_curve
-from motionlab.studies.identify.thrust import thrust_of
 
 Array = NDArray[np.float64]
 Progress = Callable[[float, PartialIdentification | None], None]
@@ -47,7 +46,8 @@ _FEWEST = 5
 """Windows that a bin needs."""
 
 _CONDITION = 1000.0
-_HELD_FORCE, _HELD_CURRENT = 2.0 / 3.0, 1.0 / 3.0
+_ROUNDS = 4
+"""Fits at most, each with currents that settle as fast as the one before says."""
 
 
 def identify_record(
@@ -126,15 +126,11 @@ def _axis(
 ) -> tuple[AxisIdentification, dict[str, float], RecordFit]:
     """Return what was found on an axis, the paths to change, and the fit behind both."""
     rig, chosen = experiment.rig, experiment.axes[axis]
-    record = _record(experiment, axis, columns)
-    motion = motion_of(record, experiment.bandwidth)
     believed = rig.identified_model(axis).friction
     given = experiment.request.record.mass is not None
     model = experiment.old_model(axis)
-    fit = fit_record(motion, model, find_mass=not given, progress=lambda share: at(0.6 * share))
-    noisier = motion_of(record.noisier(motion.noise), experiment.bandwidth, motion)
-    at(0.6)
-    fit = doubted_by(fit, fit_record(noisier, model, find_mass=not given, start=fit.values))
+    motions, fit = _fitted(experiment, axis, columns, model, at)
+    motion = motions.sliding
     velocity = motion.of(motion.position, 1)[motion.sliding]
     points, residuals = _points(fit, velocity, motion)
     warnings = list(fit.warnings)
@@ -167,6 +163,29 @@ def _axis(
         record=_evidence(experiment, chosen, motion, fit, velocity),
     )
     return document, changes, fit
+
+
+def _fitted(
+    experiment: RecordExperiment,
+    axis: str,
+    columns: Columns,
+    model: AxisModelConfig,
+    at: Callable[[float], None],
+) -> tuple[Motions, RecordFit]:
+    """Return the motion of an axis and what fits it, with the force within samples by turns."""
+    find_mass = experiment.request.record.mass is None
+    source = force_of(experiment, axis, columns)
+    motions: Motions | None = None
+    values: dict[str, float] | None = None
+    for count in range(_ROUNDS):
+        motions = motions_of(source.record, experiment.bandwidth, motions)
+        fit = fit_record(motions, model, find_mass=find_mass, start=values)
+        at((count + 1) / _ROUNDS)
+        better = source.improved(fit.values)
+        if better is source or count == _ROUNDS - 1:
+            break
+        source, values = better, fit.values
+    return motions, fit
 
 
 def to_apply(fits: list[Fitted], believed: FrictionConfig) -> tuple[dict[str, float], list[str]]:
@@ -202,21 +221,6 @@ def to_apply(fits: list[Fitted], believed: FrictionConfig) -> tuple[dict[str, fl
     return {}, warnings
 
 
-def _doubt(experiment: RecordExperiment, axis: str, position: Array, force: Array) -> Array:
-    """Return how far the force may be off between samples, N.
-
-    Currents that suit one place are held while the motor moves on. Over an angle ``theta`` of the
-    force map they lose ``theta^2/2`` of their force: from its sample to two periods later
-    ``2/3 (2 pi v T/tau)^2`` on average. That much is allowed for, with the delay of the controller
-    in T, and half of it where the force comes from currents, whose place between samples is known.
-    """
-    tau = pole_pitch(experiment.rig.model(axis).force_map)
-    periods = 1 + experiment.delay
-    share = _HELD_CURRENT if experiment.axes[axis].force == CURRENTS else _HELD_FORCE
-    angle = 2.0 * np.pi * np.gradient(position) * periods / tau
-    return np.nan_to_num(share * angle**2 * force)
-
-
 def _evidence(
     experiment: RecordExperiment,
     chosen: AxisColumns,
@@ -243,47 +247,6 @@ def _evidence(
         lag_half_width=half if lag_known else None,
         mass_given=experiment.request.record.mass is not None,
     )
-
-
-def _record(experiment: RecordExperiment, axis: str, columns: Columns) -> Record:
-    """Return position and force of an axis."""
-    chosen = experiment.axes[axis]
-    first, last = experiment.part
-    samples = columns.read(chosen.names)[:, first:last].astype(np.float64)
-    samples *= np.array(chosen.factors)[:, None]
-    position, period = samples[0], experiment.run.period
-    if chosen.force != CURRENTS:
-        force = samples[1]
-        return Record(period, position, force, _doubt(experiment, axis, position, force))
-    known = np.isfinite(samples).all(axis=0)
-    model = map_lanes(experiment.rig.model(axis).force_map)
-    force = np.full(len(position), np.nan)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], known.astype(np.int8), [0]])))
-    for begin, end in zip(edges[::2], edges[1::2], strict=True):
-        if end - begin > 2:
-            part = slice(begin, end)
-            smoothed, left_over = _currents(experiment, samples[1:, part])
-            thrust = thrust_of(model, position[part], smoothed, left_over)
-            force[begin : end - 1] = thrust.mean(axis=1)
-    return Record(period, position, force, _doubt(experiment, axis, position, force))
-
-
-def _currents(experiment: RecordExperiment, samples: Array) -> tuple[Smoothed, float]:
-    """Return the currents at the samples; between them they settle at the next one.
-
-    With commands, how fast they settle is found from them, where the motor's drives are sampled
-    every control period.
-    """
-    current = np.ascontiguousarray(samples[:3])
-    if len(samples) == 6:
-        command = np.ascontiguousarray(samples[3:])
-        if experiment.run.kind == "drive":
-            command = as_sent(command, current)
-        loops = CurrentLoops(experiment.delay)
-        loops.learn(command, current)
-        return loops.smooth(command, current), loops.left_over
-    count = current.shape[1]
-    return Smoothed(current, np.zeros(count), np.zeros(count - 1)), 0.0
 
 
 def _points(fit: RecordFit, velocity: Array, motion: Motion) -> tuple[list[Point], list[float]]:

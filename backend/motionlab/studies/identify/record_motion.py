@@ -28,8 +28,14 @@ _LAGS = 4
 _QUIET = 1e-3
 """Noise that the velocity may have, as a share of its RMS."""
 
-_STILL = 3e-3
-"""Noise that the acceleration may have, as a share of its RMS."""
+_SMOOTHED = 0.02
+"""Displacement that `inner` hides at a reversal, as a share of ``a h^2/2``."""
+
+_STILL = 3e-4
+"""Noise that the acceleration may have, as a share of its RMS: it biases the mass by its square."""
+
+_STILL_ABOUT_REVERSALS = 3e-3
+"""The same about reversals, where the mass is known and a short filter counts for more."""
 
 _LONGEST = 8.0
 """Times by which noise may lengthen the filter."""
@@ -48,19 +54,14 @@ class Record(NamedTuple):
         Between two samples, s.
     position, force : ndarray, shape (n,)
         m and N.
-    doubt : ndarray, shape (n,), or None
-        How far the force may be off, always to the same side, N.
+    within : ndarray, shape (n,), or None
+        What may add to the force within a sample, N: the regression finds the share of it.
     """
 
     period: float
     position: Array
     force: Array
-    doubt: Array | None = None
-
-    def noisier(self, noise: float) -> Record:
-        """Return the record with white noise of a standard deviation added to the position."""
-        draws = np.random.default_rng(len(self.position)).standard_normal(len(self.position))
-        return self._replace(position=self.position + noise * draws)
+    within: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -74,13 +75,13 @@ class Motion:
     window : Window
         Filter of all terms of the equation of motion.
     inner : Window
-        Filter of the velocity on which the level of friction depends.
+        Filter of the motion that the bristle follows.
     position, force : ndarray, shape (n,)
         As measured, zero where missing.
-    velocity : ndarray, shape (n,)
-        After `inner`, m/s.
-    doubt : ndarray, shape (n,)
-        Of the force, N.
+    path, velocity : ndarray, shape (n,)
+        Position and velocity after `inner`, m and m/s.
+    within : ndarray, shape (n,), or None
+        Of the record, zero where missing, N.
     lost : ndarray of bool, shape (n,)
         Where the state of the bristle is not known: beside gaps and ends, at rest.
     step : int
@@ -103,9 +104,10 @@ class Motion:
     window: Window
     inner: Window
     position: Array
+    path: Array
     velocity: Array
     force: Array
-    doubt: Array
+    within: Array | None
     lost: Mask
     step: int
     at: NDArray[np.intp]
@@ -125,7 +127,44 @@ class Motion:
         return filtered(values, self.window.kernel(order, ahead), self.step)[self.at]
 
 
-def motion_of(record: Record, bandwidth: float, like: Motion | None = None) -> Motion:
+class Motions(NamedTuple):
+    """A record filtered twice."""
+
+    sliding: Motion
+    turning: Motion  # with a filter as short as reversals need
+
+
+def motions_of(record: Record, bandwidth: float, like: Motions | None = None) -> Motions:
+    """Return a record filtered for sliding and for reversals.
+
+    Where the long filter leaves too little sliding, the short one serves for both.
+
+    Parameters
+    ----------
+    record : Record
+        Of one axis.
+    bandwidth : float
+        Of the filters at -3 dB, Hz; less where the position is noisy.
+    like : Motions, optional
+        Whose filters are taken instead.
+
+    Raises
+    ------
+    ExperimentFailed
+        If too little of it moves, for which reasons.
+    """
+    if like is not None:
+        return Motions(*(motion_of(record, bandwidth, like=each) for each in like))
+    turning = motion_of(record, bandwidth, still=_STILL_ABOUT_REVERSALS)
+    try:
+        return Motions(motion_of(record, bandwidth), turning)
+    except ExperimentFailed:
+        return Motions(turning, turning)
+
+
+def motion_of(
+    record: Record, bandwidth: float, *, still: float = _STILL, like: Motion | None = None
+) -> Motion:
     """Return a record filtered, and what of it can be used.
 
     Parameters
@@ -134,6 +173,8 @@ def motion_of(record: Record, bandwidth: float, like: Motion | None = None) -> M
         Of one axis.
     bandwidth : float
         Of the filter at -3 dB, Hz; less where the position is noisy.
+    still : float
+        Noise that the acceleration may have, as a share of its RMS.
     like : Motion, optional
         Whose filters are taken instead.
 
@@ -149,20 +190,20 @@ def motion_of(record: Record, bandwidth: float, like: Motion | None = None) -> M
     raw, force = (np.where(missing, 0.0, a) for a in (record.position, record.force))
     noise = _noise(raw, missing)
     if like is None:
-        window = _quiet(raw, missing, noise, Window.of(bandwidth, T))
-        inner = _inner(window, noise, _rms(raw, missing, window, 1))
+        window = _quiet(raw, missing, noise, Window.of(bandwidth, T), still)
+        inner = _inner(window, noise, raw, missing)
     else:
         window, inner = like.window, like.inner
-    smooth, velocity = (filtered(raw, inner.kernel(order)) for order in (0, 1))
-    beside = _widened(missing, inner.reach)
+    path, velocity = (_twice(raw, inner, order) for order in (0, 1))
+    beside = _widened(missing, 2 * inner.reach)
     slowest = max(_SLOWEST, _NOISES * noise * inner.noise(1))
     rest = _long((np.abs(velocity) <= slowest) & ~beside, round(_REST_SECONDS / T))
     lost = beside | rest
-    path = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(smooth)))])
-    memory = path - _last(path, lost) >= LOSS_OF_MEMORY
+    length = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(path)))])
+    memory = length - _last(length, lost) >= LOSS_OF_MEMORY
     sign = np.sign(np.where(np.abs(velocity) > slowest, velocity, 0.0))
     crossing = np.concatenate([[False], velocity[1:] * velocity[:-1] <= 0.0])
-    settled = path - _last(path, crossing) >= LOSS_OF_MEMORY
+    settled = length - _last(length, crossing) >= LOSS_OF_MEMORY
     step = max(1, int(window.half / T / 2.0))
     reach = window.reach + _LAGS
     usable = ~lost & memory
@@ -185,9 +226,10 @@ def motion_of(record: Record, bandwidth: float, like: Motion | None = None) -> M
         window=window,
         inner=inner,
         position=raw,
+        path=path,
         velocity=velocity,
         force=force,
-        doubt=np.zeros(len(raw)) if record.doubt is None else record.doubt,
+        within=None if record.within is None else np.nan_to_num(record.within),
         lost=lost,
         step=step,
         at=at,
@@ -205,23 +247,43 @@ def _rms(position: Array, missing: Mask, window: Window, order: int) -> float:
     return float(np.sqrt(np.mean(derivative**2))) if derivative.size else 0.0
 
 
-def _quiet(position: Array, missing: Mask, noise: float, window: Window) -> Window:
+def _twice(position: Array, window: Window, order: int) -> Array:
+    """Return a smooth derivative without bias up to the third power: ``2 phi - phi*phi``."""
+    once = filtered(position, window.kernel(order))
+    return 2.0 * once - filtered(once, window.kernel(0))
+
+
+def _quiet(position: Array, missing: Mask, noise: float, window: Window, still: float) -> Window:
     """Return a window, longer where noise would drown the acceleration, which biases the mass."""
     for longer in np.geomspace(1.0, _LONGEST, 13):
         found = Window(longer * window.half, window.period)
-        if noise * found.noise(2) <= _STILL * _rms(position, missing, found, 2):
+        if noise * found.noise(2) <= still * _rms(position, missing, found, 2):
             return found
     return Window(_LONGEST * window.half, window.period)
 
 
-def _inner(window: Window, noise: float, speed: float) -> Window:
-    """Return the shortest window whose velocity is quiet enough; none longer than `window`."""
+def _inner(window: Window, noise: float, position: Array, missing: Mask) -> Window:
+    """Return the filter of the motion that the bristle follows, none longer than `window`.
+
+    Its velocity is quiet beside the RMS. About a reversal of acceleration a, noise v of it leaves
+    the direction unsure over ``v^2/(2 a)``, and smoothing hides a share of ``a h^2/2``: the sum is
+    as small as can be.
+    """
     T = window.period
+    velocity, acceleration = (filtered(position, window.kernel(order)) for order in (1, 2))
+    quiet = _QUIET * _rms(position, missing, window, 1)
+    turns = (velocity[1:] * velocity[:-1] <= 0.0) & ~_widened(missing, window.reach)[1:]
+    a = np.abs(acceleration[1:][turns])
+    a = a[a > _NOISES * noise * window.noise(2)]  # at rest noise alone changes the sign
+    least, best = np.inf, window
     for half in np.arange(SHORTEST, window.half / T):
         inner = Window(half * T, T)
-        if noise * inner.noise(1) <= _QUIET * speed:
-            return inner
-    return window
+        v = noise * inner.noise(1)
+        unsure = v * v / (2.0 * a) + _SMOOTHED * 0.5 * inner.half**2 * a
+        cost = float(np.mean(unsure**2)) if a.size else 0.0
+        if v <= quiet and cost < least:
+            least, best = cost, inner
+    return best
 
 
 def _noise(position: Array, missing: Mask) -> float:

@@ -30,6 +30,7 @@ _OF_RATE = 0.075
 
 _RATE_MIN = 50.0
 _POSITIONS = ("position_measured", "position")
+_COMMANDS = (".force_realised", ".force_command")
 _FORCES = ("force_realised", "force_command", "thrust")
 
 
@@ -54,6 +55,11 @@ class AxisColumns:
     force: str
     names: tuple[str, ...]
     factors: tuple[float, ...]
+
+    @property
+    def commanded(self) -> bool:
+        """Whether the force is known to be a command, which the currents follow."""
+        return self.force.endswith(_COMMANDS)
 
 
 @dataclass(frozen=True)
@@ -98,6 +104,11 @@ class RecordExperiment:
         changed = any(path.startswith("plant") for e in self.run.events for path in e.set)
         simulated = self.run.kind in {"simulation", "live"}
         return self.followed if simulated and not changed else None
+
+    @property
+    def thrust_is_commanded(self) -> bool:
+        """Whether the motor has no currents: its command is its thrust."""
+        return (self.followed or self.rig.scenario).plant.force == "ideal"
 
     @property
     def read_variant(self) -> str:
