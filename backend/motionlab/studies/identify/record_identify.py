@@ -30,7 +30,7 @@ from motionlab.studies.identify.evaluate import (
     known_document,
 )
 from motionlab.studies.identify.fitted_motor import fitted_motor
-from motionlab.studies.identify.record_fit import RecordFit, fit_record
+from motionlab.studies.identify.record_fit import SLIDING, RecordFit, fit_record
 from motionlab.studies.identify.record_force import force_of
 from motionlab.studies.identify.record_motion import Motion, Motions, motions_of
 from motionlab.studies.identify.record_plan import AxisColumns, RecordExperiment
@@ -46,6 +46,9 @@ _FEWEST = 5
 """Windows that a bin needs."""
 
 _CONDITION = 1000.0
+_UNEXPLAINED = 0.5
+"""Residual, as a share of the friction, from which a fit explains nothing."""
+
 _ROUNDS = 4
 """Fits at most, each with currents that settle as fast as the one before says."""
 
@@ -141,7 +144,11 @@ def _axis(
         )
     fits = [fitted for fitted in (fit.sliding, fit.presliding) if fitted is not None]
     applied, left_out = to_apply(fits, believed)
+    reason = contradiction(fit, applied, believed, points)
     warnings += left_out
+    if applied and reason is not None:
+        applied = {}
+        warnings.append(f"{reason}: no friction of this axis is in `set`")
     path = f"variants.{rig.apply_to}.controller.model.{axis}.friction."
     changes = {path + name: value for name, value in applied.items()}
     true = experiment.true
@@ -219,6 +226,30 @@ def to_apply(fits: list[Fitted], believed: FrictionConfig) -> tuple[dict[str, fl
     else:
         warnings.append("the controller's model cannot take these numbers: none is in `set`")
     return {}, warnings
+
+
+def contradiction(
+    fit: RecordFit, applied: dict[str, float], believed: FrictionConfig, points: list[Point]
+) -> str | None:
+    """Return why values must not be offered though each has an interval, or None."""
+    velocity, force = np.array([(point.velocity, point.force) for point in points]).T
+    friction = force - fit.sliding["f_0"]
+    rest = float(np.sqrt(np.mean(fit.residuals**2)))
+    size = float(np.sqrt(np.mean(friction**2)))
+    if rest > _UNEXPLAINED * size:
+        return f"the fit leaves {rest:.3g} N rms of a friction of {size:.3g} N rms unexplained"
+
+    def misfit(friction_of: FrictionConfig) -> float:
+        known = [getattr(friction_of, name) for name in ("F_c", "F_s", "v_s", "sigma_2")]
+        return float(np.sqrt(np.mean((friction - stribeck_curve(velocity, [*known, 0.0])) ** 2)))
+
+    old, new = misfit(believed), misfit(believed.model_copy(update=applied))
+    if new > old and not all(fit.sliding.determines(name) for name in SLIDING[:4]):
+        return (
+            "what the record determines, with the old model's values for the rest, fits it worse "
+            f"than the old model, {new:.3g} and {old:.3g} N rms"
+        )
+    return None
 
 
 def _evidence(

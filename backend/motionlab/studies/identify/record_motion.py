@@ -41,6 +41,9 @@ _LONGEST = 8.0
 """Times by which noise may lengthen the filter."""
 
 _BLOCK = 256
+_ENOUGH = 400
+"""Windows of sliding that a long filter must leave."""
+
 _FEWEST = 100
 """Windows of sliding that a fit needs."""
 
@@ -157,9 +160,11 @@ def motions_of(record: Record, bandwidth: float, like: Motions | None = None) ->
         return Motions(*(motion_of(record, bandwidth, like=each) for each in like))
     turning = motion_of(record, bandwidth, still=_STILL_ABOUT_REVERSALS)
     try:
-        return Motions(motion_of(record, bandwidth), turning)
+        sliding = motion_of(record, bandwidth)
     except ExperimentFailed:
         return Motions(turning, turning)
+    enough = int(sliding.sliding.sum()) >= _ENOUGH
+    return Motions(sliding if enough else turning, turning)
 
 
 def motion_of(

@@ -42,7 +42,7 @@ export function readOf(plan: IdentificationPlan): string[] {
     const { position, force, rate, bandwidth, duration } = record;
     return (
       `${axis}: ${position} and ${force}, ${digits(duration, 3)} s at ${digits(rate, 4)} Hz, ` +
-      `filter ${digits(bandwidth, 3)} Hz`
+      `filter at most ${digits(bandwidth, 3)} Hz`
     );
   });
 }
@@ -61,7 +61,7 @@ export function evidenceOf(record: Evidence): string[] {
       : ` by ${digits(lag * 1e6, 3)} ± ${digits(half * 1e6, 2)} µs`;
   return [
     `Slides at ${speeds}, ${reversals} reversals. ${percent(shares.used ?? 0)} of the samples used${rest}.`,
-    `Position noise ${digits(record.noise * 1e9, 2)} nm, filter ${digits(record.bandwidth, 3)} Hz. ` +
+    `Position noise ${digits(record.noise * 1e9, 2)} nm, filter used ${digits(record.bandwidth, 3)} Hz. ` +
       `Motion behind the force${behind}. ` +
       `Condition number ${digits(record.condition, 2)}.`,
   ];
