@@ -212,6 +212,7 @@ def moved_by(changes: dict[str, float], axis: str = "x") -> AxisIdentification:
     [
         ("x", 4.0, {"F_c": 2.0, "F_s": 3.0, "v_s": 0.02, "sigma_2": 12.0}),
         ("x", 2.0, {"F_c": 0.5, "F_s": 1.0, "v_s": 0.01, "sigma_2": 5.0}),
+        ("y", 4.0, {"F_c": 2.0, "F_s": 2.5, "v_s": 0.05, "sigma_2": 8.0}),
         ("x", 12.0, {"F_c": 1.0, "F_s": 5.0, "v_s": 0.03, "sigma_2": 20.0}),
     ],
 )
