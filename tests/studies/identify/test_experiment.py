@@ -316,7 +316,7 @@ def test_what_is_not_determined_is_null(monkeypatch: pytest.MonkeyPatch) -> None
 
 
 def test_a_motor_that_cannot_follow_is_warned_of_or_fails() -> None:
-    weak = {"variants.A.controller.force_limit": 6.0, "load.x": 2.1, "divergence_error": 1.0}
+    weak = {"variants.A.controller.force_limit": 6.3, "load.x": 2.1, "divergence_error": 1.0}
     found = identified(**SHORT | {"presliding": {"enabled": False}}, set=weak).axes["x"]
     assert any("the force command is at its limit" in w for w in found.warnings), found.warnings
     with pytest.raises(ExperimentFailed, match=r"10 are needed.*it does not follow"):
