@@ -200,9 +200,9 @@ def test_friction_that_is_no_model_without_what_is_left_out_is_not_applied() -> 
 
 def moved_by(changes: dict[str, float], axis: str = "x") -> AxisIdentification:
     """Return what is identified from a simulated run that is kept, of a motor with changes."""
-    changes = {"trajectory": SLOW_AND_FAST, **changes}
-    prepared = prepare(load_scenario("circle", changes))
-    run = library().keep(prepared, play("circle", changes).recording, {}, name="other motor")
+    motor: dict[str, Any] = {"trajectory": SLOW_AND_FAST, **changes}
+    prepared = prepare(load_scenario("circle", motor))
+    run = library().keep(prepared, play("circle", motor).recording, {}, name="other motor")
     document = identified(planned(read_request({"run": run.id, "axis": axis})))
     return document.axes[axis]
 

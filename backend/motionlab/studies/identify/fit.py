@@ -220,7 +220,7 @@ def first_guesses(velocity: Array, force: Array, push: Array | None = None) -> l
         ones = np.ones_like(sign)
         columns = [sign * (1.0 - falling), sign * falling, velocity, ones, -ones]
         table = np.stack([*columns, *(() if push is None else (push,)), force], axis=1)
-        R = np.linalg.qr(table, mode="r")
+        R: Array = np.asarray(np.linalg.qr(table, mode="r"))
         linear, _ = nnls(R[:, :-1], R[:, -1])
         rests.append(float(np.sum((R[:, :-1] @ linear - R[:, -1]) ** 2)))
         mass = 0.0 if push is None else linear[5]

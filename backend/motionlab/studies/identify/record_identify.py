@@ -182,16 +182,16 @@ def _fitted(
     """Return the motion of an axis and what fits it, with the force within samples by turns."""
     find_mass = experiment.request.record.mass is None
     source = force_of(experiment, axis, columns)
-    motions: Motions | None = None
-    values: dict[str, float] | None = None
-    for count in range(_ROUNDS):
-        motions = motions_of(source.record, experiment.bandwidth, motions)
-        fit = fit_record(motions, model, find_mass=find_mass, start=values)
-        at((count + 1) / _ROUNDS)
+    motions = motions_of(source.record, experiment.bandwidth)
+    fit = fit_record(motions, model, find_mass=find_mass)
+    for count in range(1, _ROUNDS):
+        at(count / _ROUNDS)
         better = source.improved(fit.values)
-        if better is source or count == _ROUNDS - 1:
+        if better is source:
             break
-        source, values = better, fit.values
+        source = better
+        motions = motions_of(source.record, experiment.bandwidth, motions)
+        fit = fit_record(motions, model, find_mass=find_mass, start=fit.values)
     return motions, fit
 
 
