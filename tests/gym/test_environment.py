@@ -274,7 +274,7 @@ def test_wrong_calls_are_refused():
     with pytest.raises(ConfigError, match=r"options\.case: is no whole number; got 0\.5"):
         envs.reset(options={"case": 0.5})
     with pytest.raises(ConfigError, match="num_envs: is no whole number"):
-        PlanarMotorVectorEnv(1.5)
+        PlanarMotorVectorEnv(1.5)  # pyright: ignore[reportArgumentType]
 
 
 def test_without_gymnasium_an_import_says_what_to_install(monkeypatch):

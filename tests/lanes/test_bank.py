@@ -130,6 +130,7 @@ def test_what_refers_to_tables_holds_them(monkeypatch: pytest.MonkeyPatch, what:
             sharing=controller.sharing,
             force_limit=controller.force_limit,
             current_limit=controller.current_limit,
+            reserve=0.1,
         )
     placed = list(tables._tables.values())
     assert placed

@@ -106,8 +106,9 @@ def test_the_sdist_builds_the_same_wheel_without_node(checkout: Path, wheel: Pat
     sdist = built(checkout, "sdist")
     with tarfile.open(sdist) as file:
         # Python 3.11.2, which Debian 12 was released with, knows no filters yet.
-        safe = {"filter": "data"} if hasattr(tarfile, "data_filter") else {}
-        file.extractall(checkout.parent, **safe)
+        if hasattr(tarfile, "data_filter"):
+            file.extraction_filter = tarfile.data_filter
+        file.extractall(checkout.parent)
     unpacked = checkout.parent / sdist.name.removesuffix(".tar.gz")
     for folder in ("tests", "docs", "CHANGELOG.md", "CITATION.cff", "README.md", "LICENSE"):
         assert (unpacked / folder).exists(), folder

@@ -25,6 +25,8 @@ from tests.service.servers import PATIENCE, Server
 
 def test_health(client: httpx.Client) -> None:
     health = client.get(f"{API}/health").json()
+    documented = health.pop("help")
+    assert documented == (client.get("/help/").status_code == 200)
     assert health == {"status": "ok", "version": __version__, "login": False, "drive": False}
 
 

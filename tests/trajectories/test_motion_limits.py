@@ -115,7 +115,7 @@ def test_the_end_of_the_motion_is_held_against_the_stroke():
 
 def test_the_sign_of_a_rounded_velocity_takes_no_thrust():
     reference = motion("in reach")
-    noise = 1e-10 * (-1.0) ** np.arange(reference.ticks)
+    noise = np.array(1e-10 * (-1.0) ** np.arange(reference.ticks), dtype=np.float64)
     still = np.zeros(reference.ticks)
     resting = replace(
         reference,

@@ -21,7 +21,8 @@ class ScreenChoice {
   current = $state<Screen>(addressed());
   /** Counts up when the address has another history entry: what a screen reads there may differ. */
   visits = $state(0);
-  #documented = $state(true);
+  /** Whether the server has the documentation: not every installation does. */
+  documented = $state(true);
 
   /** Shows a screen, with what its address says besides. */
   go(screen: Screen, parameters: Record<string, string> = {}): void {
@@ -42,13 +43,7 @@ class ScreenChoice {
 
   /** Its page of the documentation; null where the server has none. */
   get help(): string | null {
-    return this.#documented ? `/help/${this.current}.html` : null;
-  }
-
-  /** Asks once whether the server has the documentation: not every installation does. */
-  async findHelp(): Promise<void> {
-    const answer = await fetch('/help/', { method: 'HEAD' }).catch(() => null);
-    this.#documented = answer?.ok ?? true;
+    return this.documented ? `/help/${this.current}.html` : null;
   }
 
   /** Follows a link without loading the page anew, unless it is to open elsewhere. */

@@ -22,6 +22,7 @@ import {
   replacedText,
   type ReplacedSession,
 } from './session/replaced-session';
+import { screen } from './screen.svelte';
 import { SessionStore } from './session/session.svelte';
 import { fromAddress, load, save, setAddress } from './storage';
 import { Backoff } from './stream/backoff';
@@ -104,7 +105,8 @@ export class Store {
 
   /** Asks what the server is. */
   private async meet(): Promise<void> {
-    const { login, drive } = await this.api.health();
+    const { login, drive, help } = await this.api.health();
+    screen.documented = help;
     this.token.required = login;
     this.drive.start(drive);
   }

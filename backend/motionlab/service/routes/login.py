@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from motionlab import __version__
 from motionlab.service.http.logins import cookie_name, set_cookie
 from motionlab.service.http.openapi_input import examples
+from motionlab.service.http.page import help_root
 from motionlab.service.http.problems import responses
 from motionlab.service.http.security import find_login
 from motionlab.service.http.strict_json import JsonRoute
@@ -29,6 +30,7 @@ class Health(BaseModel):
     version: str = Field(description="Version of the project")
     login: bool = Field(description="Whether browsers have to log in")
     drive: bool = Field(description="Whether there is a drive link")
+    help: bool = Field(description="Whether the documentation is served at /help")
 
 
 class LoginRequest(BaseModel):
@@ -48,6 +50,7 @@ async def get_health(request: Request) -> Health:
         version=__version__,
         login=settings.token is not None,
         drive=settings.drive is not None,
+        help=help_root() is not None,
     )
 
 

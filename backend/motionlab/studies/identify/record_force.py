@@ -96,7 +96,7 @@ class RecordForce:
 
     def _thrusts(self, settling: float) -> Array:
         """Return the mean thrust from each sample to the next, N; NaN where one is missing."""
-        known = np.isfinite(self.samples).all(axis=0)
+        known = np.asarray(np.isfinite(self.samples).all(axis=0))
         force = np.full(self.samples.shape[1], np.nan)
         edges = np.flatnonzero(np.diff(np.concatenate([[0], known.astype(np.int8), [0]])))
         for begin, end in zip(edges[::2], edges[1::2], strict=True):

@@ -178,7 +178,7 @@ def derivative(_: Experiments) -> Erratum:
         zeta = viscosity / (2.0 * math.sqrt(stiffness * M))
         return math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta**2))
 
-    (way,) = model_response(friction, M, [np.full((_STEP_TICKS, SUBSTEPS), _STEP_FORCE)])
+    (way,) = model_response(friction, M, [np.full((_STEP_TICKS, SUBSTEPS), _STEP_FORCE)], [0.0])
     simulated = float(way.max() / way[-1] - 1.0)
     right = overshoot(sigma_0, sigma_1 + sigma_2)
     scanned = overshoot(sigma_0 + sigma_1, sigma_2)

@@ -6768,6 +6768,11 @@ export interface components {
              * @description Whether there is a drive link
              */
             drive: boolean;
+            /**
+             * Help
+             * @description Whether the documentation is served at /help
+             */
+            help: boolean;
         };
         /**
          * Histogram
