@@ -340,6 +340,24 @@ def test_no_unit_is_looked_for_in_an_endless_header() -> None:
     assert label(header) == Label(header, "")
 
 
+@pytest.mark.parametrize(
+    ("header", "name", "unit"),
+    [
+        ("axis[0].pos", "axis[0].pos", ""),
+        ("stAxis[1].fPos_mm", "stAxis[1].fPos", "mm"),
+        ("x [mm] raw", "x [mm] raw", ""),
+        ("pos(2)", "pos(2)", ""),
+        ("pos [mm] (2)", "pos (2)", "mm"),
+    ],
+)
+def test_brackets_within_a_header_are_no_unit(header: str, name: str, unit: str) -> None:
+    assert label(header) == Label(name, unit)
+
+
+def test_an_endless_word_is_no_compound() -> None:
+    assert channel_of("a" * 3_000_000, "") == (None, "")
+
+
 @pytest.mark.parametrize(("factor", "unit"), [(1.0, "m"), (1e3, "mm"), (1e6, "um"), (1e9, "nm")])
 def test_a_unit_from_the_range(given: Given, factor: float, unit: str) -> None:
     amplitude = 0.1 * factor

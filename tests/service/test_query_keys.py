@@ -1,4 +1,4 @@
-"""Keys of a query that an operation does not know are refused by name."""
+"""Keys of a query that an operation does not know, or that come twice, are refused by name."""
 
 from __future__ import annotations
 
@@ -34,8 +34,14 @@ def test_a_known_key_is_taken(client: httpx.Client) -> None:
     assert client.get("/api/v1/runs?limit=1").status_code == 200
 
 
+def test_a_key_that_comes_twice_is_named(client: httpx.Client) -> None:
+    answer = client.get("/api/v1/runs?limit=1&q=a&limit=2")
+    assert answer.status_code == 422
+    assert [each["loc"] for each in answer.json()["errors"]] == ["limit"]
+
+
 def test_stop_is_taken_whatever_stands_beside_it(client: httpx.Client, live: Live) -> None:
-    assert client.post(f"/api/v1/sessions/{live.id}/stop?x=1").status_code == 200
+    assert client.post(f"/api/v1/sessions/{live.id}/stop?x=1&x=2").status_code == 200
 
 
 def test_the_client_raises(server: Server) -> None:

@@ -94,6 +94,8 @@ def test_columns_of_other_lengths_text_and_shapes_are_refused() -> None:
         motionlab.trajectory(np.zeros((5, 4)))
     with pytest.raises(ConfigError, match="too many rows; got 100001"):
         motionlab.trajectory(np.zeros((100_001, 2)))
+    with pytest.raises(ConfigError, match="1 masked values"):
+        motionlab.trajectory(np.ma.masked_greater(np.array([[0, 0], [0, 1e-3]]), 0.0))
 
 
 def test_what_leaves_the_stroke_is_infeasible_and_slower_is_no_help() -> None:

@@ -60,6 +60,8 @@ _HEADER_MAX = 100
 """Characters of a header in which a unit is looked for: the time is cubic in them."""
 _BRACKETS = {"]": "[", ")": "(", "}": "{"}
 _SLASH = re.compile(r"(.+?)(?:\s+/\s*|\s+in\s+)(\S+)")
+_REPEATED = re.compile(r"(.*[^ ]) (\([2-9]\d*\)|\(1\d+\))")
+"""A header that comes again in a file, as `csv_form` numbers it."""
 _OWN = re.compile(r"(?:[A-Z]\.)?([xy])\.(\w+)")
 _WORD = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+")
 _WORDS = {
@@ -77,6 +79,7 @@ _WORDS = {
     "temps horodatage",
 }
 _KINDS = {word: kind for kind, words in _WORDS.items() for word in words.split()}
+_LONGEST_KIND = max(map(len, _KINDS))
 _BESIDE = frozenset(
     "axis achse ax fb value wert val signal data daten drive antrieb stage linear motor channel "
     "kanal raw filtered sensor of the von der des mcs acs nc".split()
@@ -126,7 +129,11 @@ def label(header: str, unit: str = "", *, bare: bool = False) -> Label:
     """
     if bare:
         return Label(header, unit)
-    name, opening, inner = header.rpartition(_BRACKETS.get(header[-1:], "]"))
+    if numbered := _REPEATED.fullmatch(header):
+        first = label(numbered[1], unit)
+        return Label(f"{first.name} {numbered[2]}", first.unit)
+    # Brackets elsewhere are an index: axis[0].pos.
+    name, opening, inner = header.rpartition(_BRACKETS.get(header[-1:], "\0"))
     inner = inner[:-1].strip()
     if opening and name.strip() and not _is_index(name, opening, inner) and unit in {"", inner}:
         return Label(name.rstrip(), inner)
@@ -134,6 +141,11 @@ def label(header: str, unit: str = "", *, bare: bool = False) -> Label:
         return Label(header, unit)
     if (match := _SLASH.fullmatch(header)) and si_of(match[2]) is not None:
         return Label(match[1], match[2])
+    return _with_suffix(header)
+
+
+def _with_suffix(header: str) -> Label:
+    """Return name and unit of a header such as ``pos_um``."""
     for count in (2, 1):  # x_mm_s before x_s
         name, *parts = header.rsplit("_", count)
         suffix = "_".join(parts).lower()
@@ -260,7 +272,7 @@ def _words(name: str) -> list[str]:
 
 def _parts(word: str) -> list[str]:
     """Return the two known words that a compound is made of, or the word."""
-    if word not in _KINDS:
+    if word not in _KINDS and len(word) <= 2 * _LONGEST_KIND:  # slices of longer ones cost squares
         for at in range(_PART, len(word) - _PART + 1):
             if word[:at] in _KINDS and word[at:] in _KINDS:
                 return [word[:at], word[at:]]

@@ -144,7 +144,7 @@ def layout_of(form: Form, lines: Sequence[str]) -> Layout:
     rows = [form.split(line) for line in lines]
     bulk = [row for row in rows if len(row) == form.width and form.is_data(row)]
     if not bulk:
-        raise _refused("has no line of numbers: is it a table?")
+        raise _refused("has no line of numbers between commas, semicolons or tabs: is it a table?")
     kinds = [_kind(form, [row[i] for row in bulk]) for i in range(form.width)]
     first = _first(form, rows, kinds)
     _refuse_widths(form, rows, first)

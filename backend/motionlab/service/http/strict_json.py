@@ -32,7 +32,7 @@ _READER = ThreadPoolExecutor(1, thread_name_prefix="json")
 
 
 class JsonRoute(APIRoute):
-    """A route that refuses keys of a query that it does not know, and keys twice in a body."""
+    """A route that refuses keys of a query that it does not know, and keys that come twice."""
 
     def __init__(self, path: str, endpoint: Callable[..., Any], **options: Any) -> None:
         declared = {**responses(422), **(options.pop("responses", None) or {})}
@@ -51,6 +51,10 @@ class JsonRoute(APIRoute):
                 raise ConfigError(
                     *(FieldError(key, "is no key of this query", range=allowed) for key in unknown)
                 )
+            keys = [key for key, _ in request.query_params.multi_items()]
+            if len(keys) > len(set(keys)) and not stops:  # no key of a query is a list
+                twice = next(key for key in keys if keys.count(key) > 1)
+                raise ConfigError(FieldError(twice, "comes twice in the query"))
             try:
                 return await handler(_JsonRequest(request.scope, request.receive))
             except AnyHTTPException as error:

@@ -30,6 +30,9 @@ def table_of(array: Any, loc: str) -> dict[str, Any]:
     if values.ndim != 2 or values.shape[1] not in {2, 3} or values.dtype.kind not in "fiu":
         shapes = "numbers of shape (n, 3), time, x and y, or (n, 2), x and y at 2 kHz"
         raise ConfigError(FieldError(loc, "is no motion", f"{values.dtype} {values.shape}", shapes))
+    if np.ma.is_masked(array):
+        hidden = f"{np.ma.count_masked(array)} masked values"
+        raise ConfigError(FieldError(loc, "has masked values; fill or remove them", hidden))
     _check_count(len(values), loc)
     values = values.astype(np.float64)
     times = np.arange(len(values)) * CONTROL_PERIOD if values.shape[1] == 2 else values[:, 0]

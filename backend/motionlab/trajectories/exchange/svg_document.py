@@ -102,6 +102,7 @@ class _Reader:
         self._notes: list[str] = []
         self._lines: dict[Element, int] = {}
         self._segments: dict[Element, int] = {}
+        self._decided: dict[Element, bool] = {}  # switch elements: only one child is drawn
 
     def read(self, text: str) -> Document:
         content = text.encode()
@@ -144,6 +145,10 @@ class _Reader:
                 self._leave_out(f"{name} elements")
             self._skip()
             return
+        if not self._is_chosen(parent, attributes):
+            self._leave_out("alternatives in switch elements")
+            self._skip()
+            return
         attributes |= self._sheet.hiding(name, attributes) | geometry(attributes.get("style", ""))
         visibility = attributes.get("visibility", "inherit")
         visible = self._visible[-1] if visibility == "inherit" else visibility == "visible"
@@ -165,6 +170,8 @@ class _Reader:
         element = SubElement(parent, "g" if name in {"a", "switch"} else name, clean)
         self._lines[element] = self._parser.CurrentLineNumber
         self._segments[element] = segments
+        if name == "switch":
+            self._decided[element] = False
         self._stack.append(element)
 
     def _begin(self, attributes: dict[str, str]) -> None:
@@ -177,6 +184,14 @@ class _Reader:
         top = SubElement(self._root, "g", {"transform": transform}) if transform else self._root
         self._stack.append(None if attributes.get("display") == "none" else top)
         self._visible.append(attributes.get("visibility", "visible") in {"visible", "inherit"})
+
+    def _is_chosen(self, parent: Element, attributes: dict[str, str]) -> bool:
+        """Return whether an element is drawn: of a switch, the first that may be."""
+        if parent not in self._decided:
+            return True
+        chosen = not self._decided[parent] and _applies(attributes)
+        self._decided[parent] |= chosen
+        return chosen
 
     def _skip(self) -> None:
         self._stack.append(None)
@@ -340,6 +355,13 @@ class _Reader:
             return elements, segments
 
         count(root)
+
+
+def _applies(attributes: dict[str, str]) -> bool:
+    """Return whether a child of a switch may be drawn: no extension, in English or any language."""
+    languages = attributes.get("systemLanguage", "en").lower().split(",")
+    english = any(language.strip().split("-")[0] == "en" for language in languages)
+    return english and "requiredExtensions" not in attributes
 
 
 def _auto(value: str) -> bool:

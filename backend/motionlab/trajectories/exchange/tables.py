@@ -21,6 +21,7 @@ _TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0}
 _NAMES = {"x": "x", "y": "y", "t": "time", "time": "time"}
 _HEADER = re.compile(r"([a-z]+) ?(?:[\[(/_ ] ?([a-z]+) ?[\])]?)?\Z")
 """Of a cell whose blanks are single: several in a row would take cubic time where none fits."""
+_SEPARATOR = re.compile(r'"?sep=.?"?')
 _LAP_MAX = 3600.0
 _FARTHEST = 1e3
 
@@ -85,6 +86,10 @@ def _values(text: str, unit: str, drawing: Drawing) -> tuple[Array, list[int], b
         for number, row in enumerate(lines_of(text), start=1)
         if row.strip() and not row.lstrip().startswith("#")
     ]
+    if len(rows) > 1 and _SEPARATOR.fullmatch(
+        rows[0][1].strip()
+    ):  # of Excel; the cells show it too
+        rows = rows[1:]
     if not rows:
         raise _refused(1, "is the end already; x,y or time,x,y is expected")
     delimiter = next((d for d in (";", "\t", ",") if d in rows[0][1]), None)
