@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 import scipy.io
@@ -295,3 +296,24 @@ def test_a_part_by_time(source: Source) -> None:
 def test_a_selection_of_nothing(source: Source, selection: Selection, why: str) -> None:
     with pytest.raises(ConfigError, match=why):
         check_selection(source, selection)
+
+
+def test_memory_does_not_grow_with_the_length(tmp_path: Path) -> None:
+    groups, rows, names = 40, 16_384, [f"c{number}" for number in range(10)]
+    wave = pa.array(np.random.default_rng(1).standard_normal(rows).astype(np.float32))
+    file = tmp_path / "long.parquet"
+    schema = pa.schema(
+        [("tick", pa.int64()), ("time", pa.float64()), *((name, pa.float32()) for name in names)]
+    )
+    with recorder.parquet_writer(file, schema) as writer:
+        for first in range(0, groups * rows, rows):
+            ticks = np.arange(first, first + rows)
+            arrays = [pa.array(ticks), pa.array(ticks * 0.0005), *[wave] * len(names)]
+            writer.write_batch(pa.RecordBatch.from_arrays(arrays, schema=schema))
+    before = pa.total_allocated_bytes()
+    with Source.of_file(file).file as opened:
+        source = Source(opened, CREATED, {})
+        read = exports.batches(source, check_selection(source, Selection()))
+        taken = [pa.total_allocated_bytes() - before for _ in read]
+    assert len(taken) == groups
+    assert max(taken) < 5 * rows * (16 + 4 * len(names))

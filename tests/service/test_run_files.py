@@ -6,25 +6,31 @@ import io
 import threading
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from typing import Any
 
 import httpx
 import numpy as np
+import pyarrow as pa
 import pyarrow.csv as pa_csv
 import pyarrow.parquet as pq
 import pytest
 import scipy.io
 from mcap.reader import make_reader
 
+from motionlab.config.shipped import data_root
 from motionlab.runs.library import library
-from motionlab.runs.run import RunDetail
+from motionlab.runs.run import RunDetail, new_id
 from motionlab.runs.selection import FORMATS
 from motionlab.service.settings import Settings
+from motionlab.telemetry import recorder
+from motionlab.telemetry.recorder import ROWS, parquet_writer
 from tests.service.conftest import MakeServer
 from tests.service.live import API, until
 from tests.service.servers import PATIENCE, Server
 from tests.simulated import SHORT, play
 
+LONG = 83  # row groups of 65,536 ticks: 45 min
 COLUMNS = "x.position_reference,A.x.following_error"
 
 
@@ -164,15 +170,86 @@ def test_a_run_that_is_none(client: httpx.Client) -> None:
         assert client.get(f"{API}/runs/{unknown}/telemetry").status_code == 404
 
 
-def test_more_than_there_is_memory_for(make_server: MakeServer, run: RunDetail) -> None:
-    server = make_server(Settings(memory_max=1_000_000))
+@pytest.fixture(scope="module")
+def long_run(run: RunDetail) -> Iterator[tuple[RunDetail, list[float]]]:
+    """Return a run of 45 min of three channels, and the values that they repeat."""
+    wave = np.random.default_rng(1).standard_normal(ROWS).astype(np.float32)
+    names = ["x.position_reference", "A.x.following_error", "B.x.following_error"]
+    columns = [each for each in run.columns if each["name"] in names]
+    with library().files.open(run.id) as file:
+        schema = pa.schema([file.schema_arrow.field(name) for name in ("tick", "time", *names)])
+
+    def write(part: str) -> None:
+        with parquet_writer(Path(part), schema) as writer:
+            for first in range(0, LONG * ROWS, ROWS):
+                ticks = np.arange(first, first + ROWS)
+                arrays = [pa.array(each) for each in (ticks, ticks * 0.0005, wave, -wave, wave)]
+                writer.write_batch(pa.RecordBatch.from_arrays(arrays, schema=schema))
+
+    about = {"id": new_id(), "ticks": LONG * ROWS, "columns": columns}
+    kept = library().keep_file(run.model_copy(update=about), write)
+    yield kept, wave.tolist()
+    library().delete(kept.id)
+
+
+@pytest.mark.parametrize("format", ["csv", "parquet", "mcap"])
+def test_a_recording_beyond_memory_is_downloaded_whole(
+    make_server: MakeServer, long_run: tuple[RunDetail, list[float]], format: str, tmp_path: Path
+) -> None:
+    run, wave = long_run
+    server = make_server(Settings(memory_max=10_000_000))
+    file = tmp_path / f"run.{format}"
     address = f"{server.url}{API}/runs/{run.id}/telemetry"
-    answer = httpx.get(address, timeout=PATIENCE)
-    assert answer.status_code == 422
-    (error,) = answer.json()["errors"]
-    assert error["bounds"] == {"maximum": 1_000_000}
-    assert "motionlab export" in error["message"]
-    assert httpx.get(address, params={"columns": COLUMNS}, timeout=PATIENCE).status_code == 200
+    with (
+        httpx.stream("GET", address, params={"format": format}, timeout=PATIENCE) as answer,
+        file.open("wb") as into,
+    ):
+        assert answer.status_code == 200, answer.read()
+        for chunk in answer.iter_bytes():
+            into.write(chunk)
+    assert not list(data_root().glob("motionlab-scratch-*"))
+    if format == "mcap":
+        with file.open("rb") as stream:
+            summary = make_reader(stream).get_summary()
+        assert summary is not None
+        assert summary.statistics is not None
+        assert set(summary.statistics.channel_message_counts.values()) == {LONG * ROWS}
+        return
+    found = recorder.read(str(file))
+    assert list(found) == ["tick", "time", *(each["name"] for each in run.columns)]
+    np.testing.assert_array_equal(found["tick"].values, np.arange(LONG * ROWS))
+    whole = np.tile(np.array(wave, np.float32), LONG)
+    for column, sign in zip(list(found.values())[2:], (1, -1, 1), strict=True):
+        np.testing.assert_array_equal(column.values, sign * whole)
+
+
+def test_what_is_written_in_memory_is_refused_beyond_it(
+    make_server: MakeServer, long_run: tuple[RunDetail, list[float]]
+) -> None:
+    run, _ = long_run
+    server = make_server(Settings(memory_max=10_000_000))
+    address = f"{server.url}{API}/runs/{run.id}/telemetry"
+    for part in ({"format": "mat"}, {"columns": "twice=2 * A.x.following_error"}):
+        answer = httpx.get(address, params=part, timeout=PATIENCE)
+        assert answer.status_code == 422, part
+        (error,) = answer.json()["errors"]
+        assert error["bounds"] == {"maximum": 10_000_000}
+        file = f"FILE.{part.get('format', 'parquet')}"
+        assert f"motionlab export {run.id} {file}" in error["message"]
+    part = {"format": "mat", "to": 1000}
+    assert httpx.get(address, params=part, timeout=PATIENCE).status_code == 200
+
+
+def test_a_download_leaves_recordings_room_on_the_disk(
+    server: Server, long_run: tuple[RunDetail, list[float]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from motionlab.service import file_download
+
+    monkeypatch.setattr(file_download, "_LONG", 1_000_000_000)
+    monkeypatch.setattr(file_download, "FREE_LEAST", 10**18)
+    answer = httpx.get(f"{server.url}{API}/runs/{long_run[0].id}/telemetry", timeout=PATIENCE)
+    assert answer.status_code == 507
+    assert "free" in answer.json()["detail"]
 
 
 # -- import ---------------------------------------------------------------------------------------

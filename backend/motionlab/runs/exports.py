@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.util import find_spec
@@ -32,6 +32,9 @@ MAT_MAX = 2**31 - 2**20
 """Most bytes of a variable in a MAT file of format 5, and some room for what describes it."""
 
 _FILE_SHARE = {"csv": 3, "parquet": 1, "mat": 1, "mcap": 2, "mf4": 1}  # of the samples
+WHOLE = {"mat": 2, "mf4": 3}
+"""Formats that are written as a whole, and how often their samples are in memory then."""
+
 _CSV_ROWS = 4096  # made text at a time
 _ALWAYS = ("tick", "time")
 _FIELD_MAX = 63  # characters of a field's name in MATLAB
@@ -117,7 +120,7 @@ def _as_parquet(path: Path) -> pa.BufferReader:
 
 def _period(file: parquet.ParquetFile) -> float:
     """Return the time of a tick, of which no file says how long it is."""
-    ends = file.iter_batches(ROWS, columns=list(_ALWAYS), use_threads=False)
+    ends = _batches_of(file, ROWS, range(file.metadata.num_row_groups), _ALWAYS)
     tick, time = 0, 0.0
     for batch in ends:
         if batch.num_rows:
@@ -162,10 +165,14 @@ def size_of(selection: Selection, format: str) -> int:
     return _FILE_SHARE[format] * memory_of(selection)
 
 
-def math_memory_of(selection: Selection) -> int:
-    """Return how many bytes the math channels of a checked selection are while it is written."""
+def writing_memory_of(selection: Selection, format: str) -> int:
+    """Return how many bytes of a checked selection are in memory while it is written.
+
+    Formats are written by row groups, but for those in `WHOLE`; math channels are computed first.
+    """
     assert selection.stop is not None
-    return 4 * (selection.stop - selection.start) * sum(map(is_math, selection.columns))
+    math = 4 * (selection.stop - selection.start) * sum(map(is_math, selection.columns))
+    return math + (WHOLE[format] * memory_of(selection) if format in WHOLE else 0)
 
 
 def memory_of(selection: Selection) -> int:
@@ -228,7 +235,7 @@ def batches(source: Source, selection: Selection, rows: int = ROWS) -> Iterator[
         row += length
     names = [*_ALWAYS, *(name for name in selection.columns if name not in math)]
     row = first
-    for batch in file.iter_batches(rows, groups, names, use_threads=False):
+    for batch in _batches_of(file, rows, groups, names):
         begin, end = max(selection.start, row), min(selection.stop, row + batch.num_rows)
         if begin < end:
             kept = batch.select(names).slice(begin - row, end - begin)
@@ -236,6 +243,14 @@ def batches(source: Source, selection: Selection, rows: int = ROWS) -> Iterator[
             more = [pa.array(computed[text][part], from_pandas=True) for text in math]
             yield pa.RecordBatch.from_arrays([*kept.columns, *more], schema=schema)
         row += batch.num_rows
+
+
+def _batches_of(
+    file: parquet.ParquetFile, rows: int, groups: Iterable[int], names: Sequence[str]
+) -> Iterator[pa.RecordBatch]:
+    """Yield some row groups; read at once, they would all stay in memory until the last."""
+    for group in groups:
+        yield from file.iter_batches(rows, [group], list(names), use_threads=False)
 
 
 def schema_of(source: Source, selection: Selection) -> pa.Schema:
@@ -405,7 +420,8 @@ def within(
         if time is not None and not np.isfinite(time):
             raise ConfigError(FieldError(loc, "is not finite", time))
     first, after = 0, 0
-    for batch in source.file.iter_batches(ROWS, columns=["time"], use_threads=False):
+    groups = range(source.file.metadata.num_row_groups)
+    for batch in _batches_of(source.file, ROWS, groups, ["time"]):
         times = batch["time"].to_numpy()
         first += 0 if start is None else int(np.searchsorted(times, start, "left"))
         after += len(times) if end is None else int(np.searchsorted(times, end, "right"))

@@ -129,6 +129,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     app.state.memory = MemoryBudget(settings.memory_max)
     app.state.uploads = MemoryBudget(max(settings.memory_max // 4, settings.upload_max))
     app.state.writing = asyncio.Lock()  # of files, so that the other workers are free
+    app.state.writing_long = asyncio.Lock()  # of those that take minutes
     app.state.downloads = asyncio.Semaphore(settings.downloads_max)
     app.state.downloads_waiting = 0
     app.state.broadcast = Broadcast()

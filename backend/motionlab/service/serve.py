@@ -119,7 +119,7 @@ def serve(loaded: Loaded, *, opens: bool = False) -> None:
         settings = _within_open_files(settings)
         sys.setswitchinterval(_SWITCH_SECONDS)
         remove_leftovers(data_root())
-        download.remove_leftovers()
+        download.remove_leftovers(data_root())
         make_private(_ours(data_root()))
         _log_from(given.log_level)
         app = create_app(settings)

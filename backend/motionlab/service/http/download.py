@@ -25,8 +25,13 @@ _CHUNK = 256 * 1024  # bytes
 
 
 @contextlib.contextmanager
-def temporary_folder() -> Iterator[Path]:
+def temporary_folder(root: Path | None = None) -> Iterator[Path]:
     """Provide a temporary folder for an answer; files open at its end stay readable.
+
+    Parameters
+    ----------
+    root : Path, optional
+        Where it is made; by default where the system has temporary files, which may be memory.
 
     Raises
     ------
@@ -35,7 +40,7 @@ def temporary_folder() -> Iterator[Path]:
     """
     where = "the server's temporary folder"
     try:
-        folder, lock = _locked_folder()
+        folder, lock = _locked_folder(root)
         try:
             yield folder
         finally:
@@ -48,10 +53,10 @@ def temporary_folder() -> Iterator[Path]:
         raise (StoreFull if full else StoreError)(f"{where} cannot be written") from error
 
 
-def _locked_folder() -> tuple[Path, int]:
+def _locked_folder(root: Path | None) -> tuple[Path, int]:
     """Make a temporary folder whose lock says that its server is alive."""
     while True:
-        folder = Path(tempfile.mkdtemp(prefix=_PREFIX))
+        folder = Path(tempfile.mkdtemp(prefix=_PREFIX, dir=root))
         lock = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
         fcntl.flock(lock, fcntl.LOCK_EX)
         if folder.exists():  # else a server that has just started took it for a leftover
@@ -59,9 +64,10 @@ def _locked_folder() -> tuple[Path, int]:
         os.close(lock)
 
 
-def remove_leftovers() -> None:
-    """Remove the temporary folders of servers that were killed."""
-    for folder in Path(tempfile.gettempdir()).glob(f"{_PREFIX}*"):
+def remove_leftovers(root: Path) -> None:
+    """Remove temporary folders of servers that were killed, also those in the folder of data."""
+    places = (Path(tempfile.gettempdir()), root)
+    for folder in (folder for place in places for folder in place.glob(f"{_PREFIX}*")):
         with contextlib.suppress(OSError):
             lock = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC)
             try:

@@ -31,6 +31,7 @@ from motionlab.telemetry.expressions.columns import split_columns
 router = APIRouter(prefix="/runs", tags=["runs"], route_class=JsonRoute)
 
 _IMPORT_SECONDS = 120.0
+_WRITE_RATE = 1e7  # bytes a second that a long file is written with at least
 _EXPANSION = 8  # memory for reading a file, in sizes of it
 _NUMBER_BYTES = 24  # at most, for each number that is read
 _PACKED_BYTES = 40  # for each number of a packed file, whose size says little
@@ -108,24 +109,15 @@ async def get_run_telemetry(
     settings: Settings = request.app.state.settings
     columns = tuple(split_columns(wanted.columns)) if wanted.columns else ()
     selection = Selection(columns, wanted.start, wanted.stop)
-    planned = await called(request, _plan, run_id, selection, wanted.format, light=True)
+    most = settings.memory_max
+    planned = await called(request, _plan, run_id, selection, wanted.format, most, light=True)
     selection, size, name = planned.value
     planned.close()
-    if size > settings.memory_max:
-        raise ConfigError(
-            FieldError(
-                "columns",
-                "is too much for one download: choose fewer columns or a shorter range, or use "
-                "motionlab export",
-                size,
-                unit="bytes",
-                bounds={"maximum": settings.memory_max},
-            )
-        )
+    seconds = WRITE_SECONDS + size / _WRITE_RATE
 
     async def write(path: Path) -> None:
         arguments = (run_id, selection, str(path), wanted.format)
-        (await called(request, _write, *arguments, seconds=WRITE_SECONDS)).close()
+        (await called(request, _write, *arguments, seconds=seconds)).close()
 
     return await file_download(
         request,
@@ -227,14 +219,29 @@ def _import(call: Call, path: str, size: int, options: ImportOptions, preview: b
     return document
 
 
-def _plan(_: Call, run_id: str, selection: Selection, format: str) -> tuple[Selection, int, str]:
+def _plan(
+    _: Call, run_id: str, selection: Selection, format: str, most: int
+) -> tuple[Selection, int, str]:
     """Return what is exported, its bytes, and the name of the file without its ending."""
-    from motionlab.runs.exports import Source, check_selection, size_of
+    from motionlab.runs.exports import Source, check_selection, size_of, writing_memory_of
 
     run = library().complete(run_id)
     with library().files.open(run_id) as file:
         checked = check_selection(Source.of(file, run), selection)
-    return checked, size_of(checked, format), _file_name(run, checked)
+    size = size_of(checked, format)
+    if (memory := writing_memory_of(checked, format)) > most:
+        raise ConfigError(
+            FieldError(
+                "columns",
+                "is too much for one download of this format, which is written in memory: choose "
+                "fewer columns, a shorter range, no math channels, Parquet or CSV, or use "
+                f"motionlab export {run_id} FILE.{format}",
+                memory,
+                unit="bytes",
+                bounds={"maximum": most},
+            )
+        )
+    return checked, size, _file_name(run, checked)
 
 
 def _file_name(run: RunDetail, selection: Selection) -> str:
@@ -242,17 +249,16 @@ def _file_name(run: RunDetail, selection: Selection) -> str:
     stop = run.ticks if selection.stop is None else min(selection.stop, run.ticks)
     if selection.start == 0 and stop == run.ticks:
         return run.id
-    first, last = (f"{sample * run.period:.8g}" for sample in (selection.start, stop - 1))
+    ends = (run.first_tick + sample for sample in (selection.start, stop - 1))
+    first, last = (f"{tick * run.period:.8g}" for tick in ends)
     return f"{run.id}_{first}-{last}s"
 
 
 def _write(call: Call, run_id: str, selection: Selection, path: str, format: str) -> None:
-    from motionlab.runs.exports import Source, export, math_memory_of, memory_of
+    from motionlab.runs.exports import Source, export, writing_memory_of
 
-    if computed := math_memory_of(selection):
-        call.hold(computed)
-    if format == "mat":  # written as a whole, the others by row groups
-        call.hold(2 * memory_of(selection))
+    if memory := writing_memory_of(selection, format):
+        call.hold(memory)
     run = library().complete(run_id)
     with library().files.open(run_id) as file:
         export(Source.of(file, run), selection, Path(path), format)
