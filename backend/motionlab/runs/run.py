@@ -148,6 +148,11 @@ class RunDetail(Run):
     )
     columns: list[dict[str, str]] = Field(description="Name, unit and meaning of each channel")
 
+    def measured(self) -> tuple[float, float] | None:
+        """Return the window of the metrics from the first sample on, s; None without one."""
+        window, begun = self.result.get("window"), self.first_tick * self.period
+        return window and (window["start"] - begun, window["end"] - begun)
+
 
 class Evicted(BaseModel):
     """A run that the lab had recorded by itself, and removed to make room."""

@@ -114,12 +114,14 @@ def about(run: RunDetail) -> Markup:
 
 
 def events(run: RunDetail) -> list[Happened]:
-    """Return what happened, by time: changes, pushes, stop and gaps, and what was scheduled."""
+    """Return changes, pushes, stop, gaps and the schedule, by time from the first sample on."""
+    begun = run.first_tick * run.period
     found = [
-        (event.tick * run.period, event.kind, _what(event, run.period)) for event in run.events
+        (event.tick * run.period - begun, event.kind, _what(event, run.period))
+        for event in run.events
     ]
     schedule = (run.scenario_document or {}).get("schedule") or ()
-    found += [(each["time"], "scheduled", _set(each["set"], {})) for each in schedule]
+    found += [(each["time"] - begun, "scheduled", _set(each["set"], {})) for each in schedule]
     found.sort(key=lambda each: each[0])
     return [
         Happened(str(i), time, kind, what)

@@ -194,7 +194,7 @@ def _plane(run: RunDetail, file: parquet.ParquetFile) -> Markup | None:
 
 def _plane_samples(run: RunDetail) -> tuple[int, int]:
     """Return the samples of the plane: the metrics' window, of a long one its end."""
-    found = run.result.get("window") or {"start": 0.0, "end": run.duration}
-    stop = min(run.ticks, max(1, round(found["end"] / run.period)))
+    start, end = run.measured() or (0.0, run.duration)
+    stop = min(run.ticks, max(1, round(end / run.period)))
     most = min(_PLANE_MAX, max(1, round(_PLANE_SECONDS / run.period)))
-    return max(0, round(found["start"] / run.period), stop - most), stop
+    return max(0, round(start / run.period), stop - most), stop

@@ -75,10 +75,10 @@ def _term(definition: Definition) -> Markup:
 
 def window_of(run: RunDetail) -> Markup:
     """Return over which part of a run its metrics are."""
-    window = run.result.get("window")
+    window = run.measured()
     if not window:
         return element("p", "No window to measure.")
-    text = f"Over {spanned(window['start'], window['end'], 's')}"
+    text = f"Over {spanned(*window, 's')}"
     if run.kind in {"live", "drive"}:
         text += ": the latest two periods or ten seconds of the session"
     return element("p", f"{text}.", class_="quiet")

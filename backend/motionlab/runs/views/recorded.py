@@ -129,9 +129,8 @@ def of_run(run_id: str, start: float | None, end: float | None, *, window: bool 
         If the stretch is not in the run, or too long.
     """
     run = library().complete(run_id)
-    metrics = run.result.get("window") if window and start is None and end is None else None
-    if metrics:
-        start, end = metrics["start"], metrics["end"]
+    if window and start is None and end is None and (measured := run.measured()):
+        start, end = measured
     first, stop = _stretch(start, end, run.ticks, run.period)
     with library().files.open(run_id) as file:
         known = set(file.schema_arrow.names)

@@ -144,6 +144,8 @@ def _residuals(
     """Return what two simulations of the run leave of its following errors, by axis."""
     variant = experiment.read_variant
     names = [f"{variant}.{axis}.following_error" for axis in axes]
+    if experiment.run.first_tick:  # its beginning has gone, and with it what a simulation starts at
+        return {}
     measured = columns.read(names)
     ends = [event.tick for event in experiment.run.events]
     ticks = min([measured.shape[1], *ends])  # what follows a STOP is in no scenario

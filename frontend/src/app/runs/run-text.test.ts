@@ -11,6 +11,7 @@ import {
   evictedText,
   storageText,
   summary,
+  timeOf,
   whenText,
 } from './run-text';
 
@@ -19,6 +20,14 @@ const at = (...parts: [number, number, number, number, number]) =>
 const NOW = at(2026, 10, 20, 15, 30);
 const event = (rest: Partial<RunEvent>) =>
   ({ tick: 0, set: {}, previous: {}, reason: '', ...rest }) as RunEvent;
+
+it('events of a run whose beginning has gone are timed from its first sample', () => {
+  const late = { first_tick: 80_000, period: 0.0005 };
+  expect(timeOf(event({ tick: 80_000 }), late)).toBe(0);
+  expect(timeOf(event({ tick: 84_000 }), late)).toBe(2);
+  expect(timeOf(event({ kind: 'gap', tick: 0, ticks: 80_000 }), late)).toBe(-40);
+  expect(timeOf(event({ tick: 84_000 }), { ...late, first_tick: 0 })).toBe(42);
+});
 
 it('today is relative, yesterday has its time, what is older its date', () => {
   expect(whenText(NOW - 20, NOW)).toBe('just now');

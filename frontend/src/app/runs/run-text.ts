@@ -1,7 +1,7 @@
 /** What is said of runs in words. */
 
 import { ApiError } from '../api/client';
-import type { Run, RunDifference, RunEvent, RunStorage, Value } from '../api/types';
+import type { Run, RunDetail, RunDifference, RunEvent, RunStorage, Value } from '../api/types';
 import { errorText } from '../error-text';
 import { fieldOf, nameOf, show } from '../fields/fields.svelte';
 import { digits, pretty } from '../../ui/units';
@@ -89,6 +89,14 @@ export function againstText(run: Run, against: readonly RunDifference[] | null):
   if (run.kind === 'measurement') return 'measured';
   if (against === null) return `other scenario: ${run.scenario}`;
   return against.length === 0 ? 'set as the baseline' : '';
+}
+
+/** Returns when something happened, from the first sample on, s; negative: before what is recorded. */
+export function timeOf(
+  { tick }: Pick<RunEvent, 'tick'>,
+  { first_tick: first, period }: Pick<RunDetail, 'first_tick' | 'period'>,
+): number {
+  return (tick - first) * period;
 }
 
 /** What happened, in a sentence without its time. */

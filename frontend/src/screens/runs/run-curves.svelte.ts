@@ -3,7 +3,7 @@
 import { AXES, type RunDetail } from '../../app/api/types';
 import type { Whose } from '../../app/expressions/expressions.svelte';
 import { RunSource } from '../../app/runs/run-source.svelte';
-import { markText } from '../../app/runs/run-text';
+import { markText, timeOf } from '../../app/runs/run-text';
 import { Layout } from '../../scopes/layout.svelte';
 import { TimeView } from '../../scopes/time-view.svelte';
 import type { Range } from '../../plot/range';
@@ -11,7 +11,7 @@ import { LAYOUTS } from '../../plot/scope-catalog';
 import type { Moment } from '../../plot/scope-chart';
 import type { ScopeSpec } from '../../plot/scope-layout';
 import type { Channel, StillSource } from '../../plot/source';
-import { errorScopes, planeRange } from './run-window';
+import { errorScopes, measuredWindow, planeRange } from './run-window';
 
 /** The plane of a whole run has many laps, each of which goes round. */
 const PLANE_FINER = 4;
@@ -33,10 +33,9 @@ export class RunCurves extends TimeView {
     this.channels = run.columns.map(({ name = '', unit }) => ({ name, unit: unit ?? '1' }));
     this.ofScopes = new RunSource(run);
     this.ofPlane = new RunSource(run, false, PLANE_FINER);
-    this.moments = run.events.map((event) => ({
-      time: event.tick * run.period,
-      label: markText(event),
-    }));
+    this.moments = run.events
+      .map((event) => ({ time: timeOf(event, run), label: markText(event) }))
+      .filter(({ time }) => time >= 0);
   }
 
   get variants(): readonly string[] {
@@ -60,8 +59,8 @@ export class RunCurves extends TimeView {
   }
 
   get window(): Range | null {
-    const { window } = this.run.result as { window?: { start: number; end: number } };
-    return window ? { from: window.start, to: window.end } : null;
+    const window = measuredWindow(this.run);
+    return window && { from: window.start, to: window.end };
   }
 
   get source(): StillSource | null {

@@ -1,6 +1,13 @@
 import { expect, it } from 'vitest';
 import type { RunDetail } from '../../app/api/types';
-import { errorScopes, pageOf, planePage, planeRange, withoutPlane } from './run-window';
+import {
+  errorScopes,
+  measuredWindow,
+  pageOf,
+  planePage,
+  planeRange,
+  withoutPlane,
+} from './run-window';
 
 const NAMES = [
   'x.position_reference',
@@ -13,6 +20,7 @@ const run = {
   ticks: 21_000,
   period: 0.0005,
   duration: 10.5,
+  first_tick: 0,
   variants: ['A', 'B'],
   result: { window: { start: 4.5, end: 10.5 } },
   columns: NAMES.map((name) => ({ name, unit: name.includes('velocity') ? 'm/s' : 'm' })),
@@ -24,6 +32,13 @@ it('the plane shows the window of the metrics, or all of what is looked at', () 
   const long = { ...run, ticks: 480_000, duration: 240, result: {} } as RunDetail;
   expect(planeRange(long, null)).toEqual({ from: 0, to: 240 });
   expect(planeRange(long, { from: 10, to: 200 })).toEqual({ from: 10, to: 200 });
+});
+
+it('of a run whose beginning has gone, times count from its first sample', () => {
+  const late = { ...run, first_tick: 80_000, result: { window: { start: 44.5, end: 50.5 } } };
+  expect(planeRange(late, null)).toEqual({ from: 4.5, to: 10.5 });
+  expect(measuredWindow(late)).toEqual({ start: 4.5, end: 10.5 });
+  expect(measuredWindow({ ...late, result: {} })).toBeNull();
 });
 
 it('without a reference there is no plane, and it is said which', () => {

@@ -20,11 +20,18 @@ export function withoutPlane({ columns }: Pick<RunDetail, 'columns'>): string {
     : `No plane: it has no ${missing.join(', no ')}. Its channels are below, over time.`;
 }
 
+/** Returns the window of a run's metrics, from its first sample on; null without one. */
+export function measuredWindow(run: Pick<RunDetail, 'result' | 'first_tick' | 'period'>) {
+  const { window } = run.result as { window?: { start: number; end: number } };
+  const begun = run.first_tick * run.period;
+  return window ? { start: window.start - begun, end: window.end - begun } : null;
+}
+
 /** Returns what the plane shows: the part that is looked at, or the metrics' window, all of it. */
 export function planeRange(run: RunDetail, zoom: Range | null): Range | null {
   if (run.ticks === 0 || withoutPlane(run) !== '') return null;
   if (zoom) return zoom;
-  const { window } = run.result as { window?: { start: number; end: number } };
+  const window = measuredWindow(run);
   return { from: window?.start ?? 0, to: Math.min(window?.end ?? run.duration, run.duration) };
 }
 
