@@ -108,11 +108,14 @@ def test_leftovers_of_killed_servers_go_and_those_of_live_ones_stay(
     served.process.kill()
     served.process.wait()
     sending.join()
+    long = tmp_path / "data" / "motionlab-scratch-long"  # of a download that is too long for memory
+    long.mkdir()
     with temporary_folder() as in_use:
         again = Served(tmp_path / "data", TMPDIR=str(tmp_path))
         again.end()
         assert in_use.is_dir()
     assert not left[0].parent.exists()
+    assert not long.exists()
     assert not in_use.exists()
 
 
