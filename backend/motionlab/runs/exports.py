@@ -159,9 +159,11 @@ def size_of(selection: Selection, format: str) -> int:
     Raises
     ------
     ConfigError
-        If this installation cannot write the format.
+        If this installation cannot write the format, or a MAT file cannot hold as much.
     """
     _check_installed(format)
+    if format == "mat":
+        _check_mat(selection)
     return _FILE_SHARE[format] * memory_of(selection)
 
 
@@ -293,18 +295,7 @@ def _write_parquet(source: Source, selection: Selection, path: Path) -> None:
 def _write_mat(source: Source, selection: Selection, path: Path) -> None:
     from scipy.io import savemat  # noqa: PLC0415 - a server starts without it
 
-    size = memory_of(selection)
-    if size > MAT_MAX:
-        raise ConfigError(
-            FieldError(
-                "format",
-                "a variable of a MAT file cannot hold as much: export fewer columns, a shorter "
-                "range, or Parquet",
-                size,
-                unit="bytes",
-                bounds={"maximum": MAT_MAX},
-            )
-        )
+    _check_mat(selection)
     values = _whole(source, selection)
     tick, time = values.pop("tick"), values.pop("time")
     fields = identifiers(list(values), _FIELD_MAX, _RESERVED)
@@ -320,6 +311,22 @@ def _write_mat(source: Source, selection: Selection, path: Path) -> None:
     } | dict(zip(fields, values.values(), strict=True))
     with path.open("wb") as file:
         savemat(file, {"run": content}, format="5", long_field_names=True, oned_as="column")
+
+
+def _check_mat(selection: Selection) -> None:
+    """Refuse what no MAT file can hold."""
+    size = memory_of(selection)
+    if size > MAT_MAX:
+        raise ConfigError(
+            FieldError(
+                "format",
+                "a variable of a MAT file cannot hold as much: export fewer columns, a shorter "
+                "range, or Parquet",
+                size,
+                unit="bytes",
+                bounds={"maximum": MAT_MAX},
+            )
+        )
 
 
 def _whole(source: Source, selection: Selection) -> dict[str, NDArray[Any]]:
