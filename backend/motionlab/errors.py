@@ -128,6 +128,8 @@ class FieldError:
         Unit of the field; empty for names and switches.
     bounds : dict of str to float
         Ends of the allowed range by `SIGNS`.
+    place : str
+        File and line, such as ``my.toml:7``; empty where there is none.
     """
 
     loc: str
@@ -136,6 +138,7 @@ class FieldError:
     range: str = ""
     unit: str = ""
     bounds: dict[str, float] = field(default_factory=dict, hash=False)
+    place: str = ""
 
     def __post_init__(self) -> None:
         """Write the bounds as text."""
@@ -148,8 +151,9 @@ class FieldError:
             object.__setattr__(self, "range", " and ".join(ends))
 
     def __str__(self) -> str:
-        """Return one line that names field, value, range and unit."""
-        text = f"{shown(self.loc)}: {self.message}"
+        """Return one line that names file, field, value, range and unit."""
+        text = f"{self.place}: " if self.place else ""
+        text += f"{shown(self.loc)}: {self.message}"
         if self.value is not None:
             got = (
                 _REPR.repr(self.value) if isinstance(self.value, bool) else repr(shown(self.value))

@@ -163,9 +163,9 @@ def kind_of(error: MotionLabError) -> Kind:
 
 
 def fields_of(error: MotionLabError) -> list[dict[str, Any]]:
-    """Return the fields that an error refuses, each with the attributes of a `FieldError`."""
+    """Return the fields that an error refuses, each with its attributes."""
     if isinstance(error, ConfigError):
-        return [vars(field) for field in error.errors]
+        return [_attributes(field) for field in error.errors]
     if not isinstance(error, Infeasible):
         return []
     field = FieldError(
@@ -176,7 +176,12 @@ def fields_of(error: MotionLabError) -> list[dict[str, Any]]:
         unit=error.unit,
         bounds={"minimum": error.limit[0], "maximum": error.limit[1]},
     )
-    return [vars(field)]
+    return [_attributes(field)]
+
+
+def _attributes(field: FieldError) -> dict[str, Any]:
+    """Return the attributes of an error but its file, which the message names."""
+    return {name: value for name, value in vars(field).items() if name != "place"}
 
 
 def problem_of(error: MotionLabError) -> dict[str, Any]:

@@ -249,7 +249,8 @@ def test_a_name_is_never_a_path(part: str, name: str) -> None:
         (inside,) = complaints({part: {"base": name}})
         assert inside.loc == part
     assert error.loc == part
-    assert ("no motor" if part == "plant" else "no shipped") in error.message
+    kinds = {"plant": "no motor", "trajectory": "no trajectory"}
+    assert kinds.get(part, "no shipped") in error.message
     assert error.range.startswith("one of ")
 
 

@@ -22,7 +22,7 @@ from motionlab.telemetry.expressions.columns import (
 from motionlab.telemetry.expressions.compile import FUNCTIONS, compile_expression
 from motionlab.telemetry.expressions.evaluate import Evaluation, evaluate, reach
 from motionlab.telemetry.expressions.parse import ExpressionError
-from motionlab.telemetry.expressions.units import parse_unit
+from motionlab.units import parse_unit
 from tests.fixtures.__main__ import EXPRESSIONS, expressions
 
 UNITS = {name: channel.unit for name, channel in stream_columns("AB")}

@@ -22,7 +22,7 @@ DEPTH_MAX = 16
 # Strings first: what looks like a comment or a key inside a string is not. Each token is matched
 # once, without backtracking, so that parsing takes linear time. Atomic groups, because possessive
 # repeats of a group miss matches in Python 3.11.2, which Debian 12 has.
-_TOKEN = re.compile(
+TOKEN = re.compile(
     r'"""(?>(?:[^"\\]+|\\(?:.|\Z)|"(?!""))*)(?>"{3,5}|\Z)'
     r"|'''(?>(?:[^']+|'(?!''))*)(?>'{3,5}|\Z)"
     r'|"(?>(?:[^"\\\n]+|\\[^\n])*)"?'
@@ -46,7 +46,7 @@ def check_toml(text: str, *, loc: str) -> None:
     """
     keys = parts = depth = 0
     at_start = True
-    for match in _TOKEN.finditer(text):
+    for match in TOKEN.finditer(text):
         token = match[0]
         match token:
             case "[" | "{":

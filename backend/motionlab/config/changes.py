@@ -6,10 +6,11 @@ import re
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import groupby
+from pathlib import Path
 from typing import Any
 
 from motionlab.config.bounds import DEPTH_MAX
-from motionlab.config.includes import controller_name, resolve
+from motionlab.config.includes import controller_name, part_of_file, resolve
 from motionlab.config.shipped import copied
 from motionlab.errors import ConfigError, FieldError
 
@@ -52,6 +53,8 @@ def split_pairs(texts: Iterable[str], option: str, form: str = "KEY=VALUE") -> d
 def parse_assignments(assignments: Iterable[str], option: str = "--set") -> dict[str, Any]:
     """Return ``key=value`` texts as a mapping; a value is TOML, or else plain text.
 
+    Of ``--set`` the path of a ``.toml`` file stands for the part that is in it.
+
     Parameters
     ----------
     assignments : iterable of str
@@ -65,7 +68,19 @@ def parse_assignments(assignments: Iterable[str], option: str = "--set") -> dict
         If there is no key or no equals sign, or a key comes twice.
     """
     pairs = split_pairs(assignments, option)
-    return {key: _parse_value(value) for key, value in pairs.items()}
+    values = {key: _parse_value(value) for key, value in pairs.items()}
+    return with_files(values) if option == "--set" else values
+
+
+def with_files(changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return changes of a caller on this machine, the files of parts that they name read.
+
+    Raises
+    ------
+    ConfigError
+        If a file, or a part that it names, is not there.
+    """
+    return {path: part_of_file(path, value, Path()) for path, value in changes.items()}
 
 
 def apply_changes(document: dict[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
@@ -82,6 +97,10 @@ def apply_changes(document: dict[str, Any], changes: Mapping[str, Any]) -> dict[
     if too_long:
         most: dict[str, float] = {"maximum": DEPTH_MAX}
         raise ConfigError(*(FieldError(p, "has too many parts", bounds=most) for p in too_long))
+    indexed = [path for path in changes if "[" in path]
+    if indexed:
+        message = "unknown key: an item of a list is written as .0, not as [0]"
+        raise ConfigError(*(FieldError(path, message, changes[path]) for path in indexed))
     for path, other in twice(changes):
         raise ConfigError(FieldError(path, f"is set twice, also as {other}", changes[path]))
     tables = copied(document)

@@ -3,58 +3,156 @@
 A part of a scenario (``plant``, ``trajectory``, a variant's ``controller``, a controller's
 ``model``, the scenario itself) is a table, the name of a shipped one, or a table with
 ``base = "name"`` whose other keys replace those of the shipped one. A ``force_map`` is a table or
-the name of a map; on the level of ``x`` and ``y`` it applies to both axes.
+the name of a map; on the level of ``x`` and ``y`` it applies to both axes. In a file on this
+machine the path of a ``.toml`` file, relative to its folder, does for a name.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
-from typing import Any
+from pathlib import Path
+from typing import Any, NamedTuple
 
 from motionlab.config.planar import AXES
-from motionlab.config.shipped import Kind, copied, read
+from motionlab.config.shipped import ORIGIN, Kind, copied, is_name, names, nearest, parse, read
 from motionlab.errors import ConfigError, FieldError
 
 _MODEL_KEYS = ("mass", "friction", "force_map")
 _DEEPEST_BASE = 8
+_FILED: dict[str, Kind] = {
+    "plant": "motors",
+    "trajectory": "trajectories",
+    r"variants\.[A-Z]\.controller": "controllers",
+}
+"""Parts that a change may name by the path of a file, beside a model."""
+_MODEL = re.compile(r"variants\.[A-Z]\.controller\.model")
 
 
-def resolve(document: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a scenario's tables with all names and ``base`` references resolved."""
-    tables = _resolve_part("scenarios", document, "scenario", 0)
+class _Names(NamedTuple):
+    """Where names of parts lead.
+
+    Attributes
+    ----------
+    folder : Path or None
+        What paths of files are relative to; None where only names may be given.
+    errors : list of FieldError or None
+        Takes names that lead nowhere; None: the first one is raised.
+    """
+
+    folder: Path | None = None
+    errors: list[FieldError] | None = None
+
+
+def resolve(
+    document: Mapping[str, Any],
+    *,
+    folder: Path | None = None,
+    errors: list[FieldError] | None = None,
+) -> dict[str, Any]:
+    """Return a scenario's tables with all names and ``base`` references resolved.
+
+    Parameters
+    ----------
+    document : mapping
+        The tables.
+    folder : Path, optional
+        Folder of the scenario's file, in which a part may be the path of a ``.toml`` file. Without
+        one text is never a path, so that a remote caller cannot name files.
+    errors : list of FieldError, optional
+        Takes what leads nowhere, so that the rest can be checked too: upon the closest name, or
+        without a base.
+
+    Raises
+    ------
+    ConfigError
+        If a part is not there and `errors` is left out.
+    """
+    at = _Names(folder, errors)
+    tables = _resolve_part("scenarios", document, "scenario", at)
     if "plant" in tables:
-        tables["plant"] = _with_maps(_resolve_part("motors", tables["plant"], "plant", 0))
+        tables["plant"] = _with_maps(_resolve_part("motors", tables["plant"], "plant", at))
     if "trajectory" in tables:
-        tables["trajectory"] = _resolve_part("trajectories", tables["trajectory"], "trajectory", 0)
+        part = _resolve_part("trajectories", tables["trajectory"], "trajectory", at)
+        tables["trajectory"] = part
     variants = tables.get("variants")
     for name, variant in variants.items() if isinstance(variants, dict) else ():
         if not isinstance(variant, dict) or "controller" not in variant:
             continue
         loc = f"variants.{name}.controller"
-        controller = _resolve_part("controllers", variant["controller"], loc, 0)
+        controller = _resolve_part("controllers", variant["controller"], loc, at)
         if isinstance(controller, dict) and "model" in controller:
-            controller["model"] = _with_maps(_resolve_model(controller["model"], f"{loc}.model"))
+            model = _resolve_model(controller["model"], f"{loc}.model", at)
+            controller["model"] = _with_maps(model)
         variant["controller"] = controller
     return tables
 
 
-def _resolve_part(kind: Kind, part: Any, loc: str, depth: int) -> Any:
-    """Replace a name, or a table's ``base``, by the shipped table; leave anything else alone."""
+def part_of_file(path: str, value: Any, folder: Path) -> Any:
+    """Return the tables of the file that a change names, such as ``plant = "stage.toml"``.
+
+    Parameters
+    ----------
+    path : str
+        Dotted path of the change.
+    value : Any
+        Its value; of any other than the path of a file, it comes back.
+    folder : Path
+        What the path of the file is relative to.
+
+    Raises
+    ------
+    ConfigError
+        If the file, or a part that it names, is not there.
+    """
+    if not _is_file(value.get("base") if isinstance(value, Mapping) else value):
+        return value
+    loc, at = path.removesuffix(".base"), _Names(folder)
+    for form, kind in _FILED.items():
+        if re.fullmatch(form, loc):
+            return _resolve_part(kind, value, loc, at)
+    return _with_maps(_resolve_model(value, loc, at)) if _MODEL.fullmatch(loc) else value
+
+
+def _is_file(name: Any) -> bool:
+    return isinstance(name, str) and name.endswith(".toml")
+
+
+def _resolve_part(kind: Kind, part: Any, loc: str, at: _Names, depth: int = 0) -> Any:
+    """Replace a name, or a table's ``base``, by the named table; leave anything else alone."""
     if isinstance(part, str):
         part = {"base": part}
     if not isinstance(part, Mapping) or "base" not in part:
         return part
     name = part["base"]
-    if not isinstance(name, str) or depth > _DEEPEST_BASE:
-        raise ConfigError(
-            FieldError(loc=f"{loc}.base", message="must be the name of a shipped part", value=name)
-        )
-    shipped = read(kind, name, loc=loc)
-    if kind != "trajectories":
-        shipped = {"name": name} | shipped
-    base = _resolve_part(kind, shipped, loc, depth + 1)
     own = {key: value for key, value in part.items() if key != "base"}
+    try:
+        if not isinstance(name, str) or depth > _DEEPEST_BASE:
+            message = "must be the name of a shipped part"
+            raise ConfigError(FieldError(loc=f"{loc}.base", message=message, value=name))
+        tables, below = _read(kind, name, loc, at)
+    except ConfigError as error:
+        if at.errors is None:
+            raise
+        at.errors.extend(error.errors)
+        near = nearest(name, names(kind)) if isinstance(name, str) else None
+        if near is None:
+            return own
+        name, (tables, below) = near, _read(kind, near, loc, at)
+    if kind != "trajectories" and is_name(stem := name.rpartition("/")[2].removesuffix(".toml")):
+        tables = {"name": stem} | tables
+    base = _resolve_part(kind, tables, loc, below, depth + 1)
     return _merge(base, _labelled(own) if kind == "scenarios" else own)
+
+
+def _read(kind: Kind, name: str, loc: str, at: _Names) -> tuple[dict[str, Any], _Names]:
+    """Return the tables that a name stands for, and where the names in them lead."""
+    if at.folder is None or not _is_file(name):
+        return read(kind, name, loc=loc), at
+    path = at.folder / name
+    tables = parse(path)
+    tables.pop(ORIGIN, None)
+    return tables, at._replace(folder=path.parent)
 
 
 def controller_name(part: Any) -> str | None:
@@ -79,13 +177,16 @@ def _labelled(own: dict[str, Any]) -> dict[str, Any]:
     return own | {"variants": found}
 
 
-def _resolve_model(part: Any, loc: str) -> Any:
+def _resolve_model(part: Any, loc: str, at: _Names) -> Any:
     """Replace a motor's name by the parameters that a controller's model has."""
     name = part if isinstance(part, str) else part.get("base") if isinstance(part, dict) else None
     if name is None:
         return part
-    motor = _resolve_part("motors", {"base": name}, loc, 0)
-    model = {axis: {key: motor[axis][key] for key in _MODEL_KEYS} for axis in AXES}
+    motor = _resolve_part("motors", {"base": name}, loc, at)
+    axes = {axis: motor[axis] for axis in AXES if isinstance(motor.get(axis), Mapping)}
+    model = {axis: {k: each[k] for k in _MODEL_KEYS if k in each} for axis, each in axes.items()}
+    if "force_map" in motor:
+        model["force_map"] = motor["force_map"]
     own = {} if isinstance(part, str) else {k: v for k, v in part.items() if k != "base"}
     return _merge(model, own)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,11 +11,13 @@ from typing import Any
 from pydantic import ValidationError
 
 from motionlab.config.changes import apply_changes, check_schedulable
+from motionlab.config.hints import hinted
 from motionlab.config.includes import resolve
 from motionlab.config.quantity import Config
 from motionlab.config.scenario import Scenario
 from motionlab.config.shipped import copied, is_name, parse, read
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
+from motionlab.config.toml_lines import located
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.config.validation_errors import field_errors
 from motionlab.errors import ConfigError, FieldError
@@ -50,13 +53,42 @@ def load_scenario(
     ConfigError
         Naming every field that is wrong, its value, range and unit.
     """
+    changes = changes or {}
     try:
-        document = resolve(_read_source(source))
-        if changes:
-            document = apply_changes(_with_defaults(document), changes)
-        return validate(document)
+        with located(source, elsewhere=changes) if isinstance(source, Path) else nullcontext():
+            document = _resolved(source)
+            if changes:
+                document = _with_defaults(document)
+                with hinted(document, changes):
+                    return validate(apply_changes(document, changes))
+            with hinted(document):
+                return validate(document)
     except RecursionError:
         raise ConfigError(FieldError(loc="scenario", message="is nested too deeply")) from None
+
+
+def _resolved(source: str | Path | Mapping[str, Any]) -> dict[str, Any]:
+    """Return the tables of a source; beside names that lead nowhere, all else that is wrong."""
+    errors: list[FieldError] = []
+    folder = source.parent if isinstance(source, Path) else None
+    document = resolve(_read_source(source), folder=folder, errors=errors)
+    if errors:
+        places = ["" if error.loc == "scenario" else error.loc for error in errors]
+        try:
+            with hinted(document):
+                validate(document)
+        except ConfigError as error:
+            errors += (each for each in error.errors if not _is_missing_below(each, places))
+        raise ConfigError(*errors)
+    return document
+
+
+def _is_missing_below(error: FieldError, places: Sequence[str]) -> bool:
+    """Return whether a field may be missing for want of the base of one of some parts."""
+    loc = f"{error.loc}."
+    return error.message == "is missing" and any(
+        not place or loc.startswith(f"{place}.") for place in places
+    )
 
 
 def validate(document: Mapping[str, Any]) -> Scenario:

@@ -10,7 +10,7 @@ import sys
 from typing import Any
 
 from motionlab.config.scenario import Scenario
-from motionlab.config.shipped import Kind, config_root, names
+from motionlab.config.shipped import OWN, Kind, config_root, names
 
 _WHOLE = ["plant", "variants", "trajectory"]
 """Required keys of a scenario without a base."""
@@ -77,15 +77,16 @@ def _either(node: Any) -> Any:
 
 
 def _name(kind: Kind) -> dict[str, Any]:
-    """Return the schema of the name of a shipped part, or of any motor: there may be own ones."""
-    if kind == "motors":
-        shipped = ", ".join(names(kind))
-        return {
-            "type": "string",
-            "pattern": "^[a-z0-9-]{1,64}$",
-            "description": f"A motor of one's own, or one of the shipped: {shipped}",
-        }
-    return {"type": "string", "enum": names(kind), "description": f"One of the shipped {kind}"}
+    """Return the schema of the name of a shipped part, of one's own, or of the path of a file."""
+    shipped = ", ".join(names(kind))
+    if kind == "scenarios":
+        return {"type": "string", "enum": names(kind), "description": "One of the shipped"}
+    own = " or one's own" if kind in OWN else ""
+    return {
+        "type": "string",
+        "pattern": r"^[a-z0-9-]{1,64}$|\.toml$",
+        "description": f"One of the shipped{own}, or the path of a .toml file: {shipped}",
+    }
 
 
 def _changed(motions: list[dict[str, Any]]) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Configs by kind and name: those that ship with the project, and motors of one's own."""
+"""Configs by kind and name: those that ship, and motors and trajectories of one's own."""
 
 from __future__ import annotations
 
@@ -18,16 +18,20 @@ Kind = Literal["motors", "controllers", "trajectories", "scenarios"]
 _KINDS: dict[Kind, str] = {
     "motors": "motor",
     "controllers": "shipped controller",
-    "trajectories": "shipped trajectory",
+    "trajectories": "trajectory",
     "scenarios": "shipped scenario",
 }
 _NAME = re.compile("[a-z0-9-]{1,64}")
+OWN: tuple[Kind, ...] = ("motors", "trajectories")
+"""Kinds that the folder of data holds too; shipped ones win."""
+
 ORIGIN = "origin"
 """Table of a motor's file that tells where its numbers come from; no part of the motor."""
 
 SERVER_LOCK = ".server"
 """File of the folder of data, which a server locks."""
 
+_LISTED_MAX = 40  # names in an error
 _WORD_MAX = 100  # characters of a word that is compared with others
 _PACKAGE = Path(__file__).resolve().parent.parent
 
@@ -77,12 +81,19 @@ def names(kind: Kind) -> list[str]:
 
 def own_motors() -> list[str]:
     """Return the names of the motors of one's own that no shipped one has, sorted."""
-    found = {path.stem for path in (data_root() / "motors").glob("*.toml") if is_name(path.stem)}
-    return sorted(found - set(names("motors")))
+    return own_names("motors")
+
+
+def own_names(kind: Kind) -> list[str]:
+    """Return the names of one's own of a kind that no shipped one has, sorted."""
+    if kind not in OWN:
+        return []
+    own = {path.stem for path in (data_root() / kind).glob("*.toml") if is_name(path.stem)}
+    return sorted(own - set(names(kind)))
 
 
 def read(kind: Kind, name: str, *, loc: str) -> dict[str, Any]:
-    """Return a config, unresolved: a shipped one, or a motor of one's own.
+    """Return a config, unresolved: a shipped one, or a motor or trajectory of one's own.
 
     Parameters
     ----------
@@ -104,16 +115,18 @@ def read(kind: Kind, name: str, *, loc: str) -> dict[str, Any]:
         If there is nothing of that name.
     """
     path = config_root() / kind / f"{name}.toml"
-    if kind == "motors" and is_name(name) and not path.is_file():
+    if kind in OWN and is_name(name) and not path.is_file():
         path = data_root() / kind / path.name
     if not is_name(name) or not path.is_file():
-        known = names(kind) + (own_motors() if kind == "motors" else [])
+        known = names(kind) + own_names(kind)
         raise ConfigError(
             FieldError(
                 loc=loc,
                 message=f"no {_KINDS[kind]} of that name{did_you_mean(name, known)}",
                 value=name,
-                range="one of " + ", ".join(known),
+                range="one of "
+                + ", ".join(known[:_LISTED_MAX])
+                + (", ..." if len(known) > _LISTED_MAX else ""),
             )
         )
     tables = copied(_parsed(path, path.stat().st_mtime_ns))
@@ -188,7 +201,13 @@ def parse_text(text: bytes, *, loc: str, size_max: int) -> dict[str, Any]:
     raise ConfigError(FieldError(loc=loc, message=message))
 
 
+def nearest(word: str, known: list[str]) -> str | None:
+    """Return the known word that is most alike, if one is alike at all."""
+    close = difflib.get_close_matches(word, known, n=1) if len(word) <= _WORD_MAX else []
+    return close[0] if close else None
+
+
 def did_you_mean(word: str, known: list[str]) -> str:
     """Return a hint at the closest known word, or nothing."""
-    close = difflib.get_close_matches(word, known, n=1) if len(word) <= _WORD_MAX else []
-    return f", did you mean {close[0]!r}?" if close else ""
+    close = nearest(word, known)
+    return f", did you mean {close!r}?" if close else ""

@@ -14,6 +14,7 @@ from pydantic.fields import FieldInfo
 
 from motionlab.config.shipped import did_you_mean
 from motionlab.errors import SHOWN_MAX, ConfigError, FieldError, Written, shown
+from motionlab.units import si_amount
 
 ModelT = TypeVar("ModelT", bound=BaseModel)
 
@@ -67,6 +68,9 @@ _FORMS = {"^[A-Z]$": "one capital letter"}
 """Patterns of text in words."""
 _CHOICE = re.compile(r"'([^']*)'")
 _LONGEST_VALUE = 80
+_FULL_MAX = 10 * SHOWN_MAX  # a file's errors are put in its order before the first are shown
+_PARTS = ("controller",)
+"""Fields of a table that take a name where the table does not."""
 
 
 def checked(model: type[ModelT], fields: Mapping[str, Any], name: str) -> ModelT:
@@ -109,13 +113,13 @@ def field_errors(error: ValidationError, model: type[BaseModel]) -> list[FieldEr
     Returns
     -------
     list of FieldError
-        In pydantic's order; only the first `SHOWN_MAX` in full.
+        In pydantic's order; only the first 200 in full.
     """
     items = _one_of_each_union([dict(item) for item in error.errors(include_url=False)], model)
     containing = {item["loc"][:end] for item in items for end in range(len(item["loc"]))}
     return [
         _field_error(item, model)
-        if index < SHOWN_MAX
+        if index < _FULL_MAX
         else FieldError(".".join(map(str, item["loc"])), str(item["msg"]))  # counted, not shown
         for index, item in enumerate(items)
         # A list with a bad item is also "too short": its good items alone were counted.
@@ -220,6 +224,10 @@ def _field_error(item: dict[str, Any], model: type[BaseModel]) -> FieldError:
     if isinstance(item["input"], bool) and _has_switch(info):
         message += f": set {'.'.join(path)}.enabled"
     unit = unit_of_field(info)
+    if kind in {"model_type", "model_attributes_type"}:
+        message, allowed = _table_in_words(item["input"], path, info)
+    if kind in {"float_type", "int_type", "float_parsing", "int_parsing"}:
+        message += _number_in_words(item["input"], unit)
     at_fault = kind != "missing" and not (kind == "value_error" and isinstance(item["input"], dict))
     value = _shown(item["input"]) if at_fault else None
     if kind == "union_tag_invalid":
@@ -244,6 +252,28 @@ def _field_error(item: dict[str, Any], model: type[BaseModel]) -> FieldError:
         unit=unit,
         bounds={} if allowed else bounds,
     )
+
+
+def _table_in_words(value: Any, path: list[str], info: FieldInfo | None) -> tuple[str, str]:
+    """Return what is wrong with a value in a table's place, and the table's fields."""
+    tables = [each for each in (members(info.annotation) if info else ()) if _is_table(each)]
+    fields = [key for each in tables for key in each.model_fields] if len(tables) == 1 else []
+    part = next((field for field in fields if field in _PARTS), None)
+    hint = f", did you mean '{'.'.join(path)}.{part}'?" if isinstance(value, str) and part else ""
+    listed = fields and not isinstance(value, bool)  # a switch is named
+    return f"must be a table{hint}", f"a table of {', '.join(fields)}" if listed else ""
+
+
+def _is_table(annotation: Any) -> bool:
+    return isinstance(annotation, type) and issubclass(annotation, BaseModel)
+
+
+def _number_in_words(value: Any, unit: str) -> str:
+    """Return the number that a text such as ``15mm`` stands for, in words; or nothing."""
+    amount = si_amount(value, unit) if isinstance(value, str) else None
+    if amount is None:
+        return ""
+    return f", in {unit}: {amount!r}" if unit not in {"", "1"} else f": {amount!r}"
 
 
 def _deeper(loc: tuple[Any, ...], key: str, model: type[BaseModel]) -> str:

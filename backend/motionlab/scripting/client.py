@@ -12,7 +12,16 @@ from motionlab.config.load import load_scenario
 from motionlab.errors import ConfigError, FieldError, MotionLabError
 from motionlab.scripting.channels import Record
 from motionlab.scripting.kept import KeptRun
-from motionlab.scripting.lab import Changes, Lab, Source, present, readable, shown_share, tables
+from motionlab.scripting.lab import (
+    Changes,
+    Lab,
+    Source,
+    changes_of,
+    present,
+    readable,
+    shown_share,
+    tables,
+)
 from motionlab.scripting.lab_server import ADDRESS, LabServer, ServerRefused
 from motionlab.scripting.run import Run
 from motionlab.scripting.session import Session, parquet_of
@@ -55,7 +64,7 @@ class Client(Lab):
         scenario, set
             As for `run`.
         """
-        body = {"scenario": _sendable(scenario), "set": tables(set, "set")}
+        body = {"scenario": _sendable(scenario), "set": changes_of(set)}
         return Session(self._server, self._server.call("POST", "/sessions", body))
 
     def runs(self, **query: Any) -> list[dict[str, Any]]:
@@ -90,7 +99,7 @@ class Client(Lab):
             raise ConfigError(FieldError("scheduler", message, scheduler))
         study = BY_KIND[kind]
         if scenario is not None:
-            request |= {"scenario": _sendable(scenario), "set": tables(set, "set")}
+            request |= {"scenario": _sendable(scenario), "set": changes_of(set)}
         found = self._answer(study.path, tables(present(request), kind), kind)
         return StudyResult(study, study.document_model.model_validate(found))
 

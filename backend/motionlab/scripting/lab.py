@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from motionlab.config.changes import with_files
 from motionlab.config.load import load_scenario
 from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError, RunWarning
@@ -91,7 +92,7 @@ class Lab(ABC):
             check_name(name)
         elif name:
             raise ConfigError(FieldError("name", "needs keep=True: it names a kept run", name))
-        run = self._run(scenario, tables(set, "set"), keep=keep, name=name)
+        run = self._run(scenario, changes_of(set), keep=keep, name=name)
         for note in run.notes:
             warnings.warn(note, RunWarning, stacklevel=2)
         return run
@@ -412,7 +413,7 @@ class Local(Lab):
         study = BY_KIND[kind]
         source = None if scenario is None else readable(scenario)
         if scenario is not None:
-            request["set"] = tables(set, "set")
+            request["set"] = changes_of(set)
         plan = study.plan(tables(present(request), kind), source)
         if study.direct:
             return StudyResult(study, study.document(study.run(plan, lambda *_: None)))
@@ -444,6 +445,11 @@ def path_of(text: str | Path, loc: str) -> str | Path:
     if "\0" in str(text):
         raise ConfigError(FieldError(loc, "holds a zero byte", str(text)))
     return Path(text) if str(text).endswith(".toml") else text
+
+
+def changes_of(value: object) -> dict[str, Any]:
+    """Return changes in types of JSON, the files that they name for a part read."""
+    return with_files(tables(value, "set"))
 
 
 def tables(value: object, loc: str) -> dict[str, Any]:

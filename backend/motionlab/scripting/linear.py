@@ -14,7 +14,7 @@ from motionlab.loop.linearise import linearise as linearised
 from motionlab.loop.margins import Margins, margins
 from motionlab.progress import first_use
 from motionlab.scripting.channels import optional
-from motionlab.scripting.lab import Changes, Source, readable, tables
+from motionlab.scripting.lab import Changes, Source, changes_of, readable
 
 if TYPE_CHECKING:
     import control
@@ -131,7 +131,7 @@ def linearise(
     ConfigError
         For a law that has no linearisation, or a variant or axis that is not there.
     """
-    found: Scenario = load_scenario(readable(scenario), tables(set, "set"))
+    found: Scenario = load_scenario(readable(scenario), changes_of(set))
     name = list(found.variants)[-1] if variant is None else variant
     _refuse_others("variant", name, list(found.variants))
     _refuse_others("axis", axis, ["x", "y"])

@@ -16,7 +16,7 @@ from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.errors import ConfigError, FieldError
 from motionlab.progress import first_use
 from motionlab.scripting.channels import Samples
-from motionlab.scripting.lab import Changes, Source, readable, tables
+from motionlab.scripting.lab import Changes, Source, changes_of, readable, tables
 from motionlab.simulation.prepare import limit_sets, planned
 from motionlab.store.trajectories import trajectory_table
 from motionlab.trajectories.exchange.reading import (
@@ -113,7 +113,7 @@ def trajectory(
         Naming every field that is wrong.
     """
     config = validate_trajectory(_table(motion))
-    changes = {"trajectory": config.model_dump(mode="json"), **tables(set, "set")}
+    changes = {"trajectory": config.model_dump(mode="json"), **changes_of(set)}
     follows = planned(load_scenario(readable(scenario), changes))
     return Trajectory(follows.trajectory, limit_sets(epochs(follows)))  # pyright: ignore[reportArgumentType]
 

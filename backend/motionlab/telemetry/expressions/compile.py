@@ -19,7 +19,7 @@ from motionlab.telemetry.expressions.parse import (
     Span,
     parse,
 )
-from motionlab.telemetry.expressions.units import PURE, SECOND, Dimension, parse_unit
+from motionlab.units import PURE, SECOND, Dimension, parse_unit
 
 CHANNELS_MAX = 8
 """Different channels of an expression."""

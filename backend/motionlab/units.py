@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -32,6 +33,18 @@ _MASS_COST = 2
 """No channel is in kg: a unit with N is preferred to it."""
 _EXPONENT_MAX = 64
 _UNIT_MAX = 40
+_OTHER = {
+    "cm": ("m", 1e-2),
+    "in": ("m", 0.0254),
+    "g": ("kg", 1e-3),
+    "min": ("s", 60.0),
+    "deg": ("rad", math.pi / 180.0),
+    "°": ("rad", math.pi / 180.0),
+    "rpm": ("Hz", 1.0 / 60.0),
+}
+"""Units that people write in fields, and that no channel has."""
+_AMOUNT = re.compile(r"([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?)\s*(\S.*)?")
+_AMOUNT_MAX = 80
 _FACTOR = re.compile(r"([*/·]|\s)?\s*([^\W\d]+|1|%)(?:\^(-?[0-9]{1,2}))?\s*")
 
 
@@ -167,3 +180,32 @@ def _power(name: str, exponent: Fraction) -> str:
         return name
     whole = exponent.denominator == 1
     return f"{name}^{int(exponent) if whole else format(float(exponent), 'g')}"
+
+
+def si_amount(text: str, unit: str) -> float | None:
+    """Return the number in a field's unit that a text such as ``15 mm`` or ``0.015`` stands for.
+
+    Parameters
+    ----------
+    text : str
+        A number, with a unit or without.
+    unit : str
+        SI unit of the field; empty or ``1`` for a pure number.
+
+    Returns
+    -------
+    float or None
+        None where the text is no number, or its unit is of another dimension.
+    """
+    parts = _AMOUNT.fullmatch(text.strip()) if len(text) <= _AMOUNT_MAX else None
+    if parts is None:
+        return None
+    name, other = parts[2] or unit, 1.0
+    if name in _OTHER:
+        name, other = _OTHER[name]
+    name = name.replace("²", "^2").replace("Ω", "ohm")
+    here, there = parse_unit(name, strict=True), parse_unit(unit, strict=True)
+    if here is None or there is None or here.dimension != there.dimension:
+        return None
+    amount = float(f"{float(parts[1]) * other * here.factor / there.factor:.12g}")
+    return amount if math.isfinite(amount) else None
