@@ -221,11 +221,11 @@ def _field_error(item: dict[str, Any], model: type[BaseModel]) -> FieldError:
     if kind == "union":
         kinds = [words for member, words in _WORDS.items() if member in item["members"]]
         message = f"must be {', '.join(kinds[:-1])} or {kinds[-1]}"
-    if isinstance(item["input"], bool) and _has_switch(info):
-        message += f": set {'.'.join(path)}.enabled"
     unit = unit_of_field(info)
     if kind in {"model_type", "model_attributes_type"}:
         message, allowed = _table_in_words(item["input"], path, info)
+    if isinstance(item["input"], bool) and _has_switch(info):
+        message += f": set {'.'.join(path)}.enabled"
     if kind in {"float_type", "int_type", "float_parsing", "int_parsing"}:
         message += _number_in_words(item["input"], unit)
     at_fault = kind != "missing" and not (kind == "value_error" and isinstance(item["input"], dict))
