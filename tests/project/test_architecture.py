@@ -19,7 +19,14 @@ def rows(head: str) -> list[str]:
 def test_every_package_of_the_backend_has_a_row() -> None:
     package = ROOT / "backend" / "motionlab"
     found = {path.name for path in package.iterdir() if (path / "__init__.py").exists()}
-    assert set(rows("| package |")) == found | {"errors", "problems", "progress", "tables", "units"}
+    assert set(rows("| package |")) == found | {
+        "errors",
+        "problems",
+        "plain_text",
+        "progress",
+        "tables",
+        "units",
+    }
 
 
 def test_rows_stand_in_the_order_of_the_layers() -> None:
