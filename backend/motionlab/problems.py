@@ -163,9 +163,9 @@ def kind_of(error: MotionLabError) -> Kind:
 
 
 def fields_of(error: MotionLabError) -> list[dict[str, Any]]:
-    """Return the fields that an error refuses, each with its attributes."""
+    """Return the fields that an error refuses, each with the attributes of a `FieldError`."""
     if isinstance(error, ConfigError):
-        return [_attributes(field) for field in error.errors]
+        return [vars(field) for field in error.errors]
     if not isinstance(error, Infeasible):
         return []
     field = FieldError(
@@ -176,12 +176,7 @@ def fields_of(error: MotionLabError) -> list[dict[str, Any]]:
         unit=error.unit,
         bounds={"minimum": error.limit[0], "maximum": error.limit[1]},
     )
-    return [_attributes(field)]
-
-
-def _attributes(field: FieldError) -> dict[str, Any]:
-    """Return the attributes of an error but its file, which the message names."""
-    return {name: value for name, value in vars(field).items() if name != "place"}
+    return [vars(field)]
 
 
 def problem_of(error: MotionLabError) -> dict[str, Any]:
@@ -210,10 +205,15 @@ def problem_document(
         "status": status,
         "detail": plain(detail),
         "errors": [
-            plain({**each, "loc": shown(each["loc"]), "value": shown(each["value"])})
+            plain({**_unplaced(each), "loc": shown(each["loc"]), "value": shown(each["value"])})
             for each in errors[:SHOWN_MAX]
         ],
     }
+
+
+def _unplaced(field: dict[str, Any]) -> dict[str, Any]:
+    """Return the attributes of an error but its file, which the detail names."""
+    return {name: value for name, value in field.items() if name != "place"}
 
 
 def plain(value: Any) -> Any:
