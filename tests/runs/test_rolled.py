@@ -15,6 +15,7 @@ from motionlab.runs.comparing import Comparing
 from motionlab.runs.exports import Source, check_selection, export, within
 from motionlab.runs.library import library
 from motionlab.runs.report.done import events
+from motionlab.runs.report.plots import marks
 from motionlab.runs.report.reports import run_report
 from motionlab.runs.run import Event, RunDetail, new_id
 from motionlab.runs.selection import Selection
@@ -83,6 +84,7 @@ def test_its_windows_are_those_of_the_same_samples(whole: RunDetail, rolled: Run
 def test_its_report_has_the_times_of_its_plots(rolled: RunDetail) -> None:
     times = [each.time for each in events(rolled)]
     assert times == pytest.approx([-GONE * CONTROL_PERIOD, 100 * CONTROL_PERIOD])
+    assert [mark.at for mark in marks(rolled, events(rolled))] == pytest.approx(times[1:])
     start, end = rolled.measured() or (0.0, 0.0)
     assert 0.0 <= start < end == pytest.approx(rolled.duration)
     assert run_report(rolled.id)

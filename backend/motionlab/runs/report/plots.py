@@ -171,8 +171,14 @@ def _chart(
         curves=[
             Curve(trace.label, trace.look, low[i], high[i]) for i, trace in enumerate(wanted.traces)
         ],
-        marks=[Mark(each.time, each.number) for each in happened[:_MARKS]],
+        marks=marks(run, happened),
     )
+
+
+def marks(run: RunDetail, happened: Sequence[Happened]) -> list[Mark]:
+    """Return the marks of what happened within what is left of a run."""
+    within = [each for each in happened if 0.0 <= each.time <= run.duration]
+    return [Mark(each.time, each.number) for each in within[:_MARKS]]
 
 
 def _plane(run: RunDetail, file: parquet.ParquetFile) -> Markup | None:

@@ -65,7 +65,9 @@ def fitted_motor(
     recorded = datetime.fromtimestamp(run.created, UTC).isoformat(timespec="seconds")
     tables["description"] = f"Fitted to {run.name} ({run.id}) of {recorded[:10]}"
     residual = None
-    if followed is not None:
+    if run.first_tick:  # a simulation begins at tick 0
+        notes.append("no simulation is compared with the run, whose beginning has gone")
+    elif followed is not None:
         try:
             after = load_scenario(followed.model_dump(mode="json") | {"plant": tables})
             residual = _residuals(experiment, columns, list(fits), followed, after)
@@ -144,8 +146,6 @@ def _residuals(
     """Return what two simulations of the run leave of its following errors, by axis."""
     variant = experiment.read_variant
     names = [f"{variant}.{axis}.following_error" for axis in axes]
-    if experiment.run.first_tick:  # its beginning has gone, and with it what a simulation starts at
-        return {}
     measured = columns.read(names)
     ends = [event.tick for event in experiment.run.events]
     ticks = min([measured.shape[1], *ends])  # what follows a STOP is in no scenario
