@@ -9,7 +9,8 @@ export function licensed(name: string): Plugin {
     apply: 'build',
     generateBundle() {
       for (const file of readdirSync(folder)) {
-        if (!/^(LICENSE|NOTICE)$|swagger-ui-bundle\.js\.LICENSE\.txt$/.test(file)) continue;
+        if (!/^(LICENSE|NOTICE)(\.md|\.txt)?$|swagger-ui-bundle\.js\.LICENSE\.txt$/.test(file))
+          continue;
         const fileName = `licenses/${name}/${file}`;
         this.emitFile({ type: 'asset', fileName, source: readFileSync(new URL(file, folder)) });
       }

@@ -6,7 +6,7 @@ import { licensed } from './licensed.ts';
 const server = process.env.MOTIONLAB_SERVER ?? 'http://127.0.0.1:8000';
 
 export default defineConfig({
-  plugins: [svelte(), licensed('swagger-ui-dist'), compressed()],
+  plugins: [svelte(), licensed('svelte'), licensed('swagger-ui-dist'), compressed()],
   // Tests import the binary fixtures that the Python tests read too.
   assetsInclude: ['**/*.bin'],
   build: {

@@ -102,6 +102,21 @@ def test_the_wheel_holds_all_that_it_is_made_of(checkout: Path, wheel: Path) -> 
     assert {"motionlab/py.typed", "motionlab/_version.py", "motionlab/page/index.html"} < held
 
 
+def test_the_wheel_holds_the_licences_of_all_that_is_in_it(wheel: Path) -> None:
+    held = contents(wheel)
+    (metadata,) = (text for name, text in held.items() if name.endswith(".dist-info/METADATA"))
+    assert b"License-Expression: MIT AND Apache-2.0 AND BSD-2-Clause" in metadata
+    texts = {
+        ".dist-info/licenses/LICENSE": b"MIT License",
+        "fmi3/license.txt": b"2-Clause BSD License",
+        ".dist-info/licenses/backend/motionlab/trajectories/exchange/rowmans.txt": b"Hershey",
+        "page/licenses/svelte/LICENSE.md": b"Svelte Contributors",
+        "page/licenses/swagger-ui-dist/LICENSE": b"Apache License",
+    }
+    for ending, words in texts.items():
+        assert any(words in held[name] for name in held if name.endswith(ending)), ending
+
+
 def test_the_sdist_builds_the_same_wheel_without_node(checkout: Path, wheel: Path) -> None:
     sdist = built(checkout, "sdist")
     with tarfile.open(sdist) as file:
