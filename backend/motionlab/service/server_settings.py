@@ -67,7 +67,7 @@ class ServerSettings(BaseSettings, Bounds):  # pyright: ignore[reportIncompatibl
     proxies: tuple[str, ...] = Field(
         default=(),
         description="Addresses or networks of proxies whose `X-Forwarded-For` and "
-        "`X-Forwarded-Proto` are believed; nobody's unless named",
+        "`X-Forwarded-Proto` are believed; none unless named",
     )
     token: str | None = Field(default=None, description="What clients must present", repr=False)
     token_file: str | None = Field(default=None, description="File that holds the token")

@@ -66,7 +66,7 @@ async def log_in(request: Request, body: LoginRequest) -> Response:
     address = "unknown" if request.client is None else request.client.host
     token = request.app.state.settings.token
     if token is None or not hmac.compare_digest(body.token.encode(), token.encode()):
-        # Wrong ones alone are counted: nobody else's can lock out who has the token.
+        # Only wrong ones are counted, so others cannot lock out who has the token.
         wait = request.app.state.logins.attempts.take(address)
         if wait > 0:
             seconds = str(math.ceil(wait))
