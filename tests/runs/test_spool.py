@@ -6,6 +6,7 @@ import contextlib
 import errno
 import os
 import random
+import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -200,3 +201,14 @@ def test_events_are_sorted_and_one_that_was_cut_off_is_left_out(tmp_path: Path) 
     (recorded.folder / "run.json").write_text("{}")
     with pytest.raises(StoreError, match="cannot be read"):
         spool.begun(tmp_path, recorded.folder.name)
+
+
+def test_a_spool_that_was_removed_takes_nothing(tmp_path: Path) -> None:
+    recording = made(tmp_path)
+    recording.append(0, noise(0, 100))
+    shutil.rmtree(recording.folder)
+    with pytest.raises(OSError, match="its file was removed"):
+        recording.append(100, noise(100, 100))
+    with pytest.raises(OSError, match="its file was removed"):
+        recording.note(Event(tick=100, kind="stop"))
+    recording.close()

@@ -138,6 +138,13 @@ def test_arrays_and_files_are_one_motion(tmp_path: Path) -> None:
             assert np.array_equal(again.position, found.position)
 
 
+def test_instants_since_1970_begin_at_zero() -> None:
+    rows = np.zeros((5, 3))
+    rows[:, 0] = 1_764_172_800 + 0.005 * np.arange(5)
+    motion = motionlab.trajectory(rows)
+    assert motion.table["time"] == pytest.approx([0.0, 0.005, 0.01, 0.015, 0.02], abs=1e-12)
+
+
 def test_rows_of_two_columns_are_those_of_control_periods() -> None:
     rows = eased(step=0.0005)
     assert np.array_equal(

@@ -8,6 +8,7 @@ end, or when the next server starts. A long record is a row of such files, and i
 from __future__ import annotations
 
 import contextlib
+import errno
 import fcntl
 import io
 import os
@@ -218,7 +219,10 @@ def _created(path: Path) -> int:
 
 def _append(descriptor: int, data: bytes) -> None:
     """Append to a file; all of it, or the file is as it was."""
-    end = os.fstat(descriptor).st_size
+    status = os.fstat(descriptor)
+    if not status.st_nlink:  # somebody tidied up: what is written now, nobody can read
+        raise FileNotFoundError(errno.ENOENT, "its file was removed while it was written")
+    end = status.st_size
     view = memoryview(data)
     try:
         while view:

@@ -15,6 +15,7 @@ from motionlab.trajectories.exchange.tables import column_units
 
 SUFFIXES = (".npy", ".parquet")
 _DIGITS = 12  # of a position in m and a time in s: a picometre, a picosecond
+_SINCE_1970 = 9e8, 2.5e9  # s, of an instant from 1998 to 2049
 _BYTES_MAX = 50_000_000
 
 
@@ -40,7 +41,12 @@ def table_of(array: Any, loc: str) -> dict[str, Any]:
 
 
 def samples_table(time: NDArray[Any], x: NDArray[Any], y: NDArray[Any]) -> dict[str, Any]:
-    """Return the table of a motion: numbers are rounded to 1e-12 s and 1e-12 m."""
+    """Return the table of a motion: numbers are rounded to 1e-12 s and 1e-12 m.
+
+    Instants since 1970 begin at 0 s, rounded to 1 us, near their resolution.
+    """
+    if len(time) and _SINCE_1970[0] <= time[0] <= _SINCE_1970[1]:
+        time = np.round(time - time[0], 6)
     columns = {"time": time, "x": x, "y": y}
     rounded = {name: np.round(values, _DIGITS).tolist() for name, values in columns.items()}
     return {"kind": "samples", **rounded}
