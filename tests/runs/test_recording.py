@@ -153,9 +153,9 @@ def test_stop_and_server_end_are_complete_ends(tmp_path: Path) -> None:
     # What takes the server longer than it has becomes a run with the next command, once the worker
     # that was at it is gone.
     until(lambda: main_in(tmp_path, "runs") == 0 and all(ended(tmp_path / "data", i) for i in ids))
-    for run_id, events in zip(ids, [["stop"], []], strict=True):
+    for run_id, events, by in zip(ids, [["stop"], []], ["STOP", ""], strict=True):
         run, columns = kept(tmp_path / "data", run_id)
-        assert (run.state, run.reason) == ("complete", "")
+        assert (run.state, run.reason, run.stopped) == ("complete", "", by)
         assert [event.kind for event in run.events] == events
         assert np.array_equal(columns["tick"], np.arange(run.ticks))
 

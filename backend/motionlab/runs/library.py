@@ -237,19 +237,20 @@ class Library:
                 return None
             gaps = [event for event in events if event.kind == "gap"]
             reason = _missing(gaps, first) if spool.ended(self.spools, run_id) else _CUT_OFF
+            stop = next((event for event in events if event.kind == "stop"), None)
             update: dict[str, Any] = {
                 "events": events,
                 "first_tick": first,
                 "state": "partial" if reason else "complete",
                 "reason": reason,
+                "stopped": "" if stop is None else stop.reason or "STOP",
             }
             if known := self.index.get(run_id):  # what was changed while it was recorded
                 update |= {name: getattr(known, name) for name in CHANGEABLE}
             update["differences"] = differences_after(run, events)
             run = run.model_copy(update=update)
             begin = gaps[-1].tick + (gaps[-1].ticks or 0) if gaps else 0
-            stop = next((event.tick for event in events if event.kind == "stop"), None)
-            result, picture = _latest(run, part, begin, stop)
+            result, picture = _latest(run, part, begin, stop and stop.tick)
             self.room.make_room(part.stat().st_size, instead_of=run_id)
             kept = self._add(run, part, ticks=ticks, result=result, picture=picture)
         spool.remove(self.spools, run_id)

@@ -114,6 +114,9 @@ class Run(BaseModel):
     period: float = Field(description="Time between two samples, s")
     size: int = Field(description="Bytes of its telemetry")
     reason: str = Field(default="", description="Why it is partial")
+    stopped: str = Field(
+        default="", description="What stopped it, STOP or a fault; empty where nothing did"
+    )
     variants: list[str]
     labels: dict[str, str] = Field(description="Of each variant: what its controller is")
     differences: list[Difference] = Field(

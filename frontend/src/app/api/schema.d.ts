@@ -11262,6 +11262,12 @@ export interface components {
              * @default
              */
             reason: string;
+            /**
+             * Stopped
+             * @description What stopped it, STOP or a fault; empty where nothing did
+             * @default
+             */
+            stopped: string;
             /** Variants */
             variants: string[];
             /**
@@ -11387,6 +11393,12 @@ export interface components {
              * @default
              */
             reason: string;
+            /**
+             * Stopped
+             * @description What stopped it, STOP or a fault; empty where nothing did
+             * @default
+             */
+            stopped: string;
             /** Variants */
             variants: string[];
             /**

@@ -36,7 +36,12 @@ it('shows the worse of sliding and standstill, and where it is', () => {
     ['2.20', 'sliding at 170 mm/s'],
   ]);
   expect(instability(LOOP)).toBe('');
-  expect(instability({ ...LOOP, standstill: { ...stuck, stable: false } })).toBe('at standstill');
+  const nowhere = { ...stuck, stable: false };
+  expect(instability({ ...LOOP, standstill: nowhere })).toBe('at standstill');
+  // With a velocity it would be too long for its line.
+  expect(instability({ ...LOOP, stable: false, standstill: nowhere })).toBe(
+    'sliding and at standstill',
+  );
 });
 
 describe('margins against their limits', () => {

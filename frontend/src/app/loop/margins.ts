@@ -49,7 +49,7 @@ export function placeOf({ velocity }: LoopAt): string {
 /** Where a loop is unstable; empty where it is stable while it slides and at standstill. */
 export function instability(figures: LoopFigures): string {
   const places = [figures, figures.standstill].filter(({ stable }) => !stable);
-  return places.map(placeOf).join(' and ');
+  return places.length === 2 ? 'sliding and at standstill' : places.map(placeOf).join('');
 }
 
 /**

@@ -9,6 +9,7 @@ import {
   searchProblem,
   sizeText,
   evictedText,
+  stopText,
   storageText,
   summary,
   timeOf,
@@ -27,6 +28,11 @@ it('events of a run whose beginning has gone are timed from its first sample', (
   expect(timeOf(event({ tick: 84_000 }), late)).toBe(2);
   expect(timeOf(event({ kind: 'gap', tick: 0, ticks: 80_000 }), late)).toBe(-40);
   expect(timeOf(event({ tick: 84_000 }), { ...late, first_tick: 0 })).toBe(42);
+});
+
+it('says what stopped a run, with its symbols', () => {
+  expect(stopText('STOP')).toBe('Stopped by STOP');
+  expect(stopText('fault of drive 3, 40 um off')).toBe('Stopped: fault of drive 3, 40 µm off');
 });
 
 it('today is relative, yesterday has its time, what is older its date', () => {

@@ -74,6 +74,11 @@ export function differing({ path, shipped, value }: RunDifference): Differing {
   return { name: nameOf(path), text: `${of(shipped)} → ${of(value)} ${unit}`.trimEnd() };
 }
 
+/** What stopped a run, where the server names it. */
+export function stopText(stopped: string): string {
+  return stopped === 'STOP' ? 'Stopped by STOP' : `Stopped: ${pretty(stopped)}`;
+}
+
 /** What stands below the name of a run; `own` where no scenario of its name is shipped. */
 export function summary(run: Run, own: boolean): string {
   if (run.state === 'partial') return `partial: ${pretty(run.reason)}`;

@@ -198,7 +198,7 @@ const FIGURES: readonly [string, string, Scale | string, Of<Figures>][] = [
   ['breakaway, estimate', 'The same of the estimate', 'N', (f) => f.breakaway_estimate],
   [
     'loop stiffness',
-    'Slope of friction over displacement about zero after a reversal, median; sigma_0 if slow',
+    'Slope of friction over displacement about zero after a reversal, median; σ₀ if slow',
     PER_MM.stiffness,
     (f) => f.stiffness,
   ],
