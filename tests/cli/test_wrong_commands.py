@@ -57,7 +57,7 @@ WRONG: list[tuple[str, str, str]] = [
     ("run circle --set plant=matchd", "plant: no motor of that name", "'matched'"),
     ("run circle --set trajectory=sqare", "trajectory: no trajectory", "one of circle"),
     ("run circle --set seed=1.5", "seed: must be a whole number; got 1.5", "9007199254740991"),
-    ("run circle --set trajectory.frequency=3", "thrust on y", "--set trajectory.frequency=1.8"),
+    ("run circle --set trajectory.frequency=3", "thrust on y", "--set trajectory.frequency=1.668"),
     ("run circle --set trajectory.center.x=0.08", "position on x", "-0.085 to 0.085 m"),
     ("run circle --out run.txt", "--out: unknown kind of file", ".parquet or .csv"),
     ("run circle --out no/run.csv", "--out: its folder does not exist", "'no/run.csv'"),
