@@ -113,7 +113,7 @@ def _simulated(options: argparse.Namespace) -> tuple[NDArray[np.float64], list[C
 
     from motionlab.config.changes import parse_assignments
     from motionlab.scripting.figure import Curve
-    from motionlab.scripting.lab import Local
+    from motionlab.scripting.local import Local
 
     run = Local().run(source(options), parse_assignments(options.assignments))
     wanted = _wanted(options.channels, list(run))

@@ -1,6 +1,6 @@
 """The calls of a lab in this process, as functions: those of ``import motionlab``."""
 
-from motionlab.scripting.lab import Local
+from motionlab.scripting.local import Local
 
 _LAB = Local()
 

@@ -1,4 +1,4 @@
-"""What scripts ask of a lab: `Local` computes in this process, `Client` asks a server."""
+"""The calls of a lab: `local.Local` computes in this process, `client.Client` asks a server."""
 
 from __future__ import annotations
 
@@ -14,16 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.changes import with_files
-from motionlab.config.load import load_scenario
 from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError, RunWarning
-from motionlab.executors.executor import executing
-from motionlab.progress import first_use, has_bars, is_told, share_done, tick_bar, told
+from motionlab.progress import has_bars, is_told, share_done, told
 from motionlab.runs.run import check_name
-from motionlab.scripting.run import Run, record_of
+from motionlab.scripting.run import Run
 from motionlab.scripting.study_result import StudyResult
 from motionlab.studies.sweep.request import CASES_MAX
-from motionlab.studies.table import BY_KIND
 
 if TYPE_CHECKING:
     from motionlab.motor_design.document import DesignDocument
@@ -342,84 +339,6 @@ class Lab(ABC):
         **request: Any,
     ) -> Any:
         """Return the result of a study; fields of the request that are None are left out."""
-
-
-class Local(Lab):
-    """A lab in this process, with the runs of MOTIONLAB_DATA."""
-
-    def kept(self, run: str) -> KeptRun:
-        """Return a kept run: its metrics, its scenario, and every channel.
-
-        Parameters
-        ----------
-        run : str
-            Its identifier, or a name that no other run has.
-
-        Raises
-        ------
-        ConfigError
-            If there is none.
-        """
-        from motionlab.runs.library import library
-        from motionlab.scripting.kept import KeptRun
-
-        ours = library()
-        detail = ours.complete(ours.named(run, "run"))
-        return KeptRun(detail.model_dump(mode="json"), lambda: ours.files.open(detail.id))
-
-    def kept_runs(self, search: str = "", *, limit: int = 50) -> list[dict[str, Any]]:
-        """Return the kept runs that a search finds, the newest first (docs/runs.md).
-
-        Parameters
-        ----------
-        search : str
-            Such as ``circle tag:good B.x.max<1um``; all runs when left out.
-        limit : int
-            At most so many.
-        """
-        from motionlab.runs.library import library
-        from motionlab.runs.search import parse
-
-        ours = library()
-        ours.recover()  # what a server that was killed has left
-        page = ours.index.page(parse(search), limit=limit)
-        return [run.model_dump(mode="json") for run in page.runs]
-
-    @first_use()
-    def _run(self, scenario: Source, changes: dict[str, Any], *, keep: bool, name: str) -> Run:
-        from motionlab.simulation.prepare import prepare
-        from motionlab.simulation.result import document
-        from motionlab.simulation.run import run
-
-        prepared = prepare(load_scenario(readable(scenario), changes))
-        with tick_bar(prepared.reference.ticks) as progress:
-            recording = run(prepared, progress)
-        found = document(prepared, recording)
-        if keep:
-            from motionlab.runs.library import library
-
-            found["run"] = library().keep(prepared, recording, found, name=name).id
-        return Run(found, lambda: record_of(recording, prepared.scenario))
-
-    @first_use()
-    def _study(
-        self,
-        kind: str,
-        scenario: Source | None,
-        set: Changes,
-        scheduler: str | None,
-        **request: Any,
-    ) -> Any:
-        study = BY_KIND[kind]
-        source = None if scenario is None else readable(scenario)
-        if scenario is not None:
-            request["set"] = changes_of(set)
-        plan = study.plan(tables(present(request), kind), source)
-        if study.direct:
-            return StudyResult(study, study.document(study.run(plan, lambda *_: None)))
-        with executing(scheduler), shown_share(kind) as progress:
-            found = study.run(plan, lambda share, _partial=None: progress(share))
-        return StudyResult(study, study.document(found))
 
 
 def present(request: Mapping[str, Any]) -> dict[str, Any]:
