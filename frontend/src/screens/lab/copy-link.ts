@@ -2,7 +2,7 @@
 
 import { LINK_MAX, sessionParameters, settingsOf } from '../../app/lab-link';
 import { messages } from '../../app/messages.svelte';
-import { fromAddress, setAddress } from '../../app/storage';
+import { fromAddress, parsed, setAddress } from '../../app/storage';
 import { app } from '../../app/store.svelte';
 import { copyText } from '../../ui/copy-text';
 import { STATISTICS } from '../../scopes/statistics';
@@ -66,23 +66,17 @@ function look(): Look {
 
 /** Takes what the address says of zoom, cursors and readings; what is damaged is left out. */
 export function takeLook(): void {
-  let found: Look = {};
-  try {
-    found = JSON.parse(fromAddress('look') ?? '{}') as Look;
-  } catch {
-    // Damaged: as without.
-  }
+  const { statistic, span, of, zoom, cursors } = parsed<Look>(fromAddress('look'), {});
   setAddress({ look: '' });
-  const { statistic, span, of } = found;
   const known = STATISTICS.find(({ id }) => id === statistic);
   if (known) view.statistic = known.id;
   if (typeof span === 'number' && span > 0) view.span = span;
   if (Array.isArray(of) && typeof of[0] === 'string') {
     [view.variant, view.axis] = [of[0], of[1] === 'y' ? 'y' : 'x'];
   }
-  const [from, to] = times(found.zoom);
+  const [from, to] = times(zoom);
   if (from !== undefined && to !== undefined && to > from) view.zoom = { from, to };
-  view.cursors = times(found.cursors);
+  view.cursors = times(cursors);
 }
 
 /** Two times at most. */
