@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import socket
 
 import httpx
@@ -51,6 +52,27 @@ def _taken(server: Server, start: bytes, *, piece: bytes = PIECE) -> tuple[int, 
 )
 def test_a_head_without_end_is_refused(server: Server, start: bytes, piece: bytes) -> None:
     assert _taken(server, start, piece=piece)[0] < MOST
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        HEAD + b"X-Long: " + 70_000 * b"a" + b"\r\n\r\n",
+        HEAD + 700 * (b"X-Many: " + b"a" * 100 + b"\r\n") + b"\r\n",
+        HEAD.replace(b"health", b"health?" + 70_000 * b"a") + b"\r\n",
+        HEAD + b"\r\n" + HEAD + b"X-Long: " + 70_000 * b"a" + b"\r\n\r\n",
+    ],
+    ids=["header", "headers", "path", "second"],
+)
+def test_a_long_head_that_comes_at_once_is_refused(server: Server, head: bytes) -> None:
+    with socket.create_connection(("127.0.0.1", server.port), PATIENCE) as link:
+        link.sendall(head)
+        answer = b""
+        with contextlib.suppress(ConnectionResetError):  # in the middle of an answer
+            while piece := link.recv(1000):  # until the server closes it
+                answer += piece
+    assert b" 200 " not in answer.rpartition(b"HTTP/1.1")[2].partition(b"\r\n")[0]
+    assert answer.endswith(b"more than 65536 bytes.") or answer == b""
 
 
 def test_a_large_body_may_come_in_small_pieces(server: Server, client: httpx.Client) -> None:

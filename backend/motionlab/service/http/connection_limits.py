@@ -49,6 +49,8 @@ UNREAD_MAX = 64 * 1024
 """Bytes that may wait for a client before its pings are no longer answered."""
 
 
+_HEAD_TOO_LARGE = f"The head of a request has more than {HEAD_MAX} bytes."
+_HEADER_MARKS = 4  # bytes: a colon, a space and the end of the line
 _FINAL, _MASKED, _TEXT = 0x80, 0x80, 0x81  # RFC 6455, 5.2
 _SHORT = 126 + 6  # bytes: a frame whose length needs one byte, with its head and mask
 _PIECE = 1024  # bytes that are parsed at a time: some 200 messages of the shortest
@@ -74,6 +76,7 @@ class Connection(HttpToolsProtocol):
     websockets_max = Settings().websockets_max
 
     _waiting = 0
+    _head = 0
     _deadline: asyncio.TimerHandle | None = None
     _reading: asyncio.TimerHandle | None = None
     _since = 0.0
@@ -103,18 +106,29 @@ class Connection(HttpToolsProtocol):
         self._waiting += len(data)
         super().data_received(data)
         if self._waiting > HEAD_MAX:
-            self._refuse(f"The head of a request has more than {HEAD_MAX} bytes.")
+            self._refuse(_HEAD_TOO_LARGE)
 
     def on_message_begin(self) -> None:
         """Begin to wait for a head."""
         super().on_message_begin()
+        self._head = 0
         self.scope["extensions"] = {"motionlab.abort": self.transport.abort}  # pyright: ignore
         if self._deadline is None:
             self._set_deadline(HEAD_SECONDS, "head")
 
+    def on_url(self, url: bytes) -> None:
+        """Take a piece of a path, which counts as part of the head."""
+        self._count_head(len(url))
+        super().on_url(url)
+
+    def on_header(self, name: bytes, value: bytes) -> None:
+        """Take a header; those that follow a body have the same bound."""
+        self._count_head(len(name) + len(value) + _HEADER_MARKS)
+        super().on_header(name, value)
+
     def on_headers_complete(self) -> None:
         """Begin to wait for a body."""
-        self._waiting = 0
+        self._waiting = self._head = 0
         self._clear_deadline()
         super().on_headers_complete()
         self._set_deadline(BODY_SECONDS, "body")
@@ -129,6 +143,11 @@ class Connection(HttpToolsProtocol):
         self._waiting = 0
         self._clear_deadline()
         super().on_message_complete()
+
+    def send_400_response(self, msg: str) -> None:
+        """Refuse a request, unless it is refused already."""
+        if not self.transport.is_closing():
+            super().send_400_response(msg)
 
     def pause_writing(self) -> None:
         """Watch a client that does not read as fast as it is answered."""
@@ -155,6 +174,13 @@ class Connection(HttpToolsProtocol):
         refused = getattr(getattr(taken_over, "conn", None), "handshake_exc", None)
         if isinstance(refused, InvalidMessage) and not self.transport.is_closing():
             self.send_400_response("A websocket is asked for by a GET of some short headers.")
+
+    def _count_head(self, size: int) -> None:
+        """Bound a head that arrives whole, which never waits for its end."""
+        self._head += size
+        if self._head > HEAD_MAX:
+            self._refuse(_HEAD_TOO_LARGE)
+            raise ValueError(_HEAD_TOO_LARGE)  # which ends the parser
 
     def _make_room(self) -> bool:
         """Abort the oldest connection that waits for its client; return whether there was one."""
