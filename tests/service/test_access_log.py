@@ -13,10 +13,13 @@ import pytest
 from websockets.sync.client import connect
 
 from motionlab.service.http import access_log
+from motionlab.service.settings import Settings
+from tests.service.conftest import MakeServer
 from tests.service.live import API, Live, until
 from tests.service.servers import PATIENCE, Server
 
 Lines = Any
+TOKEN = "a-token-of-some-length"
 
 
 @pytest.fixture
@@ -46,7 +49,7 @@ def test_a_line_for_each_request(server: Server, lines: Lines) -> None:
         "time": first["time"],
         "method": "GET",
         "path": f"{API}/health",
-        "status": 200,
+        "status": 422,  # `token` is no key of its query
         "ms": first["ms"],
         "bytes": len(found.content),
         "client": "127.0.0.1",
@@ -105,3 +108,24 @@ def test_lines_that_cannot_be_written_are_lost(server: Server, lines: Lines) -> 
     assert httpx.get(f"{server.url}{API}/health", timeout=PATIENCE).status_code == 200
     access_log.LOG.handlers[0].setStream(io.StringIO())  # pyright: ignore[reportAttributeAccessIssue]
     assert lines() == []
+
+
+def test_clients_without_the_token_have_so_many_lines(
+    make_server: MakeServer, lines: Lines, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(access_log, "UNKNOWN_MAX", 3)
+    monkeypatch.setattr(access_log, "UNKNOWN_SECONDS", 2.0)
+    url = make_server(Settings(token=TOKEN)).url
+    knows = {"Authorization": f"Bearer {TOKEN}"}
+    with httpx.Client(base_url=url, timeout=PATIENCE) as client:
+        for _ in range(5):
+            assert client.get(f"{API}/scenarios").status_code == 401
+            assert client.get(f"{API}/health").status_code == 200
+            assert client.get(f"{API}/health", headers={"Host": "evil"}).status_code == 403
+        for _ in range(5):
+            assert client.get(f"{API}/scenarios", headers=knows).status_code == 200
+    until(lambda: any("count" in line for line in lines()))
+    until(lambda: sum(line.get("count", 1) for line in lines()) == 20)
+    written = [line for line in lines() if "status" in line]
+    assert len([line for line in written if line["status"] == 200 and "scen" in line["path"]]) == 5
+    assert len(written) < 20

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import itertools
 import json
 import logging
@@ -16,6 +17,15 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 LOG = logging.getLogger("motionlab.access")
 """Its level decides: at info every request is logged, above that none."""
+
+KNOWN = "motionlab.known"
+"""Extension of a scope that says that its client may use the server: with its token, if any."""
+
+UNKNOWN_MAX = 100
+"""Lines that clients without the token may cause in `UNKNOWN_SECONDS`, all of them together."""
+
+UNKNOWN_SECONDS = 60.0
+"""After which requests of such clients that have no line are counted in one, s."""
 
 ID_HEADER = b"x-request-id"
 _ID = re.compile(rb"[A-Za-z0-9._-]{1,64}")
@@ -37,6 +47,7 @@ class AccessLog:
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app
+        self._unknown = _Unknown()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve one connection."""
@@ -50,8 +61,10 @@ class AccessLog:
         size = 0
 
         def log(**event: str) -> None:
+            if not scope.get("extensions", {}).get(KNOWN) and not self._unknown.take():
+                return
             line = {
-                "time": datetime.now(UTC).isoformat(timespec="milliseconds"),
+                "time": _now(),
                 "method": scope.get("method", "WEBSOCKET"),
                 "path": scope["path"][:_PATH_MAX],
                 "status": status,
@@ -92,6 +105,29 @@ class AccessLog:
                 log(event="close")
 
 
+class _Unknown:
+    """The lines of clients without the token: so many, and a count of the requests without one."""
+
+    def __init__(self) -> None:
+        self._written = 0
+        self._missing = 0
+
+    def take(self) -> bool:
+        """Count a line; return whether it may be written."""
+        if self._written == 0:
+            asyncio.get_running_loop().call_later(UNKNOWN_SECONDS, self._begin_anew)
+        if self._written >= UNKNOWN_MAX:
+            self._missing += 1
+            return False
+        self._written += 1
+        return True
+
+    def _begin_anew(self) -> None:
+        if self._missing:
+            LOG.info(json.dumps({"time": _now(), "event": "not logged", "count": self._missing}))
+        self._written = self._missing = 0
+
+
 def install() -> None:
     """Write the lines to stdout, whatever other loggers do."""
     handler = _Lines(sys.stdout)
@@ -105,6 +141,10 @@ class _Lines(logging.StreamHandler[Any]):
 
     def handleError(self, record: logging.LogRecord) -> None:
         """Do nothing: a full disk or a reader that has left must not fill stderr too."""
+
+
+def _now() -> str:
+    return datetime.now(UTC).isoformat(timespec="milliseconds")
 
 
 def _identifier(scope: Scope) -> bytes:

@@ -15,6 +15,7 @@ from starlette.requests import cookie_parser
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from motionlab.problems import Kind
+from motionlab.service.http.access_log import KNOWN
 from motionlab.service.http.logins import Login, Logins, cookie_name, set_cookie
 from motionlab.service.http.problems import problem
 from motionlab.service.settings import Settings
@@ -128,8 +129,11 @@ class Guard:
         foreign = _foreign(scope, headers, host)
         if foreign is not None:
             return "foreign-request", foreign
+        known = self._knows_token(headers)
+        scope.setdefault("extensions", {})[KNOWN] = known
         closed = scope["path"].startswith(_NEEDS_TOKEN) and scope["path"] not in OPEN_PATHS
-        if closed and not self._knows_token(headers, (scope.get("client") or ("",))[0]):
+        if closed and not known:
+            self._note_wrong_token(headers, (scope.get("client") or ("",))[0])
             return "token-needed", "a token is needed: Authorization: Bearer <token>"
         length = headers.get("content-length", "0")
         most = self._body_max(scope)
@@ -142,17 +146,18 @@ class Guard:
         upload = scope["path"] == UPLOAD_PATH
         return self.settings.upload_max if upload else self.settings.body_max
 
-    def _knows_token(self, headers: Headers, address: str) -> bool:
+    def _knows_token(self, headers: Headers) -> bool:
         token = self.settings.token
         if token is None:
             return True
-        scheme, _, given = headers.get("authorization", "").partition(" ")
-        if scheme.lower() == "bearer":
-            knows = hmac.compare_digest(given.strip().encode(), token.encode())
-            if not knows and self.logins.wrong_tokens.take(address) == 0.0:
-                _LOG.warning("request of %.60r refused: wrong token", address)
-            return knows
+        presented = _bearer(headers)
+        if presented is not None:
+            return hmac.compare_digest(presented.encode(), token.encode())
         return find_login(headers, self.logins) is not None
+
+    def _note_wrong_token(self, headers: Headers, address: str) -> None:
+        if _bearer(headers) is not None and self.logins.wrong_tokens.take(address) == 0.0:
+            _LOG.warning("request of %.60r refused: wrong token", address)
 
     def _renewed(self, scope: Scope) -> str | None:
         """Return the fresh cookie for a browser whose log-in is in use and ageing."""
@@ -195,6 +200,12 @@ class Guard:
             _LOG.exception("%s %s failed", scope["method"], scope["path"])
             failed = problem("internal-error", "unexpected; the server's log tells")
             await failed(scope, receive, _protected(send))
+
+
+def _bearer(headers: Headers) -> str | None:
+    """Return the token that a request presents, None without one."""
+    scheme, _, token = headers.get("authorization", "").partition(" ")
+    return token.strip() if scheme.lower() == "bearer" else None
 
 
 def find_login(headers: Headers, logins: Logins) -> Login | None:
