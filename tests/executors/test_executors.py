@@ -7,6 +7,7 @@ import json
 import shutil
 import signal
 import socket
+import struct
 import subprocess
 import sys
 import threading
@@ -192,7 +193,26 @@ def test_no_scheduler_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
         list(current().map(slow, [1]))
 
 
-@pytest.mark.parametrize("says", [b"", b"HTTP/1.1 400 Bad Request\r\n\r\n"])
+def _frames(*frames: bytes) -> bytes:
+    """Return a message as Dask sends it: its length, its frames' number and lengths, its frames."""
+    head = struct.pack(f"<{1 + len(frames)}Q", len(frames), *map(len, frames))
+    body = head + b"".join(frames)
+    return struct.pack("<Q", len(body)) + body
+
+
+@pytest.mark.parametrize(
+    "says",
+    [
+        b"",
+        b"HTTP/1.1 400 Bad Request\r\n\r\n",
+        struct.pack("<Q", 64) + bytes(64),
+        struct.pack("<Q", 64) + b"x" * 64,
+        struct.pack("<Q", 8) + struct.pack("<Q", 10**9),
+        _frames(b"\xc0"),
+        _frames(b"\x80"),
+        _frames(b"\x93\x01\x02\x03"),
+    ],
+)
 def test_a_port_without_dask_is_told(says: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
     needs_dask()
     monkeypatch.setattr("motionlab.executors.cluster._SECONDS", 1.0)
@@ -208,10 +228,13 @@ def test_a_port_without_dask_is_told(says: bytes, monkeypatch: pytest.MonkeyPatc
 
 
 def _greet(server: socket.socket, says: bytes, ended: threading.Event) -> None:
-    connection, _ = server.accept()
-    with connection, contextlib.suppress(OSError):
-        connection.sendall(says)
-        ended.wait(PATIENCE)
+    """Greet whoever connects, and read nothing."""
+    server.settimeout(0.1)
+    with contextlib.ExitStack() as stack:
+        while not ended.is_set():
+            with contextlib.suppress(OSError):
+                connection, _ = server.accept()
+                stack.enter_context(connection).sendall(says)
 
 
 def test_a_study_ends_without_its_scheduler(

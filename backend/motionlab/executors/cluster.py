@@ -9,6 +9,7 @@ sides.
 from __future__ import annotations
 
 import functools
+import gc
 import hashlib
 import ipaddress
 import logging
@@ -69,13 +70,17 @@ class Cluster(Pool):
 
         security = Security(require_encryption=True) if self._address.startswith("tls:") else None
         _check_greeting(self._address, security)
+        client: Any = None
+        reason = ""
         try:
             client = Client(
                 self._address, security=security, timeout=_SECONDS, set_as_default=False
             )
-        except (OSError, TimeoutError) as error:
-            message = f"no Dask scheduler answers at {self._address}: {error}"
-            raise WorkerLost(message) from None
+        except Exception as error:  # of whatever only begins as a scheduler does
+            reason = " ".join(str(error).split())
+        if client is None:
+            gc.collect()  # a client that failed ends its thread, which would lock while one starts
+            raise WorkerLost(f"no Dask scheduler answers at {self._address}: {reason}")
         try:
             client.wait_for_workers(1, timeout=_SECONDS)
         except TimeoutError:
