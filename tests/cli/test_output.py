@@ -180,7 +180,7 @@ def test_the_last_column_is_wrapped_at_the_terminal(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(sys, "stdout", Terminal())
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setenv("NO_COLOR", "1")
-    monkeypatch.setattr("shutil.get_terminal_size", lambda: os.terminal_size((40, 20)))
+    monkeypatch.setattr("shutil.get_terminal_size", lambda *_, **__: os.terminal_size((40, 20)))
     lines = tables.table(("a", "b"), [("first", "word " * 20)]).splitlines()
     assert len(lines) > 3
     assert max(map(len, lines)) <= 40

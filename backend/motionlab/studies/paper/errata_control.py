@@ -10,7 +10,7 @@ from motionlab.config.load import load_scenario
 from motionlab.config.timing import SUBSTEPS
 from motionlab.loop.steady_state_error import sine_error
 from motionlab.plant.friction import LuGre
-from motionlab.studies.identify.presliding import model_response
+from motionlab.studies.identify.presliding import SETTLE, model_response
 from motionlab.studies.paper import stability, steady_state_errors
 from motionlab.studies.paper.bands import gains
 from motionlab.studies.paper.document import Erratum
@@ -178,7 +178,9 @@ def derivative(_: Experiments) -> Erratum:
         zeta = viscosity / (2.0 * math.sqrt(stiffness * M))
         return math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta**2))
 
-    (way,) = model_response(friction, M, [np.full((_STEP_TICKS, SUBSTEPS), _STEP_FORCE)], [0.0])
+    force = np.zeros((SETTLE + _STEP_TICKS, SUBSTEPS))
+    force[SETTLE:] = _STEP_FORCE
+    (way,) = model_response(friction, M, [force], [0.0])
     simulated = float(way.max() / way[-1] - 1.0)
     right = overshoot(sigma_0, sigma_1 + sigma_2)
     scanned = overshoot(sigma_0 + sigma_1, sigma_2)
