@@ -220,7 +220,7 @@ def _created(path: Path) -> int:
 def _append(descriptor: int, data: bytes) -> None:
     """Append to a file; all of it, or the file is as it was."""
     status = os.fstat(descriptor)
-    if not status.st_nlink:  # somebody tidied up: what is written now, nobody can read
+    if not status.st_nlink:  # removed by hand: what is written from here on cannot be read
         raise FileNotFoundError(errno.ENOENT, "its file was removed while it was written")
     end = status.st_size
     view = memoryview(data)
