@@ -112,26 +112,14 @@ def test_a_table_is_made_while_others_find_theirs(three: Bank) -> None:
     assert holds(three, three.place(2, make), 2)
 
 
-@pytest.mark.parametrize("what", ["parameters", "limits"])
-def test_what_refers_to_tables_holds_them(monkeypatch: pytest.MonkeyPatch, what: str) -> None:
+def test_what_refers_to_tables_holds_them(monkeypatch: pytest.MonkeyPatch) -> None:
     """A running simulation finds its tables, whatever else is placed meanwhile."""
     tables = Bank()
     for module in (build, force_maps, pole_pitch):
         monkeypatch.setattr(module, "TABLES", tables)
     changes = {f"{where}.force_map": "new-design" for where in ("plant", MODEL)}
     scenario = load_scenario("circle", changes)
-    controller = scenario.variants["A"].controller
-    if what == "parameters":
-        owner: object = build.lane_parameters(scenario)
-    else:
-        owner = build.motion_limits(
-            scenario.plant,
-            controller.model,
-            sharing=controller.sharing,
-            force_limit=controller.force_limit,
-            current_limit=controller.current_limit,
-            reserve=0.1,
-        )
+    owner: object = build.lane_parameters(scenario)
     placed = list(tables._tables.values())
     assert placed
     assert all(table.holders > 0 and not table.pinned for table in placed)

@@ -103,18 +103,6 @@ def test_no_two_take_the_last_byte() -> None:
     assert sum(taken) == 5
 
 
-def test_a_container_has_less_than_the_machine(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(memory_budget, "_CGROUP", tmp_path / "memory.max")
-    assert memory_budget.recordable(10**6) == 10**6
-    machine = memory_budget.recordable(10**18)
-    (tmp_path / "memory.max").write_text("max\n")
-    assert memory_budget.recordable(10**18) == machine
-    (tmp_path / "memory.max").write_text("2000000\n")
-    assert memory_budget.recordable(10**18) == 1_000_000
-
-
 @pytest.mark.parametrize(
     ("groups", "limits", "expected"),
     [

@@ -132,7 +132,7 @@ def test_a_body_of_another_form(client: httpx.Client, body: Any, loc: str) -> No
 def test_a_name_that_does_not_ship(client: httpx.Client, name: str) -> None:
     text = json.dumps({"scenario": name})
     (error,) = refused(post(client, text))
-    assert error["loc"] == "scenario"
+    assert error["loc"].removeprefix("body.") == "scenario"
     for path, loc in (
         ("plant", "plant"),
         ("trajectory", "trajectory"),
@@ -140,7 +140,7 @@ def test_a_name_that_does_not_ship(client: httpx.Client, name: str) -> None:
         ("variants.A.controller.model", "variants.A.controller.model"),
     ):
         (error, *_) = refused(post(client, json.dumps({"set": {path: name}})))
-        assert error["loc"].startswith(loc)
+        assert error["loc"].removeprefix("body.set.").startswith(loc)
         assert "root:" not in error["message"]
 
 

@@ -195,7 +195,8 @@ def test_a_motion_that_has_not_converged_says_so_and_keeps_the_limits(
     table = path.model_dump(mode="json")
     (note,) = motionlab.trajectory(table).notes
     assert "has not converged from 0 to 0.2" in note
-    document = motionlab.run("circle", set={"trajectory": table}).document
+    with pytest.warns(motionlab.RunWarning, match="has not converged"):
+        document = motionlab.run("circle", set={"trajectory": table}).document
     assert note in document["variants"]["A"]["notes"]
     file = tmp_path / "path.toml"
     file.write_text(tomli_w.dumps(path.model_dump(mode="json", exclude_none=True)))

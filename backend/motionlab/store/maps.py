@@ -189,7 +189,10 @@ def map_in(path: Path, where: str) -> ForceMap:
             text = file.read(SIZE_MOST + 1)
     except OSError as error:
         raise ConfigError(FieldError(where, error.strerror or str(error))) from None
-    return ForceMap.from_text(text, where)
+    force_map = ForceMap.from_text(text, where)
+    if path.parent != config_root() / "maps":  # those that ship are tested
+        force_map.check_tables(where)
+    return force_map
 
 
 def _size(path: Path) -> int:

@@ -452,5 +452,6 @@ def test_a_motor_that_cannot_follow_is_named() -> None:
     slick = {"friction": {"F_s": 0.01, "F_c": 0.01}}
     easy = {"plant": {"base": "nominal", "x": slick, "y": slick}}
     weak = {"variants.B.controller.force_limit": 4.5}
+    whole = {"thrust_reserve": 0.0}
     with pytest.raises(ConfigError, match=r"plants: .*cannot follow the motion.*matched"):
-        mapped(set=SHORT | easy | weak, plants=["matched"])
+        mapped(set=SHORT | easy | weak | whole, plants=["matched"])

@@ -110,17 +110,21 @@ class ForceMap:
             Naming what is wrong with it.
         """
         try:
-            made = cls(ForceMapDocument.model_validate(tables))
+            return cls(ForceMapDocument.model_validate(tables))
         except ValidationError as error:
             found = field_errors(error, ForceMapDocument)
             raise ConfigError(
                 *(FieldError(**{**vars(e), "loc": f"{where}: {e.loc}".rstrip(": ")}) for e in found)
             ) from None
-        made._check_tables(where)
-        return made
 
-    def _check_tables(self, where: str) -> None:
-        """Refuse tables that contradict the co-energy, and the name of another map."""
+    def check_tables(self, where: str) -> None:
+        """Refuse tables that contradict the co-energy, and the hash of another geometry.
+
+        Raises
+        ------
+        ConfigError
+            Naming the place, what the co-energy says there, and what is allowed.
+        """
         d = self.document
         nodes = np.meshgrid(np.array(d.positions), np.array(d.currents), indexing="ij")
         for name, of in (("thrust", "dW'/dx"), ("linkage", "dW'/di")):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import typing
 from collections.abc import Callable, Coroutine
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
@@ -41,7 +42,8 @@ class JsonRoute(APIRoute):
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
         """Return the handler with strict JSON parsing of its requests."""
         handler = super().get_route_handler()
-        known = sorted(_query_keys(self.dependant))
+        keys_of = _query_keys(self.dependant)
+        known, lists = sorted(keys_of), {key for key, several in keys_of.items() if several}
         stops = self.path.endswith("/stop")  # which nothing odd beside it may keep from stopping
 
         async def handle(request: Request) -> Response:
@@ -51,8 +53,8 @@ class JsonRoute(APIRoute):
                 raise ConfigError(
                     *(FieldError(key, "is no key of this query", range=allowed) for key in unknown)
                 )
-            keys = [key for key, _ in request.query_params.multi_items()]
-            if len(keys) > len(set(keys)) and not stops:  # no key of a query is a list
+            keys = [key for key, _ in request.query_params.multi_items() if key not in lists]
+            if len(keys) > len(set(keys)) and not stops:
                 twice = next(key for key in keys if keys.count(key) > 1)
                 raise ConfigError(FieldError(twice, "comes twice in the query"))
             try:
@@ -65,16 +67,27 @@ class JsonRoute(APIRoute):
         return handle
 
 
-def _query_keys(dependant: Dependant) -> set[str]:
-    """Return the keys of a query that a route and its dependencies read."""
-    keys: set[str] = set().union(*map(_query_keys, dependant.dependencies))
+def _query_keys(dependant: Dependant) -> dict[str, bool]:
+    """Return the keys of a query that a route and its dependencies read; whether they are lists."""
+    keys: dict[str, bool] = {}
+    for below in dependant.dependencies:
+        keys |= _query_keys(below)
     for field in dependant.query_params:
         kind = field.field_info.annotation
         if isinstance(kind, type) and issubclass(kind, BaseModel):
-            keys |= {one.alias or name for name, one in kind.model_fields.items()}
+            fields = kind.model_fields.items()
+            keys |= {one.alias or name: _is_list(one.annotation) for name, one in fields}
         else:
-            keys.add(field.alias)
+            keys[field.alias] = _is_list(kind)
     return keys
+
+
+def _is_list(annotation: Any) -> bool:
+    """Return whether a key may come several times: a list, or one among alternatives."""
+    origin = typing.get_origin(annotation)
+    if origin in {list, tuple, set, frozenset} or annotation in {list, tuple, set}:
+        return True
+    return any(_is_list(each) for each in typing.get_args(annotation))
 
 
 class _JsonRequest(Request):
