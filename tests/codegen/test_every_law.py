@@ -62,7 +62,7 @@ SWITCHES: dict[str, dict[str, Any]] = {
         f"{CONTROLLER}.force_limit": 12.0,
         f"{CONTROLLER}.sharing.law": "force-per-ampere",
     },
-    "currents at their limit": {f"{CONTROLLER}.current_limit": 3.52},
+    "currents at their limit": {f"{CONTROLLER}.current_limit": 4.0},
     "residual-k at rest": {
         f"{CONTROLLER}.compensation.law": "residual-k",
         "trajectory": {"kind": "dwell", "duration": 1.0},
