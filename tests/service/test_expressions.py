@@ -18,10 +18,24 @@ from numpy.typing import NDArray
 from motionlab.runs.library import library
 from motionlab.runs.run import RunDetail
 from tests.service.live import API
+from tests.service.openapi import Contract
+from tests.service.servers import PATIENCE, Server
 from tests.simulated import SHORT, play
 
 POWER = "power=B.x.thrust * B.x.velocity"
 SLOW = "=lowpass(derivative(hypot(B.x.position, B.y.position)), 30)"
+
+
+@pytest.fixture(scope="module")
+def client(contract: Contract) -> Iterator[httpx.Client]:
+    """Return a client of a server that begins now: on the folder of data that `run` is kept in."""
+    server = Server()
+    hooks: dict[str, list[Any]] = {"response": [contract.check]}
+    try:
+        with httpx.Client(base_url=server.url, event_hooks=hooks, timeout=PATIENCE) as client:
+            yield client
+    finally:
+        server.stop()
 
 
 @pytest.fixture(scope="module")
