@@ -172,7 +172,7 @@ def drive_status(
                 state=drive.state,
                 status_word=drive.status_word,
                 error=drive.error,
-                error_name=known.name if (known := DRIVE_ERRORS.get(drive.error)) else "",
+                error_name=error.name if (error := DRIVE_ERRORS.get(drive.error)) else "",
                 sto=_sto(config, drive.status_word) if known else None,
                 current=drive.torque * node.rated_current * 1e-3,
                 current_max=getattr(config, node.axis).current_max,
