@@ -217,7 +217,7 @@ def channel_of(name: str, si: str) -> tuple[str | None, str]:
 def _only(words: Sequence[str], beside: frozenset[str], kind: str = "") -> bool:
     """Return whether all words are known, of a kind where one is named, or mean nothing.
 
-    A single letter counts only where no word but axis and phase stands beside it: ``T_motor`` is no
+    A single letter counts only where the other words are an axis or a phase: ``T_motor`` is no
     time, ``V_bat`` no velocity.
     """
     letters = any(len(w) == 1 and w in _KINDS for w in words)

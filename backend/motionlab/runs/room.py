@@ -29,7 +29,7 @@ class Room:
     spools : Path
         Folder of what is being recorded.
     remove : callable
-        Removes a run that is in no list any more.
+        Removes a run that is no longer listed.
     """
 
     def __init__(self, index: Index, spools: Path, remove: Callable[[str], None]) -> None:

@@ -49,7 +49,7 @@ function timeNear({ time, period }: Why, near: number | null): number {
 /**
  * What is asked: `Why does B err by 11.6 µm on y at 10.3 s?`
  *
- * @param near - a moment that is looked at, s; null: the run is told from its beginning
+ * @param near - a moment that is looked at, s; null: times count from the start of the run
  */
 export function questionText(why: Why, near: number | null = null): string {
   const unit = unitOf(why);
