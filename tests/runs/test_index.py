@@ -368,6 +368,20 @@ def test_changes_of_this_and_of_another_process_are_seen_by_the_next_search(url:
     beside.close()
 
 
+def test_a_run_is_not_lost_where_one_process_opens_the_index_twice(url: str) -> None:
+    """Closing a file of SQLite ends the locks that keep others from removing its log."""
+    here = Index(url)
+    assert here.page(parse("")).total == 0
+    beside = Index(url)
+    subprocess.run([sys.executable, "-c", OPEN, url], check=True)
+    here.put(run := sample())
+    seen = subprocess.run([sys.executable, "-c", OPEN, url], check=True, capture_output=True)
+    assert json.loads(seen.stdout) == 1
+    assert beside.get(run.id) == run
+    here.close()
+    beside.close()
+
+
 def test_further_pages_ask_for_no_lists_until_the_index_changes(index: Index) -> None:
     for i in range(8):
         index.put(sample(name=f"run {i}", tags=["rig"]))
@@ -414,7 +428,10 @@ def test_what_is_kept_is_bounded(index: Index, monkeypatch: pytest.MonkeyPatch) 
 
 # -- migrations -----------------------------------------------------------------------------------
 
-OPEN = "import sys; from motionlab.runs.index import Index; Index(sys.argv[1]).totals()"
+OPEN = """
+import sys; from motionlab.runs.index import Index; index = Index(sys.argv[1])
+print(index.totals()["runs"]); index.close()
+"""
 
 
 def test_two_processes_make_the_tables_at_once(url: str) -> None:

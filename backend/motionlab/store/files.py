@@ -80,7 +80,10 @@ def private_file(path: Path) -> None:
     OSError
         If it cannot be made.
     """
-    os.close(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_CLOEXEC, 0o600))
+    # One that is there is not opened: closing it would end the locks that SQLite has on it.
+    with contextlib.suppress(FileExistsError):
+        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
+        os.close(os.open(path.resolve(), flags, 0o600))
 
 
 def make_private(paths: Iterable[Path]) -> None:
