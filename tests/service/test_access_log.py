@@ -5,11 +5,13 @@ from __future__ import annotations
 import io
 import json
 import logging
+import socket
 from collections.abc import Iterator
 from typing import Any
 
 import httpx
 import pytest
+from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
 from motionlab.service.http import access_log
@@ -34,6 +36,7 @@ def lines(monkeypatch: pytest.MonkeyPatch) -> Iterator[Lines]:
     yield lambda: [json.loads(line) for line in written.getvalue().splitlines()]
     log.handlers, log.propagate = kept[:2]
     log.setLevel(kept[2])
+    logging.getLogger("uvicorn.error").filters.clear()
 
 
 def test_a_line_for_each_request(server: Server, lines: Lines) -> None:
@@ -129,3 +132,30 @@ def test_clients_without_the_token_have_so_many_lines(
     written = [line for line in lines() if "status" in line]
     assert len([line for line in written if line["status"] == 200 and "scen" in line["path"]]) == 5
     assert len(written) < 20
+
+
+@pytest.mark.usefixtures("lines")
+def test_bytes_that_are_no_request_have_so_many_lines(
+    make_server: MakeServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(access_log, "UNKNOWN_MAX", 3)
+    monkeypatch.setattr(access_log, "UNKNOWN_SECONDS", 2.0)
+    server = make_server(Settings())
+    log, messages = logging.getLogger("uvicorn.error"), list[str]()
+    handler = logging.Handler()
+    handler.emit = lambda record: messages.append(record.getMessage())  # pyright: ignore
+    log.addHandler(handler)
+    monkeypatch.setattr(log, "level", logging.INFO)
+    log.manager._clear_cache()  # pyright: ignore
+    try:
+        for _ in range(10):
+            with socket.create_connection(("127.0.0.1", server.port), PATIENCE) as client:
+                client.sendall(b"\x00\x01 no request\r\n\r\n")
+                assert client.recv(100).startswith(b"HTTP/1.1 400")
+        with pytest.raises(InvalidStatus):
+            connect(server.stream("s-none") + "?token=secret")
+        until(lambda: len(messages) >= 4)
+        assert messages[:3] == ["Invalid HTTP request received."] * 3
+        assert messages[3:] == ["7 more invalid requests within 2 s"]
+    finally:
+        log.removeHandler(handler)

@@ -10,6 +10,7 @@ import re
 import secrets
 import sys
 import time
+from collections.abc import Callable
 from datetime import UTC, datetime
 from typing import Any
 
@@ -28,6 +29,9 @@ UNKNOWN_SECONDS = 60.0
 """After which requests of such clients that have no line are counted in one, s."""
 
 ID_HEADER = b"x-request-id"
+_SERVER = logging.getLogger("uvicorn.error")  # where uvicorn logs all but requests
+_NO_REQUESTS = {"Invalid HTTP request received.", "Unsupported upgrade request."}
+_OF_SOCKETS = re.compile(r'"WebSocket |^connection ')
 _ID = re.compile(rb"[A-Za-z0-9._-]{1,64}")
 _PATH_MAX = 500  # characters
 _OURS = secrets.token_hex(4)
@@ -47,7 +51,7 @@ class AccessLog:
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app
-        self._unknown = _Unknown()
+        self._unknown = _Unknown(_note_unknown)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve one connection."""
@@ -106,9 +110,16 @@ class AccessLog:
 
 
 class _Unknown:
-    """The lines of clients without the token: so many, and a count of the requests without one."""
+    """The lines of clients without the token: so many, and a count of the requests without one.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    note : callable
+        Says how many had none.
+    """
+
+    def __init__(self, note: Callable[[int], None]) -> None:
+        self._note = note
         self._written = 0
         self._missing = 0
 
@@ -123,17 +134,45 @@ class _Unknown:
         return True
 
     def _begin_anew(self) -> None:
-        if self._missing:
-            LOG.info(json.dumps({"time": _now(), "event": "not logged", "count": self._missing}))
-        self._written = self._missing = 0
+        missing, self._written, self._missing = self._missing, 0, 0
+        if missing:
+            self._note(missing)
+
+
+def _note_unknown(count: int) -> None:
+    LOG.info(json.dumps({"time": _now(), "event": "not logged", "count": count}))
+
+
+class _NoRequests(logging.Filter):
+    """Bound what uvicorn logs of bytes that are no request: any client may send them.
+
+    Its lines of websockets go: they have the query, and the access log has one of its own.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._unknown = _Unknown(_note_no_requests)
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        """Return whether a record is written."""
+        if record.msg in _NO_REQUESTS:
+            return self._unknown.take()
+        return not _OF_SOCKETS.search(str(record.msg))
+
+
+def _note_no_requests(count: int) -> None:
+    _SERVER.warning("%d more invalid requests within %g s", count, UNKNOWN_SECONDS)
 
 
 def install() -> None:
-    """Write the lines to stdout, whatever other loggers do."""
+    """Write the lines to stdout, whatever other loggers do, and bound those of uvicorn."""
     handler = _Lines(sys.stdout)
     handler.setFormatter(logging.Formatter("%(message)s"))
     LOG.handlers = [handler]
     LOG.propagate = False
+    for former in [each for each in _SERVER.filters if isinstance(each, _NoRequests)]:
+        _SERVER.removeFilter(former)
+    _SERVER.addFilter(_NoRequests())
 
 
 class _Lines(logging.StreamHandler[Any]):
