@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import codecs
 import re
+from collections.abc import Sequence
 
 from motionlab.errors import ConfigError, FieldError
 
@@ -16,6 +17,11 @@ _MARKS = (
 )
 _DECLARED = re.compile(rb"""<\?xml\s[^>]{0,200}?encoding\s*=\s*["']([A-Za-z0-9._-]{1,40})["']""")
 _NOT_CP1252 = re.compile(rb"[\x81\x8d\x8f\x90\x9d]")
+DOS_END = "\x1a"
+"""Ctrl-Z: the end of a text to DOS, which some programs and machines still write."""
+
+_BEGINS_CELL = re.compile(r'(?:^|[,;\t])[ ]*"[^"]*$')
+_CELL_LINES = 4  # that a cell ends after, or its quotation mark is a letter
 _ENDS = re.compile(r"\r\n|\r|\n")
 _ZEROS = 0.3  # share of zero bytes from which two bytes are a letter
 _DECLARATION_MAX = 1000  # bytes
@@ -93,6 +99,31 @@ def _named(declared: str, detected: str) -> str:
 
 
 def lines_of(text: str) -> list[str]:
-    r"""Return the lines of a text; only ``\n``, ``\r\n`` and ``\r`` end one."""
+    r"""Return the lines of a text; only ``\n``, ``\r\n`` and ``\r`` end one.
+
+    What DOS ends a text with is no line.
+    """
+    if (ended := text.rstrip("\r\n")).endswith(DOS_END):
+        text = ended.rstrip(DOS_END)
     lines = _ENDS.split(text)
     return lines[:-1] if lines[-1] == "" else lines
+
+
+def with_whole_cells(lines: Sequence[str]) -> list[str]:
+    """Return lines of a table, those with a cell over several lines in one, empty ones before it.
+
+    So every line after such a cell keeps its number. Spreadsheets write names this way.
+    """
+    whole = list(lines)
+    begun = -1  # line in which a cell has begun that no line has ended yet
+    for index, text in enumerate(whole):
+        quotes = text.count('"') % 2
+        if begun < 0 and quotes and _BEGINS_CELL.search(text):
+            begun = index
+        elif begun >= 0 and quotes:
+            whole[index] = " ".join(part.strip() for part in whole[begun : index + 1])
+            whole[begun:index] = [""] * (index - begun)
+            begun = -1
+        elif begun >= 0 and index - begun >= _CELL_LINES:
+            begun = -1
+    return whole

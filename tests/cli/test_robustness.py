@@ -58,6 +58,19 @@ def test_a_closed_stdout_is_told() -> None:
     assert "stdout is closed" in done.stderr
 
 
+def test_a_closed_stdin_is_told() -> None:
+    done = shell("motionlab run - <&-")
+    assert (done.returncode, done.stderr) == (2, "motionlab: stdin: is closed\n")
+
+
+def test_bytes_that_are_no_text_are_no_name_and_no_folder() -> None:
+    named = shell(f"motionlab run circle --set '{SHORT}' --keep --name $'\\xff'")
+    kept = shell(f"MOTIONLAB_DATA=$'/tmp/\\xff' motionlab run circle --set '{SHORT}' --keep")
+    for done, field in ((named, "--name"), (kept, "MOTIONLAB_DATA")):
+        assert done.returncode == 2
+        assert done.stderr.startswith(f"motionlab: {field}: holds half of a surrogate pair")
+
+
 SWEEP = f"motionlab sweep circle --set '{SHORT}' --grid plant.x.mass=5:6:2 --json"
 
 

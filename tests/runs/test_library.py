@@ -92,6 +92,24 @@ def test_what_a_session_recorded_becomes_a_run(library: Library, simulated) -> N
     assert library.finish(run_id) is None
 
 
+def test_a_change_while_a_recording_is_made_a_run_stays(
+    library: Library, simulated, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run_id = spooled(library, simulated)
+    put = library.files.put
+
+    def put_late(name: str, part: Path) -> int:
+        library.change(name, {"tags": ["rig"], "note": "just now", "pinned": True})
+        return put(name, part)
+
+    monkeypatch.setattr(library.files, "put", put_late)
+    kept = library.finish(run_id)
+    assert kept is not None
+    assert library.get(run_id) == kept
+    assert (kept.state, kept.tags, kept.note) == ("complete", ["rig"], "just now")
+    assert (kept.pinned, kept.kept) == (True, True)
+
+
 def test_what_a_killed_server_left_is_partial_and_opens_without_being_asked_for(
     library: Library, simulated
 ) -> None:

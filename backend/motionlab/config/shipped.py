@@ -10,7 +10,7 @@ import tomllib
 from pathlib import Path
 from typing import Any, Literal
 
-from motionlab.config.bounds import FILE_MAX, check_depth, check_toml
+from motionlab.config.bounds import FILE_MAX, check_depth, check_text, check_toml
 from motionlab.errors import ConfigError, FieldError
 
 Kind = Literal["motors", "controllers", "trajectories", "scenarios"]
@@ -58,8 +58,14 @@ def data_root() -> Path:
 
     MOTIONLAB_DATA; ``data`` in a checkout, and where a server has used it before; elsewhere the
     folder of the user's data that the platform defines.
+
+    Raises
+    ------
+    ConfigError
+        If its name is no text: databases and files of runs have it in their addresses.
     """
     if given := os.environ.get("MOTIONLAB_DATA"):
+        check_text(given, loc="MOTIONLAB_DATA")
         return Path(given)
     here = Path("data")
     if _PACKAGE.parent.parent == Path.cwd() or (here / SERVER_LOCK).exists():

@@ -94,37 +94,56 @@ class Index:
 
     def put(self, *runs: RunDetail) -> None:
         """Insert runs, or replace what is known of them."""
+        with self._reached(), self._engine.begin() as connection:
+            self._put(connection, *runs)
+
+    def finish(self, run: RunDetail) -> RunDetail:
+        """Put a run that has ended; what a person has changed of it, until now, stays.
+
+        Returns
+        -------
+        RunDetail
+            The run as it is now.
+        """
+        with self._reached(), self._alone.begin() as connection:
+            known = _read(connection, run.id, lock=not self._sqlite)
+            if known is not None:
+                by_hand = CHANGEABLE - {"differences"}
+                run = run.model_copy(update={name: getattr(known, name) for name in by_hand})
+            self._put(connection, run)
+        return run
+
+    def _put(self, connection: sa.Connection, *runs: RunDetail) -> None:
         documents = [run.model_dump(mode="json") for run in runs]
         check_text(documents, loc="run")
         rows = [{name: each[name] for name in _NARROW} for each in documents]
-        with self._reached(), self._engine.begin() as connection:
-            self._upsert(connection, RUNS, rows)
-            self._upsert(connection, WORDS, [{"run": run.id, "words": _words(run)} for run in runs])
-            self._upsert(
-                connection,
-                DOCUMENTS,
-                [
-                    {
-                        "run": each["id"],
-                        "entry": {name: each[name] for name in _ENTRY},
-                        "record": {name: each[name] for name in _RECORD},
-                    }
-                    for each in documents
-                ],
-            )
-            _replace(connection, TAGS, {run.id: [{"tag": tag} for tag in run.tags] for run in runs})
-            _replace(
-                connection,
-                METRICS,
+        self._upsert(connection, RUNS, rows)
+        self._upsert(connection, WORDS, [{"run": run.id, "words": _words(run)} for run in runs])
+        self._upsert(
+            connection,
+            DOCUMENTS,
+            [
                 {
-                    run.id: [
-                        {"metric": name, "value": value}
-                        for name, value in run.metrics.items()
-                        if name.rpartition(".")[2] in HEADLINE.values()
-                    ]
-                    for run in runs
-                },
-            )
+                    "run": each["id"],
+                    "entry": {name: each[name] for name in _ENTRY},
+                    "record": {name: each[name] for name in _RECORD},
+                }
+                for each in documents
+            ],
+        )
+        _replace(connection, TAGS, {run.id: [{"tag": tag} for tag in run.tags] for run in runs})
+        _replace(
+            connection,
+            METRICS,
+            {
+                run.id: [
+                    {"metric": name, "value": value}
+                    for name, value in run.metrics.items()
+                    if name.rpartition(".")[2] in HEADLINE.values()
+                ]
+                for run in runs
+            },
+        )
 
     def get(self, run_id: str) -> RunDetail | None:
         """Return a run, also a deleted one; None if there is none of that identifier."""

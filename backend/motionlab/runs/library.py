@@ -30,7 +30,7 @@ from motionlab.runs.description import differences_after, headline, thumbnail
 from motionlab.runs.files import RunFiles, column_descriptions, runs_url
 from motionlab.runs.new_run import new_run
 from motionlab.runs.room import Room, quota
-from motionlab.runs.run import CHANGEABLE, NAME, Event, RunDetail, check_name, is_id
+from motionlab.runs.run import NAME, Event, RunDetail, check_name, is_id
 from motionlab.runs.telemetry import recording as read_recording
 from motionlab.runs.telemetry import reference_path
 from motionlab.simulation.prepare import Prepared, prepare
@@ -245,8 +245,6 @@ class Library:
                 "reason": reason,
                 "stopped": "" if stop is None else stop.reason or "STOP",
             }
-            if known := self.index.get(run_id):  # what was changed while it was recorded
-                update |= {name: getattr(known, name) for name in CHANGEABLE}
             update["differences"] = differences_after(run, events)
             run = run.model_copy(update=update)
             begin = gaps[-1].tick + (gaps[-1].ticks or 0) if gaps else 0
@@ -347,12 +345,11 @@ class Library:
             }
         )
         try:
-            self.index.put(run)
+            return self.index.finish(run)
         except StoreError:
             with contextlib.suppress(StoreError):
                 self.files.delete(run.id)
             raise
-        return run
 
     def _remove(self, run_id: str) -> None:
         self.files.delete(run_id)

@@ -17,7 +17,7 @@ import pyarrow.compute as pc
 from numpy.typing import NDArray
 from pyarrow import csv as arrow_csv
 
-from motionlab.encodings import encoding_of, lines_of
+from motionlab.encodings import DOS_END, encoding_of, lines_of, with_whole_cells
 from motionlab.errors import ConfigError, FieldError
 from motionlab.runs import clock_text
 from motionlab.runs.csv_form import (
@@ -85,7 +85,7 @@ def read_csv(path: Path, values_max: int, delimiter: str = "", decimal: str = ""
     if encoding is None:
         raise _refused("is neither a text nor Parquet, MAT (level 5) or MCAP")
     text = head.decode(encoding, errors="replace")
-    lines = lines_of(text)[: _LINES if whole else -1][:_LINES]
+    lines = with_whole_cells(lines_of(text)[: _LINES if whole else -1][:_LINES])
     delimiters = [sign for sign, name in DELIMITERS.items() if delimiter in {"", name}]
     decimals = [sign for sign, name in DECIMALS.items() if decimal in {"", name}]
     form = form_of(lines, delimiters, decimals)
@@ -219,7 +219,7 @@ class _Reader:
 
     def _invalid(self, row: Any) -> str:
         """Skip an empty line; refuse any other line of another number of fields."""
-        if not row.text.strip():
+        if not row.text.strip(" \t\r\n" + DOS_END):
             return "skip"
         line = "" if row.number is None else f"line {row.number}: "
         self._bad = _refused(
@@ -228,6 +228,10 @@ class _Reader:
         return "error"
 
     def _numbers(self, index: int, column: pa.Array, row: int) -> NDArray[np.float64]:
+        if len(column) and str(column[-1]).endswith(DOS_END):
+            column = pc.utf8_rtrim(  # pyright: ignore[reportAttributeAccessIssue]
+                column, characters=DOS_END
+            )
         texts = pc.utf8_trim_whitespace(column)  # pyright: ignore[reportAttributeAccessIssue]
         missing = pc.is_in(  # pyright: ignore[reportAttributeAccessIssue]
             pc.utf8_lower(texts),  # pyright: ignore[reportAttributeAccessIssue]

@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, Field
 
+from motionlab.config.bounds import check_text
 from motionlab.errors import ConfigError, FieldError
 
 Kind = Literal["simulation", "live", "drive", "measurement"]
@@ -54,6 +55,7 @@ def check_name(name: object, loc: str = "name") -> None:
         raise ConfigError(
             FieldError(loc, "is too long", len(name), unit="characters", bounds=bounds)
         )
+    check_text(name, loc=loc)
     if re.fullmatch(NAME, name) is None:
         raise ConfigError(FieldError(loc, "has a control character", name))
 

@@ -63,10 +63,12 @@ def source(options: argparse.Namespace) -> str | Path | dict[str, Any]:
     Raises
     ------
     ConfigError
-        If stdin holds no TOML, or a file is named without its ending.
+        If stdin is closed or holds no TOML, or a file is named without its ending.
     """
     name: str = options.scenario
     if name == "-":
+        if sys.stdin is None:  # pyright: ignore[reportUnnecessaryComparison]
+            raise ConfigError(FieldError("stdin", "is closed"))
         return parse_text(sys.stdin.buffer.read(FILE_MAX + 1), loc="stdin", size_max=FILE_MAX)
     if name.endswith(".toml") or ("/" in name and Path(name).is_file()):
         return Path(name)

@@ -84,6 +84,10 @@ def test_a_table_has_no_peak_to_vary() -> None:
         ({"vary": [{"path": "mass", "kind": "normal", "sigma": -1.0}]}, r"sigma: .*got -1"),
         ({"vary": [{"path": "mass", "kind": "log-normal", "sigma": 9.0}]}, "at most 3"),
         ({"vary": [{"path": "mass", "kind": "uniform", "low": 2.0, "high": 1.0}]}, "above high"),
+        (
+            {"vary": [{"path": "mass", "kind": "uniform", "low": -1e308, "high": 1e308}]},
+            "too far apart",
+        ),
         ({"vary": [{"path": "mass", "kind": "log-uniform", "low": 0.0, "high": 1.0}]}, "logarithm"),
         ({"vary": [{"path": "mass", "kind": "uniform", "sigma": 1.0}]}, "low and high"),
         ({"vary": [{"path": "trajectory.laps", "kind": "value", "value": 1.0}]}, "path"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import isinf
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
@@ -51,6 +52,8 @@ class Variation(Config):
                 raise ValueError(f"{self.kind} takes {' and '.join(takes)}, and nothing else")
         if self.low is not None and self.high is not None and self.low > self.high:
             raise ValueError(f"low = {self.low:g} is above high = {self.high:g}")
+        if self.low is not None and self.high is not None and isinf(self.high - self.low):
+            raise ValueError(f"low = {self.low:g} and high = {self.high:g} are too far apart")
         if self.kind == "log-uniform" and self.low is not None and self.low <= 0.0:
             raise ValueError(f"low = {self.low:g} has no logarithm: above 0 for log-uniform")
         if self.kind == "log-normal" and self.sigma is not None and self.sigma > _SIGMA_MAX:

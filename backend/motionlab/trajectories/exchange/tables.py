@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from motionlab.encodings import lines_of
+from motionlab.encodings import lines_of, with_whole_cells
 from motionlab.errors import ConfigError, FieldError
 from motionlab.trajectories.exchange.segments import SEGMENTS_MAX, Drawing, line
 from motionlab.trajectories.path import Array
@@ -83,7 +83,7 @@ def _values(text: str, unit: str, drawing: Drawing) -> tuple[Array, list[int], b
     """Return rows of x, y and, if there is one, time, in SI; their lines; whether there is time."""
     rows = [
         (number, row)
-        for number, row in enumerate(lines_of(text), start=1)
+        for number, row in enumerate(with_whole_cells(lines_of(text)), start=1)
         if row.strip() and not row.lstrip().startswith("#")
     ]
     if len(rows) > 1 and _SEPARATOR.fullmatch(
